@@ -1,0 +1,53 @@
+"""Energy-momentum dynamics of rigid and flexible bodies on FEniCSx, and wind turbines made of them.
+
+The public names are imported on first use, so that the command line answers at once.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    "AffineVector": "quadratic",
+    "Balance": "system",
+    "BladeGeometry": "meshing",
+    "Case": "case",
+    "Constant": "time_functions",
+    "Coupling": "coupling",
+    "EnergyMomentumSolver": "solver",
+    "EnergyMomentumStep": "energy_momentum",
+    "FlexibleBody": "flexible_body",
+    "Gravity": "loads",
+    "Hat": "time_functions",
+    "History": "observers.history",
+    "JointTorque": "loads",
+    "MultibodySystem": "system",
+    "NeoHooke": "materials",
+    "OrthotropicSVK": "materials",
+    "Quadratic": "quadratic",
+    "Revolute": "joints",
+    "RigidBody": "rigid_body",
+    "Simulation": "simulation",
+    "SolverOptions": "solver",
+    "StVenantKirchhoff": "materials",
+    "State": "state",
+    "StepFailure": "solver",
+    "dot": "quadratic",
+}
+
+__all__ = sorted(["__version__", *_PUBLIC])
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Public names."""
+    return __all__

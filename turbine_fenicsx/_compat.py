@@ -1,0 +1,95 @@
+"""Everything that differs between the DOLFINx releases 0.5.2 to 0.11, and nothing else.
+
+Differences are found by looking at what the installed release offers, never by its version number.
+All other modules import these names from here.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+from petsc4py import PETSc
+
+import dolfinx.fem.petsc
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+
+# FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
+for _handler in logging.getLogger().handlers:
+    _handler.setLevel(logging.WARNING)
+
+
+def vector_space(mesh: Any, degree: int) -> Any:
+    """Continuous Lagrange space of vectors of R^3."""
+    if hasattr(fem, "functionspace"):
+        return fem.functionspace(mesh, ("Lagrange", degree, (3,)))
+    return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+
+
+def cellwise_space(mesh: Any, shape: tuple[int, ...] = ()) -> Any:
+    """Space of fields that are constant in each cell."""
+    if hasattr(fem, "functionspace"):
+        return fem.functionspace(mesh, ("DG", 0, shape))
+    if shape == ():
+        return fem.FunctionSpace(mesh, ("DG", 0))
+    return fem.VectorFunctionSpace(mesh, ("DG", 0), dim=shape[0])
+
+
+def expression(expr: Any, space: Any) -> Any:
+    """Compiled expression that can be interpolated into ``space``."""
+    points = space.element.interpolation_points
+    return fem.Expression(expr, points() if callable(points) else points)
+
+
+def dofs_of_cells(space: Any) -> npt.NDArray[np.int32]:
+    """Block degrees of freedom of the local cells, shape (cells, nodes per cell)."""
+    return _as_rows(space.dofmap.list, space.mesh)
+
+
+def geometry_nodes_of_cells(mesh: Any) -> npt.NDArray[np.int32]:
+    """Geometry nodes of the local cells, shape (cells, nodes per cell)."""
+    several = getattr(mesh.geometry, "dofmaps", None)
+    indexable = several is not None and not callable(several)
+    return _as_rows(several[0] if indexable else mesh.geometry.dofmap, mesh)
+
+
+def _as_rows(table: Any, mesh: Any) -> npt.NDArray[np.int32]:
+    """An adjacency list or array of one row a cell as an array of shape (cells, n)."""
+    if isinstance(table, np.ndarray):
+        return table
+    cells = mesh.topology.index_map(mesh.topology.dim)
+    return table.array.reshape(cells.size_local + cells.num_ghosts, -1)
+
+
+def assemble_vector(vector: PETSc.Vec, form: Any) -> None:
+    """Assemble a linear form into a ghosted vector, owners' values complete afterwards."""
+    with vector.localForm() as local:
+        local.set(0.0)
+    dolfinx.fem.petsc.assemble_vector(vector, form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+def assemble_matrix(matrix: PETSc.Mat, form: Any) -> None:
+    """Assemble a bilinear form into a matrix made by `create_matrix`."""
+    matrix.zeroEntries()
+    dolfinx.fem.petsc.assemble_matrix(matrix, form)
+    matrix.assemble()
+
+
+def create_matrix(form: Any) -> PETSc.Mat:
+    """Distributed matrix with the sparsity of a bilinear form."""
+    return dolfinx.fem.petsc.create_matrix(form)
+
+
+def compile_form(form: Any) -> Any:
+    """Compiled form."""
+    return fem.form(form)
+
+
+def cell_name(mesh: Any) -> str:
+    """Name of the cell type, for example "hexahedron"."""
+    name = mesh.ufl_cell().cellname
+    return str(name() if callable(name) else name)

@@ -1,0 +1,242 @@
+"""One energy-momentum step (BEM, BHEM) as nested blocks, eqs (21)-(24), (55)-(59).
+
+Unknowns X = (du | mu_c | r) for every flexible body its displacement increments and coupling
+multipliers, and one small block r of rigid bodies, joints and joint angles, which rank 0 owns. The
+residual and its tangent, for one flexible body,
+
+    | R_u + C^T mu_c          |        | A_uu  C^T  0   |
+    | Phi_c(u_{n+1}, q_{n+1}) |        | C     0    B   |
+    | R_r + B^T mu_c          |        | 0     B^T  K_r |
+
+are multiplied by dt^2/2; so are the multipliers. Everything is a function of the state at t_n and
+of X: a rejected step changes nothing.
+"""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.rigid_block import RigidStep
+from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.state import State
+from turbine_fenicsx.system import MultibodySystem
+
+
+class EnergyMomentumStep:
+    """Nested residual and tangent of one step of a system.
+
+    Args:
+        system: The system.
+
+    Attributes:
+        x: Nested vector of the unknowns.
+        residual_vector: Nested vector for the residual.
+        tangent_matrix: Nested matrix of the tangent.
+        rigid_tangent: K_r on rank 0, shape (n_r, n_r); empty on the others.
+    """
+
+    def __init__(self, system: MultibodySystem) -> None:
+        """Allocate vectors and matrices."""
+        self.system = system
+        comm = system.comm
+        n = system.rigid_block.size
+        self._n_r = n if comm.rank == 0 else 0
+        flexible, couplings = system.flexible_blocks, system.coupling_blocks
+        self._K = PETSc.Mat().createDense(((self._n_r, n), (self._n_r, n)), comm=comm)
+        self._K.setUp()
+        self._K.assemble()
+        k = len(flexible)
+        blocks: list[list[PETSc.Mat | None]] = [[None] * (2 * k + 1) for _ in range(2 * k + 1)]
+        self._transposed = []
+        for i, (f, c) in enumerate(zip(flexible, couplings, strict=True)):
+            C_T, B_T = c.C.transpose(PETSc.Mat()), c.B.transpose(PETSc.Mat())
+            self._transposed.append((C_T, B_T))
+            blocks[i][i], blocks[i][k + i], blocks[k + i][i] = f.tangent, C_T, c.C
+            blocks[k + i][2 * k], blocks[2 * k][k + i] = c.B, B_T
+        blocks[2 * k][2 * k] = self._K
+        self.tangent_matrix = PETSc.Mat().createNest(blocks, comm=comm)
+        self.tangent_matrix.setUp()
+        self.x, self.residual_vector = self.new_nested_vector(), self.new_nested_vector()
+        lengths = [np.max(np.abs(f.positions), initial=1.0) for f in flexible]
+        self._lever = float(comm.allreduce(max(lengths, default=1.0), op=MPI.MAX))
+        masses = system.rigid_block.masses.reshape(-1, 4, 3)
+        largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
+        self._inverse_masses = 1.0 / np.where(masses > 0.0, masses, largest).ravel()
+        self.rigid_tangent = np.zeros((self._n_r, self._n_r))
+        self._gaps: tuple[Array, ...] = ()
+        self._scales = np.zeros(0)
+
+    def new_nested_vector(self) -> PETSc.Vec:
+        """New nested vector with the layout of the unknowns, zero."""
+        system = self.system
+        parts = [f.new_vector() for f in system.flexible_blocks]
+        parts += [c.C.createVecLeft() for c in system.coupling_blocks]
+        parts.append(PETSc.Vec().createMPI((self._n_r, system.rigid_block.size), comm=system.comm))
+        for part in parts:
+            part.set(0.0)
+        return PETSc.Vec().createNest(parts, comm=system.comm)
+
+    def split(self, x: PETSc.Vec) -> tuple[list[PETSc.Vec], list[PETSc.Vec], PETSc.Vec]:
+        """Parts (du of each body, mu_c of each body, r) of a nested vector."""
+        parts = x.getNestSubVecs()
+        k = len(self.system.flexible_blocks)
+        return parts[:k], parts[k : 2 * k], parts[2 * k]
+
+    def begin(self, state: State, dt: float) -> None:
+        """Set the state at t_n and the step dt [s]."""
+        system = self.system
+        half_dt2 = 0.5 * dt * dt
+        forces = system.forces(state.time + 0.5 * dt)
+        g = forces.acceleration
+        force_q = system.gravity_force(g)
+        for body, first in system.first_coordinate.items():
+            force_q[first : first + 12] += forces.coordinates[body]
+        self.force_q = force_q
+        self.torque = np.array([forces.torques[name] for name in system.angle_names])
+        self.rigid_step = RigidStep(
+            q=state.q,
+            angles=state.angles,
+            dt_q_dot=dt * state.q_dot,
+            impulse_q=half_dt2 * force_q,
+            impulse_T=half_dt2 * self.torque,
+        )
+        coordinates = system.coordinates_of(state.q)
+        for f, u, v in zip(system.flexible_blocks, state.u, state.v, strict=True):
+            f.begin(u, v, dt, g)
+        self._gaps = tuple(
+            c.gap(coordinates, u) for c, u in zip(system.coupling_blocks, state.u, strict=True)
+        )
+        self._dt, self._state = dt, state
+
+    def guess(self, extrapolate: bool) -> None:
+        """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation."""
+        state, dt = self._state, self._dt
+        factor = dt if extrapolate else 0.0
+        du, mu_c, r = self.split(self.x)
+        for increment, v in zip(du, state.v, strict=True):
+            v.copy(increment)
+            increment.scale(factor)
+        for mu, force in zip(mu_c, state.coupling, strict=True):
+            force.copy(mu)
+            mu.scale(0.5 * dt * dt)
+        if self._n_r:
+            r.array[:] = np.concatenate(
+                [
+                    factor * state.q_dot,
+                    factor * state.angle_rates,
+                    0.5 * dt * dt * state.multipliers,
+                ]
+            )
+
+    def residual(self, x: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble the residual of X into R, and the scales of its terms."""
+        du, mu_c, r = self.split(x)
+        R_u, R_c, R_r = self.split(R)
+        block = self.system.rigid_block
+        scale = np.zeros(block.size)
+        if self._n_r:
+            R_r.array[:], scale = block.residual(self.rigid_step, r.array_r)
+        squares = []
+        for i, (f, c) in enumerate(
+            zip(self.system.flexible_blocks, self.system.coupling_blocks, strict=True)
+        ):
+            C_T, B_T = self._transposed[i]
+            f.residual(du[i], R_u[i])
+            C_T.multAdd(mu_c[i], R_u[i], R_u[i])
+            B_T.multAdd(mu_c[i], R_r, R_r)
+            c.C.mult(du[i], R_c[i])
+            c.B.multAdd(r, R_c[i], R_c[i])
+            R_c[i].array[:] += self._gaps[i]
+            squares.append([f.term_scale(du[i]), float(np.sum(mu_c[i].array_r ** 2))])
+        self._set_scales(scale, np.array(squares).reshape(-1, 2))
+
+    def tangent(self, x: PETSc.Vec) -> None:
+        """Assemble the tangent at X into `tangent_matrix`."""
+        du, _, r = self.split(x)
+        for f, increment in zip(self.system.flexible_blocks, du, strict=True):
+            f.assemble_tangent(increment)
+        if self._n_r:
+            self.rigid_tangent = self.system.rigid_block.tangent(self.rigid_step, r.array_r)
+            self._K.getDenseArray()[:] = self.rigid_tangent
+        self._K.assemble()
+        self.tangent_matrix.assemble()
+
+    def relative_residuals(self, R: PETSc.Vec) -> Array:
+        """Norm of each block of the residual over the norm of its terms (backward error).
+
+        Returns:
+            Shape (2 bodies + 4,): displacements and couplings of each flexible body, then rigid
+            coordinates, angles, rigid and joint constraints, angle constraints. Equal on all
+            ranks.
+        """
+        R_u, R_c, R_r = self.split(R)
+        norms = [part.norm() for part in (*R_u, *R_c)]
+        r_norms = np.zeros(4)
+        if self._n_r:
+            parts = self.system.rigid_block.split(np.abs(R_r.array_r))
+            weights = self._inverse_masses
+            r_norms[:] = [
+                float(np.max(w * part, initial=0.0))
+                for w, part in zip((weights, 1.0, 1.0, 1.0), parts, strict=True)
+            ]
+        r_norms = self.system.comm.bcast(r_norms)
+        return np.concatenate([norms, r_norms]) / self._scales
+
+    def accepted(self) -> bool:
+        """Whether the angles of the solution X lie on the right branch. Collective."""
+        ok = True
+        if self._n_r:
+            r = self.split(self.x)[2].array_r
+            ok = self.system.rigid_block.acceptable(self.rigid_step, r)
+        return bool(self.system.comm.bcast(ok))
+
+    def finish(self, out: State) -> float:
+        """Write the state at t_{n+1} that belongs to X.
+
+        Args:
+            out: A state other than the one of `begin`, overwritten.
+
+        Returns:
+            Work of all forces but gravity in the step [J]: exactly force times increment.
+        """
+        state, dt = self._state, self._dt
+        du, mu_c, r_part = self.split(self.x)
+        r = self.system.comm.bcast(np.array(r_part.array_r) if self._n_r else None)
+        dq, dT, mu, nu = self.system.rigid_block.split(r)
+        out.time = state.time + dt
+        out.q = state.q + dq
+        out.q_dot = 2.0 / dt * dq - state.q_dot
+        out.angles = state.angles + dT
+        out.angle_rates = dT / dt
+        out.multipliers = 2.0 / dt**2 * np.concatenate([mu, nu])
+        for i, increment in enumerate(du):
+            out.u[i].waxpy(1.0, state.u[i], increment)
+            state.v[i].copy(out.v[i])
+            out.v[i].axpby(2.0 / dt, -1.0, increment)
+            mu_c[i].copy(out.coupling[i])
+            out.coupling[i].scale(2.0 / dt**2)
+        gravity = self.system.gravity_force(self.system.forces(state.time).acceleration)
+        return float((self.force_q - gravity) @ dq + self.torque @ dT)
+
+    def _set_scales(self, scale: Array, squares: Array) -> None:
+        """Combine the sizes of all terms into one number a block, equal on all ranks."""
+        comm, system = self.system.comm, self.system
+        if squares.size:
+            squares = comm.allreduce(squares)
+        force = np.sqrt(squares[:, 1].sum())
+        rigid = np.ones(4)
+        if self._n_r:
+            parts = system.rigid_block.split(scale)
+            arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
+            forces = parts[0] + force * arms
+            rigid[0] = np.max(self._inverse_masses * forces, initial=0.0)
+            rigid[1] = np.max(parts[1], initial=0.0) + np.max(forces, initial=0.0)
+            rigid[2:] = [np.max(part, initial=0.0) for part in parts[2:]]
+        rigid = comm.bcast(rigid)
+        u = np.sqrt(squares.sum(axis=1))
+        c = np.full(len(squares), self._lever)
+        scales = np.concatenate([u, c, rigid])
+        self._scales = np.where(scales > 0.0, scales, 1.0)

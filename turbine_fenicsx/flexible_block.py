@@ -1,0 +1,184 @@
+"""The block of one flexible body in an energy-momentum step.
+
+Unknown: the increment du = u_{n+1} - u_n of all nodal displacements. With v_{n+1} = 2 du/dt - v_n
+the step (55), (57), multiplied by dt^2/2, is
+
+    int rho (du - dt v_n) . w dV + dt^2/2 int F_mid S_alg : grad w dV = dt^2/2 int rho g . w dV
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.discrete_gradients import AlgorithmicStress, discrete_gradient_stress
+from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.kinematics import deformation_gradient, right_cauchy_green
+from turbine_fenicsx.materials.base import second_piola_kirchhoff
+from turbine_fenicsx.rotations import Array
+
+
+class FlexibleBlock:
+    """Function space and compiled forms of a flexible body.
+
+    Args:
+        body: The body.
+        stress: Algorithmic stress; the exact discrete gradient of the material if None.
+
+    Attributes:
+        space: Space of the displacement.
+        n_owned: Number of nodes owned by this rank.
+        positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
+        nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
+        tangent: Matrix of the tangent, filled by `assemble_tangent`.
+    """
+
+    def __init__(self, body: FlexibleBody, stress: AlgorithmicStress | None = None) -> None:
+        """Compile the forms."""
+        self.body = body
+        mesh = body.mesh
+        self.space = V = _compat.vector_space(mesh, body.degree)
+        self.n_owned = V.dofmap.index_map.size_local
+        self._u_n, self._du, self._v = (fem.Function(V) for _ in range(3))
+        self._dt_v = fem.Function(V)
+        self._half_dt2 = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
+
+        def parameter(value: Any) -> Any:
+            return fem.Constant(mesh, np.asarray(value, dtype=PETSc.ScalarType))
+
+        def energy(C: Any) -> Any:
+            return body.material.strain_energy(C, parameter)
+
+        dx_mass, dx_stress = (
+            ufl.dx(domain=mesh, metadata={"quadrature_degree": q}) for q in _quadrature(body)
+        )
+        rho, h, g = parameter(body.density), self._half_dt2, self._gravity
+        w, delta = ufl.TestFunction(V), ufl.TrialFunction(V)
+        if stress is None:
+            stress = discrete_gradient_stress(body.material.quadratic)
+        F_mid = deformation_gradient(self._u_n + 0.5 * self._du)
+        S_alg = stress(energy, F_mid, ufl.grad(self._du))
+        R = rho * ufl.dot(self._du - self._dt_v - h * g, w) * dx_mass
+        R += h * ufl.inner(F_mid * S_alg, ufl.grad(w)) * dx_stress
+        F = deformation_gradient(self._u_n)
+        S = second_piola_kirchhoff(energy, right_cauchy_green(F))
+        sigma = F * S * F.T / ufl.det(F)
+
+        compile_form = _compat.compile_form
+        self._residual = compile_form(R)
+        self._tangent = compile_form(ufl.derivative(R, self._du, delta))
+        self._strain_energy = compile_form(energy(right_cauchy_green(F)) * dx_stress)
+        self._momentum = compile_form(rho * ufl.dot(self._v, w) * dx_mass)
+        self._stress_space = _compat.cellwise_space(mesh)
+        self._stress_norm = _compat.expression(
+            ufl.sqrt(ufl.inner(sigma, sigma)), self._stress_space
+        )
+
+        self.tangent = _compat.create_matrix(self._tangent)
+        _compat.assemble_matrix(self.tangent, self._tangent)  # fixes the sparsity
+        index_map = V.dofmap.index_map
+        self._work = PETSc.Vec().createGhost(
+            index_map.ghosts.astype(PETSc.IntType),
+            size=(3 * self.n_owned, 3 * index_map.size_global),
+            bsize=3,
+            comm=mesh.comm,
+        )
+        X = fem.Function(V)
+        X.interpolate(lambda x: x)
+        self.positions = X.x.array[: 3 * self.n_owned].reshape(-1, 3).copy()
+        self.nodal_mass = np.zeros(self.n_owned)
+        ones = self.new_vector()
+        ones.set(1.0)
+        self.momentum(ones, ones)
+        self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
+        ones.destroy()
+
+    def new_vector(self) -> PETSc.Vec:
+        """New distributed vector of nodal values without ghosts, zero."""
+        vector = PETSc.Vec().createMPI(
+            (3 * self.n_owned, 3 * self.space.dofmap.index_map.size_global),
+            bsize=3,
+            comm=self.body.mesh.comm,
+        )
+        vector.set(0.0)
+        return vector
+
+    def begin(self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array) -> None:
+        """Set the state at t_n, the step [s] and the acceleration of gravity [m/s^2]."""
+        self._set(self._u_n, u)
+        self._set(self._dt_v, v)
+        self._dt_v.x.array[:] *= dt
+        self._half_dt2.value = 0.5 * dt * dt
+        self._gravity.value[:] = gravity
+
+    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble the residual [kg m] for the increment du into R."""
+        self._set(self._du, du)
+        self._assemble(self._residual, R)
+
+    def assemble_tangent(self, du: PETSc.Vec) -> None:
+        """Assemble the derivative of the residual [kg] into `tangent`."""
+        self._set(self._du, du)
+        _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
+        """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""
+        self._set(self._v, v)
+        self._assemble(self._momentum, p)
+
+    def strain_energy(self, u: PETSc.Vec) -> float:
+        """This rank's part of the strain energy [J] of the displacement u."""
+        self._set(self._u_n, u)
+        return float(fem.assemble_scalar(self._strain_energy))
+
+    def cauchy_stress_norm(self, u: PETSc.Vec, out: Any) -> None:
+        """Norm of the Cauchy stress at the cell centres [Pa], eqs (69)-(70).
+
+        Args:
+            u: Displacement.
+            out: Function of `stress_function`, overwritten.
+        """
+        self._set(self._u_n, u)
+        out.interpolate(self._stress_norm)
+
+    def stress_function(self) -> Any:
+        """New cellwise constant function for `cauchy_stress_norm`."""
+        return fem.Function(self._stress_space)
+
+    def term_scale(self, du: PETSc.Vec) -> float:
+        """This rank's sum of the squares of the inertia and gravity terms of the residual."""
+        n, m = 3 * self.n_owned, np.abs(self.nodal_mass)
+        dt_v = self._dt_v.x.array[:n].reshape(-1, 3)
+        weight = self._half_dt2.value * np.linalg.norm(self._gravity.value)
+        terms = np.abs(du.array_r.reshape(-1, 3)) + np.abs(dt_v) + weight
+        return float(np.sum((m[:, None] * terms) ** 2))
+
+    def _assemble(self, form: Any, out: PETSc.Vec) -> None:
+        """Assemble a linear form and copy the owned entries."""
+        _compat.assemble_vector(self._work, form)
+        out.array[:] = self._work.array_r
+
+    def _set(self, function: Any, values: PETSc.Vec) -> None:
+        """Copy a vector into a function, ghosts included."""
+        function.x.array[: 3 * self.n_owned] = values.array_r
+        function.x.scatter_forward()
+
+
+def _quadrature(body: FlexibleBody) -> tuple[int, int]:
+    """Quadrature degrees of the inertia terms and of the stress terms.
+
+    Hexahedra take p + 1 Gauss points a direction for both. Tetrahedra take the degree that is
+    exact for inertia, and one point (P1) or six points (P2) for the stress. Energy is conserved
+    exactly for any choice, as energy and stress use the same points.
+    """
+    p = body.degree
+    if _compat.cell_name(body.mesh) == "hexahedron":
+        return 2 * p + 1, 2 * p + 1
+    return 2 * p, 1 if p == 1 else 3

@@ -1,0 +1,116 @@
+"""Augmented joint angles: the angle Theta as an extra coordinate, eqs (15)-(18), (24).
+
+The constraint ties Theta to the functions c and s of the directors that equal its cosine and sine.
+Two forms exist. Both take arrays over all joint angles at once; index 0 and 1 are the two ends of
+the step, D = Theta_1 - Theta_0, m marks means.
+
+`regular` (default)     Phi = sin(Theta) c - cos(Theta) s,     dPhi/dTheta = 1 on the manifold;
+`paper`                 Phi = c - cos(Theta) - s + sin(Theta), dPhi/dTheta = cos + sin, eq. (18),
+                        which vanishes at -45 and 135 degrees: the step then picks a wrong branch.
+
+A discrete gradient consists of the factors g_c, g_s of grad c and grad s at the midpoint, and of
+g_T, such that  g_c (c1 - c0) + g_s (s1 - s0) + g_T D = Phi_1 - Phi_0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from turbine_fenicsx.rotations import Array
+
+
+class AngleTerms(NamedTuple):
+    """Constraint, discrete gradient and their derivatives with respect to the end of the step.
+
+    Every entry has shape (n_angles,). ``X_y`` is the derivative of X with respect to y at t_{n+1}.
+    """
+
+    Phi: Array
+    Phi_T: Array
+    Phi_c: Array
+    Phi_s: Array
+    g_c: Array
+    g_s: Array
+    g_T: Array
+    g_c_T: Array
+    g_s_T: Array
+    g_T_T: Array
+    g_T_c: Array
+    g_T_s: Array
+
+
+AngleForm = Callable[[Array, Array, Array, Array, Array, Array], AngleTerms]
+"""A form of the constraint: (Theta_0, Theta_1, c0, c1, s0, s1) -> AngleTerms."""
+
+
+def sinc(x: Array) -> Array:
+    """sin(x)/x, 1 at x = 0."""
+    return np.sinc(x / np.pi)
+
+
+def sinc_derivative(x: Array) -> Array:
+    """Derivative of `sinc`: (cos x - sinc x)/x, by its series near zero."""
+    small = np.abs(x) < 1e-2
+    safe = np.where(small, 1.0, x)
+    series = x * (-1.0 / 3.0 + x**2 * (1.0 / 30.0 - x**2 / 840.0))
+    return np.where(small, series, (np.cos(safe) - sinc(safe)) / safe)
+
+
+def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:
+    """Singularity-free form sin(Theta) c - cos(Theta) s (design, section 3)."""
+    D, Tm = T1 - T0, 0.5 * (T0 + T1)
+    c_bar, s_bar = 0.5 * (c0 + c1), 0.5 * (s0 + s1)
+    sin1, cos1, sin_m, cos_m = np.sin(T1), np.cos(T1), np.sin(Tm), np.cos(Tm)
+    w, w_T = sinc(0.5 * D), 0.5 * sinc_derivative(0.5 * D)
+    along, across = cos_m * c_bar + sin_m * s_bar, cos_m * s_bar - sin_m * c_bar
+    return AngleTerms(
+        Phi=sin1 * c1 - cos1 * s1,
+        Phi_T=cos1 * c1 + sin1 * s1,
+        Phi_c=sin1,
+        Phi_s=-cos1,
+        g_c=0.5 * (np.sin(T0) + sin1),
+        g_s=-0.5 * (np.cos(T0) + cos1),
+        g_T=w * along,
+        g_c_T=0.5 * cos1,
+        g_s_T=0.5 * sin1,
+        g_T_T=w_T * along + 0.5 * w * across,
+        g_T_c=0.5 * w * cos_m,
+        g_T_s=0.5 * w * sin_m,
+    )
+
+
+def paper(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:
+    """The paper's form with its discrete gradient (24); singular at -45 and 135 degrees."""
+    D, Tm = T1 - T0, 0.5 * (T0 + T1)
+    sin_m, cos_m = np.sin(Tm), np.cos(Tm)
+    w, w_T = sinc(0.5 * D), 0.5 * sinc_derivative(0.5 * D)
+    one, zero = np.ones_like(D), np.zeros_like(D)
+    return AngleTerms(
+        Phi=c1 - np.cos(T1) - s1 + np.sin(T1),
+        Phi_T=np.sin(T1) + np.cos(T1),
+        Phi_c=one,
+        Phi_s=-one,
+        g_c=one,
+        g_s=-one,
+        g_T=w * (cos_m + sin_m),
+        g_c_T=zero,
+        g_s_T=zero,
+        g_T_T=w_T * (cos_m + sin_m) + 0.5 * w * (cos_m - sin_m),
+        g_T_c=zero,
+        g_T_s=zero,
+    )
+
+
+FORMS: dict[str, AngleForm] = {"regular": regular, "paper": paper}
+"""The selectable forms of the constraint by name."""
+
+
+def on_right_branch(D: Array, T1: Array, c1: Array, s1: Array) -> bool:
+    """Whether a step may be accepted: the roots of the constraint repeat every pi.
+
+    True if cos(Theta_1) c1 + sin(Theta_1) s1 > 0 and |D| < pi/2 for all angles.
+    """
+    return bool(np.all(np.cos(T1) * c1 + np.sin(T1) * s1 > 0.0) and np.all(np.abs(D) < np.pi / 2))

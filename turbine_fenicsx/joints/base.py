@@ -1,0 +1,33 @@
+"""What every joint is to the rest of the code."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from turbine_fenicsx.quadratic import Quadratic
+from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
+
+
+@runtime_checkable
+class Joint(Protocol):
+    """A joint between two rigid bodies, or between a rigid body and the ground (None).
+
+    A joint only states quadratic functions of the coordinates; the time stepping scheme takes
+    their exact discrete gradients. Functions built from scalar products of body-fixed directions
+    and from differences of material points are frame-invariant, which is what conserves angular
+    momentum.
+    """
+
+    @property
+    def name(self) -> str:
+        """Unique name."""
+
+    @property
+    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
+        """The two partners; None is the ground."""
+
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
+        """Functions that vanish, one per locked degree of freedom."""
+
+    def angle(self, a: BodyFrame, b: BodyFrame) -> tuple[Quadratic, Quadratic] | None:
+        """Functions (c, s) equal to cosine and sine of the joint angle, or None without one."""

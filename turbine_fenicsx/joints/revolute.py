@@ -1,0 +1,59 @@
+"""Revolute joint: a common point and a common axis, one free rotation, eq. (12)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from turbine_fenicsx.quadratic import Quadratic, dot
+from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.rotations import frame_with_axis
+
+
+@dataclass(frozen=True, eq=False)
+class Revolute:
+    """Revolute joint with an augmented joint angle, eqs (12), (15)-(18).
+
+    The five constraints are: three for the common point, and two for the axis of ``second``,
+    which stays normal to two directions t1, t2 of ``first``. The angle of ``second`` relative to
+    ``first`` counts positive about ``axis`` and is zero initially; cos = t1_a . t1_b and
+    sin = t2_a . t1_b.
+
+    Args:
+        name: Unique name; the angle is reported under it.
+        first: First partner, None for the ground.
+        second: Second partner.
+        point: Joint point in the initial configuration [m], shape (3,).
+        axis: Joint axis in the initial configuration, shape (3,).
+        reference: Direction of t1, shape (3,); any normal to the axis if None.
+        with_angle: Whether the joint angle is a coordinate of the system.
+    """
+
+    name: str
+    first: RigidBody | None
+    second: RigidBody | None
+    point: npt.ArrayLike
+    axis: npt.ArrayLike
+    reference: npt.ArrayLike | None = None
+    with_angle: bool = True
+
+    @property
+    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
+        """The two partners; None is the ground."""
+        return self.first, self.second
+
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
+        """Five functions that vanish: common point [m], common axis [-]."""
+        t1, t2, n = frame_with_axis(self.axis, self.reference).T
+        gap = b.point(self.point) - a.point(self.point)
+        n_b = b.direction(n)
+        return [*gap.components(), dot(n_b, a.direction(t1)), dot(n_b, a.direction(t2))]
+
+    def angle(self, a: BodyFrame, b: BodyFrame) -> tuple[Quadratic, Quadratic] | None:
+        """Cosine and sine of the joint angle as functions of the directors, eq. (16)."""
+        if not self.with_angle:
+            return None
+        t1, t2, _ = frame_with_axis(self.axis, self.reference).T
+        t1_b = b.direction(t1)
+        return dot(a.direction(t1), t1_b), dot(a.direction(t2), t1_b)

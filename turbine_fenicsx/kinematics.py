@@ -1,0 +1,22 @@
+"""Kinematics of a flexible body in UFL: deformation gradient and strain measures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ufl
+
+
+def deformation_gradient(u: Any) -> Any:
+    """F = I + grad u."""
+    return ufl.Identity(3) + ufl.grad(u)
+
+
+def right_cauchy_green(F: Any) -> Any:
+    """C = F^T F."""
+    return F.T * F
+
+
+def green_lagrange(C: Any) -> Any:
+    """E = (C - I)/2."""
+    return 0.5 * (C - ufl.Identity(3))

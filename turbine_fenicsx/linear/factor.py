@@ -1,0 +1,37 @@
+"""Sparse direct factorisation through PETSc."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+
+class SparseLU:
+    """LU of a distributed matrix that keeps its sparsity.
+
+    Args:
+        matrix: The matrix.
+        prefix: Options prefix; the default is MUMPS.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+        """Create the solver; nothing is factorised yet."""
+        self._ksp = PETSc.KSP().create(matrix.getComm())
+        self._ksp.setOptionsPrefix(prefix)
+        self._ksp.setType("preonly")
+        self._ksp.setOperators(matrix)
+        pc = self._ksp.getPC()
+        pc.setType("lu")
+        pc.setFactorSolverType("mumps")
+        self._ksp.setFromOptions()
+
+    def update(self) -> None:
+        """Factorise the present values of the matrix. Collective."""
+        self._ksp.setUp()
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side. Collective."""
+        self._ksp.solve(b, x)
+
+    def destroy(self) -> None:
+        """Free the factor. Collective."""
+        self._ksp.destroy()

@@ -1,0 +1,38 @@
+"""Compressible neo-Hookean material, whose energy is not quadratic in C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import ufl
+
+from turbine_fenicsx.materials.st_venant_kirchhoff import check_lame
+
+
+@dataclass(frozen=True)
+class NeoHooke:
+    """W = mu/2 (tr C - 3) - mu ln J + Lambda/2 (ln J)^2 with J = sqrt(det C).
+
+    Args:
+        first_lame: Lambda [Pa].
+        shear_modulus: mu [Pa], positive.
+
+    Raises:
+        ValueError: if the energy is not positive definite at the reference state.
+    """
+
+    first_lame: float
+    shear_modulus: float
+    quadratic = False
+
+    def __post_init__(self) -> None:
+        """Check positive definiteness."""
+        check_lame(self.first_lame, self.shear_modulus)
+
+    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Strain energy [J/m^3]."""
+        lam, mu = parameter(self.first_lame), parameter(self.shear_modulus)
+        ln_J = 0.5 * ufl.ln(ufl.det(C))
+        return 0.5 * mu * (ufl.tr(C) - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2

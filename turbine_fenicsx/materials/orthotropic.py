@@ -1,0 +1,93 @@
+"""Orthotropic and transversely isotropic St. Venant-Kirchhoff material."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+from turbine_fenicsx.kinematics import green_lagrange
+from turbine_fenicsx.rotations import Array
+
+
+@dataclass(frozen=True, eq=False)
+class OrthotropicSVK:
+    """W = E:D:E/2 with the stiffness D given by engineering constants in a material frame.
+
+    The paper's transversely isotropic blades, eqs (62)-(66), have the fibre along axis 1. Their
+    listed G23 contradicts eq. (64), which says E2/(2 (1 + nu23)); the listed value is taken as it
+    stands, so that this material is orthotropic in general.
+
+    Args:
+        young: E1, E2, E3 [Pa].
+        shear: G12, G13, G23 [Pa].
+        poisson: nu12, nu13, nu23 [-]; nu_ij is the contraction along j under tension along i.
+        frame: Orthonormal axes (a1, a2, a3) as UFL vectors: constants or fields on the mesh.
+
+    Raises:
+        ValueError: if the stiffness is not positive definite.
+    """
+
+    young: tuple[float, float, float]
+    shear: tuple[float, float, float]
+    poisson: tuple[float, float, float]
+    frame: tuple[Any, Any, Any]
+    quadratic = True
+
+    def __post_init__(self) -> None:
+        """Check positive definiteness."""
+        stiffness_matrix(self.young, self.shear, self.poisson)
+
+    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Strain energy [J/m^3]."""
+        D = stiffness_matrix(self.young, self.shear, self.poisson)
+        normal, G12, G13, G23 = parameter(D[:3, :3]), *(parameter(D[k, k]) for k in (5, 4, 3))
+        E = green_lagrange(C)
+        a1, a2, a3 = self.frame
+        e = ufl.as_vector([ufl.dot(a, E * a) for a in self.frame])
+        E12, E13, E23 = (ufl.dot(a, E * b) for a, b in ((a1, a2), (a1, a3), (a2, a3)))
+        return 0.5 * ufl.dot(e, normal * e) + 2.0 * (G12 * E12**2 + G13 * E13**2 + G23 * E23**2)
+
+
+def stiffness_matrix(
+    young: tuple[float, float, float],
+    shear: tuple[float, float, float],
+    poisson: tuple[float, float, float],
+) -> Array:
+    """Stiffness D in Voigt order 11, 22, 33, 23, 13, 12 for engineering shear strains, eq. (63).
+
+    Args:
+        young: E1, E2, E3 [Pa].
+        shear: G12, G13, G23 [Pa].
+        poisson: nu12, nu13, nu23 [-].
+
+    Returns:
+        Shape (6, 6) [Pa], symmetric positive definite.
+
+    Raises:
+        ValueError: if it is not positive definite.
+    """
+    if min(young) <= 0.0 or min(shear) <= 0.0:
+        raise ValueError(
+            f"material is not positive definite: Young's moduli {young} and shear moduli {shear} "
+            "must be positive"
+        )
+    (E1, E2, E3), (G12, G13, G23), (n12, n13, n23) = young, shear, poisson
+    compliance = np.array(
+        [
+            [1.0 / E1, -n12 / E1, -n13 / E1],
+            [-n12 / E1, 1.0 / E2, -n23 / E2],
+            [-n13 / E1, -n23 / E2, 1.0 / E3],
+        ]
+    )
+    if np.linalg.eigvalsh(compliance * max(young))[0] <= 1e-12:
+        raise ValueError(
+            f"material is not positive definite: Poisson's ratios {poisson} are too large for "
+            f"Young's moduli {young}"
+        )
+    D = np.diag([0.0, 0.0, 0.0, G23, G13, G12])
+    D[:3, :3] = np.linalg.inv(compliance)
+    return D

@@ -1,0 +1,242 @@
+"""Newton's method for one step: SNES over the nested blocks, converged block by block."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass, field
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.linear import LINEAR_SOLVERS
+from turbine_fenicsx.linear.base import LinearSolver
+from turbine_fenicsx.state import State
+from turbine_fenicsx.system import MultibodySystem
+
+
+class StepFailure(RuntimeError):
+    """A step that did not converge; the message holds the reason in words."""
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What one step took.
+
+    Args:
+        newton_iterations: Newton iterations, failed attempts included.
+        krylov_iterations: Applications of the preconditioner in them.
+        work: Work of all forces but gravity [J].
+        residual: Largest relative residual of any block at the end.
+    """
+
+    newton_iterations: int
+    krylov_iterations: int
+    work: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Options of the step solver.
+
+    Args:
+        preconditioner: Name of the linear solver, a key of `LINEAR_SOLVERS`.
+        tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
+            each block; constraints take a hundredth of it.
+        stagnation: A residual that no longer decreases is taken as round-off if it is below this.
+        max_iterations: Largest number of Newton iterations.
+        prefix: Prefix of the PETSc options.
+
+    Raises:
+        ValueError: for an unknown linear solver or a tolerance outside (0, 1).
+    """
+
+    preconditioner: str = "lu"
+    tolerance: float = 1e-12
+    stagnation: float = 1e-9
+    max_iterations: int = 15
+    prefix: str = "tfx_"
+
+    def __post_init__(self) -> None:
+        """Check the options."""
+        if self.preconditioner not in LINEAR_SOLVERS:
+            raise ValueError(
+                f"solver.preconditioner must be one of {sorted(LINEAR_SOLVERS)}, "
+                f"got {self.preconditioner!r}"
+            )
+        if not 0.0 < self.tolerance < 1.0:
+            raise ValueError(f"solver.tolerance must lie between 0 and 1, got {self.tolerance}")
+
+
+class EnergyMomentumSolver:
+    """Advances a system by energy-momentum steps.
+
+    Args:
+        system: The system.
+        options: Tolerances and linear solver.
+
+    Attributes:
+        step: The blocks of the step.
+        snes: The PETSc solver; options with the prefix apply.
+        destroy: Frees all PETSc objects; collective; at the latest when the program ends.
+    """
+
+    def __init__(self, system: MultibodySystem, options: SolverOptions | None = None) -> None:
+        """Create the SNES."""
+        self.options = options = options or SolverOptions()
+        self.step = step = EnergyMomentumStep(system)
+        self.linear_solver = LINEAR_SOLVERS[options.preconditioner](step, options.prefix)
+        self._convergence = _BlockwiseConvergence(step, options)
+        self.snes = snes = PETSc.SNES().create(system.comm)
+        snes.setOptionsPrefix(options.prefix)
+        snes.setType("newtonls")
+        snes.setFunction(evaluate_residual, step.residual_vector, kargs={"step": step})
+        snes.setJacobian(
+            evaluate_tangent,
+            step.tangent_matrix,
+            kargs={"step": step, "linear_solver": self.linear_solver},
+        )
+        snes.setConvergenceTest(self._convergence)
+        snes.setTolerances(max_it=options.max_iterations)
+        ksp = snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        pc.setType("python")
+        pc.setPythonContext(_Preconditioner(self.linear_solver))
+        _set_from_options(snes, {"snes_linesearch_type": "basic"})
+        # Factors must go before MPI does, also when a script just ends.
+        self.destroy = weakref.finalize(self, _destroy, self.linear_solver, snes)
+
+    def advance(self, state: State, dt: float, out: State) -> StepReport:
+        """One step from ``state`` to t + dt.
+
+        Newton starts from x_n + dt v_n, and from x_n if that fails.
+
+        Args:
+            state: State at t_n, not changed.
+            dt: Step [s].
+            out: Another state, overwritten with the one at t_{n+1}.
+
+        Returns:
+            What the step took.
+
+        Raises:
+            StepFailure: if Newton's method fails from both starts; ``out`` is then unchanged.
+        """
+        newton = krylov = 0
+        reasons = []
+        self.step.begin(state, dt)
+        for extrapolate in (True, False):
+            self.step.guess(extrapolate)
+            self._convergence.history.clear()
+            self.snes.solve(None, self.step.x)
+            newton += self.snes.getIterationNumber()
+            krylov += self.snes.getLinearSolveIterations()
+            reason = self.snes.getConvergedReason()
+            if reason > 0 and self.step.accepted():
+                work = self.step.finish(out)
+                residual = self._convergence.history[-1] * self.options.tolerance
+                return StepReport(newton, krylov, work, residual)
+            reasons.append(_in_words(reason))
+        raise StepFailure(
+            f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: "
+            f"{reasons[0]} from the extrapolated start, {reasons[1]} from the last state"
+        )
+
+
+def _destroy(linear_solver: LinearSolver, snes: PETSc.SNES) -> None:
+    """Free the PETSc objects of a solver."""
+    linear_solver.destroy()
+    snes.destroy()
+
+
+@dataclass
+class _BlockwiseConvergence:
+    """Convergence by the largest relative residual of the blocks, in units of its tolerance."""
+
+    step: EnergyMomentumStep
+    options: SolverOptions
+    history: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Lay out the tolerances like `EnergyMomentumStep.relative_residuals`."""
+        n = len(self.step.system.flexible_blocks)
+        balance, constraint = self.options.tolerance, 0.01 * self.options.tolerance
+        self._tolerances = np.array(
+            [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
+        )
+
+    def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
+        """SNES convergence test."""
+        reasons = PETSc.SNES.ConvergedReason
+        relative = self.step.relative_residuals(snes.getFunction()[0])
+        worst = float(np.max(relative / self._tolerances))
+        self.history.append(worst)
+        if not np.isfinite(worst):
+            return int(reasons.DIVERGED_FNORM_NAN)
+        if worst <= 1.0:
+            return int(reasons.CONVERGED_FNORM_RELATIVE)
+        stagnant = iteration >= 2 and worst > 0.5 * self.history[-2]
+        if stagnant and worst * self.options.tolerance <= self.options.stagnation:
+            return int(reasons.CONVERGED_SNORM_RELATIVE)
+        if iteration >= self.options.max_iterations:
+            return int(reasons.DIVERGED_MAX_IT)
+        return 0
+
+
+def evaluate_residual(
+    snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: EnergyMomentumStep
+) -> None:
+    """SNES function: residual of the step."""
+    step.residual(x, F)
+
+
+def evaluate_tangent(
+    snes: PETSc.SNES,
+    x: PETSc.Vec,
+    J: PETSc.Mat,
+    P: PETSc.Mat,
+    step: EnergyMomentumStep,
+    linear_solver: LinearSolver,
+) -> None:
+    """SNES Jacobian: tangent of the step, and the linear solver prepared for it."""
+    step.tangent(x)
+    linear_solver.update()
+
+
+def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
+    """Apply the user's options over defaults, which leave no trace in PETSc's database."""
+    options = PETSc.Options(snes.getOptionsPrefix())
+    mine = [key for key in defaults if not options.hasName(key)]
+    for key in mine:
+        options[key] = defaults[key]
+    snes.setFromOptions()
+    for key in mine:
+        options.delValue(key)
+
+
+class _Preconditioner:
+    """A `LinearSolver` as PETSc's python preconditioner."""
+
+    def __init__(self, linear_solver: LinearSolver) -> None:
+        """Remember the linear solver."""
+        self._linear_solver = linear_solver
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side."""
+        self._linear_solver.solve(b, x)
+
+
+def _in_words(reason: int) -> str:
+    """PETSc's reason for the end of an iteration."""
+    names = {
+        value: name
+        for name, value in vars(PETSc.SNES.ConvergedReason).items()
+        if isinstance(value, int)
+    }
+    if reason > 0:
+        return "a joint angle on the wrong branch"
+    return names.get(reason, f"reason {reason}").lower().replace("_", " ")
