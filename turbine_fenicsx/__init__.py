@@ -14,7 +14,7 @@ _PUBLIC = {
     "AffineVector": "quadratic",
     "Balance": "system",
     "BladeGeometry": "meshing",
-    "Case": "case",
+    "Case": "turbine.case",
     "Constant": "time_functions",
     "Coupling": "coupling",
     "EnergyMomentumSolver": "solver",

@@ -12,10 +12,10 @@ from typing import Any
 from petsc4py import PETSc
 
 import dolfinx.fem.petsc
+import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
-
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
@@ -82,6 +82,20 @@ def assemble_matrix(matrix: PETSc.Mat, form: Any) -> None:
 def create_matrix(form: Any) -> PETSc.Mat:
     """Distributed matrix with the sparsity of a bilinear form."""
     return dolfinx.fem.petsc.create_matrix(form)
+
+
+def gmsh_model_to_mesh(model: Any, comm: Any, gdim: int = 3) -> tuple[Any, Any, Any]:
+    """Distributed mesh, cell tags and facet tags of the gmsh model that rank 0 holds."""
+    try:
+        from dolfinx.io import gmsh as reader  # from 0.10
+    except ImportError:
+        from dolfinx.io import gmshio as reader
+    # the first three of a named tuple from 0.10
+    mesh, cell_tags, facet_tags = tuple(reader.model_to_mesh(model, comm, 0, gdim=gdim))[:3]
+    if facet_tags is None:
+        none = np.empty(0, dtype=np.int32)
+        facet_tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim - 1, none, none)
+    return mesh, cell_tags, facet_tags
 
 
 def compile_form(form: Any) -> Any:

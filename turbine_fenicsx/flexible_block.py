@@ -51,7 +51,7 @@ class FlexibleBlock:
         self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
 
         def parameter(value: Any) -> Any:
-            return fem.Constant(mesh, np.asarray(value, dtype=PETSc.ScalarType))
+            return fem.Constant(mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
 
         def energy(C: Any) -> Any:
             return body.material.strain_energy(C, parameter)
@@ -76,10 +76,17 @@ class FlexibleBlock:
         self._tangent = compile_form(ufl.derivative(R, self._du, delta))
         self._strain_energy = compile_form(energy(right_cauchy_green(F)) * dx_stress)
         self._momentum = compile_form(rho * ufl.dot(self._v, w) * dx_mass)
-        self._stress_space = _compat.cellwise_space(mesh)
+        self._stress = fem.Function(_compat.cellwise_space(mesh))
         self._stress_norm = _compat.expression(
-            ufl.sqrt(ufl.inner(sigma, sigma)), self._stress_space
+            ufl.sqrt(ufl.inner(sigma, sigma)), self._stress.function_space
         )
+        self._fibre_now = None
+        if body.fibre is not None:
+            a = F * body.fibre
+            self._fibre = fem.Function(_compat.cellwise_space(mesh, (3,)))
+            self._fibre_now = _compat.expression(
+                a / ufl.sqrt(ufl.dot(a, a)), self._fibre.function_space
+            )
 
         self.tangent = _compat.create_matrix(self._tangent)
         _compat.assemble_matrix(self.tangent, self._tangent)  # fixes the sparsity
@@ -138,19 +145,38 @@ class FlexibleBlock:
         self._set(self._u_n, u)
         return float(fem.assemble_scalar(self._strain_energy))
 
-    def cauchy_stress_norm(self, u: PETSc.Vec, out: Any) -> None:
+    def nodal_values(self, vector: PETSc.Vec) -> Array:
+        """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
+        self._set(self._v, vector)
+        return self._v.x.array.reshape(-1, 3).copy()
+
+    def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
         """Norm of the Cauchy stress at the cell centres [Pa], eqs (69)-(70).
 
         Args:
             u: Displacement.
-            out: Function of `stress_function`, overwritten.
+
+        Returns:
+            Shape (local cells,), ghosts included.
         """
         self._set(self._u_n, u)
-        out.interpolate(self._stress_norm)
+        self._stress.interpolate(self._stress_norm)
+        return self._stress.x.array.copy()
 
-    def stress_function(self) -> Any:
-        """New cellwise constant function for `cauchy_stress_norm`."""
-        return fem.Function(self._stress_space)
+    def fibre_directions(self, u: PETSc.Vec) -> Array | None:
+        """Unit vectors along the deformed fibres at the cell centres, None without fibres.
+
+        Args:
+            u: Displacement.
+
+        Returns:
+            Shape (local cells, 3), ghosts included.
+        """
+        if self._fibre_now is None:
+            return None
+        self._set(self._u_n, u)
+        self._fibre.interpolate(self._fibre_now)
+        return self._fibre.x.array.reshape(-1, 3).copy()
 
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the inertia and gravity terms of the residual."""

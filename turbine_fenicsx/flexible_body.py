@@ -18,6 +18,8 @@ class FlexibleBody:
         material: Strain energy.
         density: Reference density rho [kg/m^3], positive.
         degree: Polynomial degree of the displacement, 1 or 2.
+        fibre: Direction field of the fibres in the initial configuration as a UFL vector, for
+            output only; None without one.
 
     Raises:
         ValueError: for a density that is not positive, or a degree other than 1 or 2.
@@ -29,6 +31,7 @@ class FlexibleBody:
     material: Material
     density: float
     degree: int = 1
+    fibre: Any = None
 
     def __post_init__(self) -> None:
         """Check the data."""

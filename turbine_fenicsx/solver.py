@@ -10,6 +10,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx import timing
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear import LINEAR_SOLVERS
 from turbine_fenicsx.linear.base import LinearSolver
@@ -191,7 +192,8 @@ def evaluate_residual(
     snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: EnergyMomentumStep
 ) -> None:
     """SNES function: residual of the step."""
-    step.residual(x, F)
+    with timing.event("residual"):
+        step.residual(x, F)
 
 
 def evaluate_tangent(
@@ -203,8 +205,10 @@ def evaluate_tangent(
     linear_solver: LinearSolver,
 ) -> None:
     """SNES Jacobian: tangent of the step, and the linear solver prepared for it."""
-    step.tangent(x)
-    linear_solver.update()
+    with timing.event("tangent"):
+        step.tangent(x)
+    with timing.event("linear set-up"):
+        linear_solver.update()
 
 
 def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
@@ -227,7 +231,8 @@ class _Preconditioner:
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side."""
-        self._linear_solver.solve(b, x)
+        with timing.event("linear solve"):
+            self._linear_solver.solve(b, x)
 
 
 def _in_words(reason: int) -> str:

@@ -1,0 +1,76 @@
+"""What the user may choose about a mesh."""
+
+from dataclasses import dataclass
+from math import ceil, isfinite
+from numbers import Integral, Real
+
+from turbine_fenicsx.meshing.blade import BladeGeometry
+
+CELLS = ("hexahedron", "tetrahedron")
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """Cell type, geometry degree and fineness of a mesh.
+
+    Attributes:
+        cell: "hexahedron" or "tetrahedron".
+        geometry_degree: 1 for flat, 2 for curved elements. The degree of the fields on the mesh
+            is another matter.
+        elements: Numbers of elements along chord, thickness and span of one blade.
+        size: Target length of element edges [m]; if given, it replaces ``elements``.
+    """
+
+    cell: str = "hexahedron"
+    geometry_degree: int = 1
+    elements: tuple[int, int, int] = (2, 2, 12)
+    size: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        if self.cell not in CELLS:
+            raise ValueError(f"mesh.cell = {self.cell!r}: choose from {', '.join(CELLS)}")
+        if self.geometry_degree not in (1, 2):
+            raise ValueError(f"mesh.geometry_degree = {self.geometry_degree!r}: choose 1 or 2")
+        numbers = tuple(self.elements) if isinstance(self.elements, list | tuple) else ()
+        whole = [isinstance(n, Integral) and not isinstance(n, bool) for n in numbers]
+        if len(numbers) != 3 or not all(whole) or min(numbers) < 1:
+            raise ValueError(
+                f"mesh.elements = {self.elements!r}: give three whole numbers from 1, "
+                "along chord, thickness and span"
+            )
+        object.__setattr__(self, "elements", tuple(int(n) for n in numbers))
+        if self.size is not None and not (
+            isinstance(self.size, Real) and isfinite(self.size) and self.size > 0
+        ):
+            raise ValueError(f"mesh.size = {self.size!r}: must be a length greater than 0")
+
+    def hexahedra(self, blade: BladeGeometry) -> tuple[int, int, int]:
+        """Return the numbers of hexahedra along chord, thickness and span of a blade.
+
+        With ``size`` no element is longer than that in the widest section or along the span.
+        """
+        if self.size is None:
+            return self.elements
+        widths = (max(blade.chord), max(blade.thickness), blade.length)
+        chord, thickness, span = (max(1, ceil(width / self.size - 1e-9)) for width in widths)
+        return chord, thickness, span
+
+    def edge_lengths(self, blade: BladeGeometry) -> list[float]:
+        """Return the target edge length of tetrahedra at each station [m].
+
+        Tetrahedra have no long side, so the numbers of elements in the section rule: an edge is
+        the geometric mean of chord and thickness of one brick of the section, and no longer than
+        one brick along the span. With ``size`` it is that length. In both cases it is no longer
+        than the local thickness, or a thin section would be filled with flat elements.
+        """
+        n_chord, n_thickness, n_span = self.elements
+        lengths = []
+        for chord, thickness in zip(blade.chord, blade.thickness, strict=True):
+            if self.size is None:
+                brick = (chord / n_chord * thickness / n_thickness) ** 0.5
+                edge = min(brick, blade.length / n_span)
+            else:
+                edge = self.size
+            lengths.append(min(edge, thickness, chord))
+        return lengths

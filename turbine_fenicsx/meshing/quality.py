@@ -1,0 +1,152 @@
+"""Quality, volume and validity of elements of any supported type."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from turbine_fenicsx.meshing.blade import FloatArray
+from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
+
+# A scaled Jacobian below this counts as inverted: round-off of a perfectly flat corner is 1e-16,
+# the flattest corner of a usable mesh is of the order of 1e-2.
+DEGENERATE = 1e-8
+
+_CHUNK = 4096  # cells examined at once, bounds the memory
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What a mesh consists of and how good its elements are.
+
+    Attributes:
+        cell: "hexahedron" or "tetrahedron".
+        geometry_degree: 1 or 2.
+        nodes: Number of nodes.
+        cells: Number of cells.
+        volumes: Volume of each physical volume by name [m^3].
+        worst_quality: Smallest scaled Jacobian of all cells, 1 for a cube or a regular
+            tetrahedron, 0 for a degenerate and negative for an inverted cell [-].
+        worst_group: Physical volume that holds the worst cell.
+        worst_point: Centre of the worst cell [m].
+        bad_cells: Number of inverted or degenerate cells.
+    """
+
+    cell: str
+    geometry_degree: int
+    nodes: int
+    cells: int
+    volumes: dict[str, float]
+    worst_quality: float
+    worst_group: str
+    worst_point: tuple[float, float, float]
+    bad_cells: int
+
+    def __str__(self) -> str:
+        """Return a summary for people, one fact per line."""
+        order = {1: "linear", 2: "quadratic"}[self.geometry_degree]
+        plural = {"hexahedron": "hexahedra", "tetrahedron": "tetrahedra"}[self.cell]
+        point = ", ".join(f"{x:.3f}" for x in self.worst_point)
+        return "\n".join(
+            [
+                f"{self.cells} {order} {plural}, {self.nodes} nodes",
+                *(f"volume of {name}: {volume:.4f} m^3" for name, volume in self.volumes.items()),
+                f"worst scaled Jacobian {self.worst_quality:.4f} in {self.worst_group} "
+                f"at ({point}) m",
+            ]
+        )
+
+
+def scaled_jacobian(points: FloatArray, cells: IntArray, reference: ReferenceCell) -> FloatArray:
+    """Return the smallest scaled Jacobian of each cell.
+
+    At each sample point it is the volume spanned by three tangent vectors over the product of
+    their lengths: 1 if they are perpendicular. For tetrahedra the vectors are those along the
+    three edges that meet in a corner, the worst corner counts, and the value is scaled such that
+    a regular tetrahedron has 1.
+
+    Args:
+        points: Node coordinates, shape (n_points, 3) [m].
+        cells: Nodes of each cell in gmsh's order, shape (n_cells, n_nodes).
+        reference: Their element type.
+
+    Returns:
+        Values between -1 and 1, shape (n_cells,) [-].
+    """
+    worst = [
+        np.min(_scaled(jacobians, reference.cell), axis=1)
+        for jacobians in _jacobians(points, cells, reference, reference.sample_points())
+    ]
+    return np.concatenate(worst)
+
+
+def cell_volumes(points: FloatArray, cells: IntArray, reference: ReferenceCell) -> FloatArray:
+    """Return the exact volume of each cell, negative if inverted, shape (n_cells,) [m^3].
+
+    The arguments are those of `scaled_jacobian`.
+    """
+    at, weights = reference.quadrature()
+    return np.concatenate(
+        [np.linalg.det(j) @ weights for j in _jacobians(points, cells, reference, at)]
+    )
+
+
+def examine(
+    points: FloatArray,
+    cells: IntArray,
+    reference: ReferenceCell,
+    groups: dict[str, int],
+    cell_groups: IntArray,
+) -> MeshReport:
+    """Measure a mesh.
+
+    Args:
+        points: Node coordinates, shape (n_points, 3) [m].
+        cells: Nodes of each cell in gmsh's order, shape (n_cells, n_nodes).
+        reference: Their element type.
+        groups: Number of each physical volume by name.
+        cell_groups: Number of the physical volume of each cell, shape (n_cells,).
+
+    Returns:
+        The report.
+    """
+    quality = scaled_jacobian(points, cells, reference)
+    volumes = cell_volumes(points, cells, reference)
+    worst = int(np.argmin(quality))
+    centre = points[cells[worst]].mean(axis=0)
+    return MeshReport(
+        cell=reference.cell,
+        geometry_degree=reference.degree,
+        nodes=len(points),
+        cells=len(cells),
+        volumes={n: float(volumes[cell_groups == tag].sum()) for n, tag in groups.items()},
+        worst_quality=float(quality[worst]),
+        worst_group=next(n for n, tag in groups.items() if tag == cell_groups[worst]),
+        worst_point=(float(centre[0]), float(centre[1]), float(centre[2])),
+        bad_cells=int(np.count_nonzero(quality <= DEGENERATE)),
+    )
+
+
+def _jacobians(
+    points: FloatArray, cells: IntArray, reference: ReferenceCell, at: FloatArray
+) -> Iterator[FloatArray]:
+    """Yield dx_i/dxi_j of some cells at a time, shape (n_cells, n_points, 3, 3) [m]."""
+    gradients = reference.shape_gradients(at)
+    for start in range(0, len(cells), _CHUNK):
+        nodes = points[cells[start : start + _CHUNK]]
+        yield np.einsum("cni,pnj->cpij", nodes, gradients, optimize=True)
+
+
+def _scaled(jacobians: FloatArray, cell: str) -> FloatArray:
+    """Return the scaled Jacobian for each matrix, shape of the argument without the matrix."""
+    t1, t2, t3 = (jacobians[..., j] for j in range(3))
+    corners = [(t1, t2, t3)]
+    unit = 1.0
+    if cell == "tetrahedron":
+        corners += [(t1, t2 - t1, t3 - t1), (t2, t1 - t2, t3 - t2), (t3, t1 - t3, t2 - t3)]
+        unit = np.sqrt(2.0)
+    product = np.max(
+        [np.prod([np.linalg.norm(t, axis=-1) for t in edges], axis=0) for edges in corners], axis=0
+    )
+    det = np.linalg.det(jacobians)
+    return np.asarray(np.divide(unit * det, product, out=np.zeros_like(det), where=product > 0))

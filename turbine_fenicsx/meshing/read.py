@@ -1,0 +1,208 @@
+"""Reading a .msh file into arrays, with every mistake of a user's mesh in one sentence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.meshing.block import face_keys
+from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, IntArray, ReferenceCell
+from turbine_fenicsx.meshing.errors import MeshError
+from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.meshing.session import gmsh_session
+
+
+@dataclass(frozen=True)
+class _Group:
+    """A physical group as gmsh hands it out: elements of one or more types.
+
+    Attributes:
+        name: Its name.
+        tag: Its number.
+        elements: gmsh's number of each element by element type.
+        nodes: gmsh's numbers of the nodes of each element by element type.
+    """
+
+    name: str
+    tag: int
+    elements: dict[int, IntArray]
+    nodes: dict[int, IntArray]
+
+
+def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> MeshArrays:
+    """Read the physical volumes and surfaces of a file, on the calling rank only.
+
+    Args:
+        path: A .msh file.
+        volumes: Names of physical volumes that must exist.
+        surfaces: Names of physical surfaces that must exist.
+
+    Returns:
+        The mesh; nodes that no cell uses are dropped, the others keep their order.
+
+    Raises:
+        MeshError: with one sentence about what is wrong with the file.
+    """
+    _check_header(path)
+    try:
+        with gmsh_session() as gmsh:
+            gmsh.merge(str(path))
+            highest = max((dim for dim, _ in gmsh.model.getEntities()), default=-1)
+            solids, shells = (_groups(gmsh.model, dimension) for dimension in (3, 2))
+            tags, coordinates, _ = gmsh.model.mesh.getNodes()
+            has_cells = any(len(types) > 0 for types in gmsh.model.mesh.getElements(3)[:1])
+            names = {
+                kind: gmsh.model.mesh.getElementProperties(kind)[0]
+                for group in solids + shells
+                for kind in group.elements
+            }
+        if not has_cells:
+            raise MeshError(
+                "it holds no volume elements"
+                + (f", its highest dimension is {highest}" if highest >= 0 else "")
+            )
+        _require(solids, shells, volumes, surfaces)
+        reference = _reference(solids, names)
+        cells, cell_groups = _join(solids, reference.gmsh_type, "volume", names)
+        facets, facet_groups = _join(shells, reference.gmsh_facet_type, "surface", names)
+        used, cells = np.unique(cells, return_inverse=True)
+        cells = cells.reshape(-1, len(reference.nodes))
+        facets = _renumbered(facets.reshape(-1, reference.faces.shape[1]), used)
+        is_face = np.isin(
+            face_keys(np.maximum(facets, 0), reference),
+            face_keys(cells[:, reference.faces].reshape(-1, facets.shape[1]), reference),
+        )
+        stray = np.count_nonzero(~is_face | (facets < 0).any(axis=1))
+        if stray:
+            raise MeshError(f"{stray} elements of its physical surfaces are not faces of any cell")
+    except MeshError as error:
+        raise MeshError(f"mesh file '{path}': {error}") from error
+    order = np.argsort(tags)
+    rows = order[np.searchsorted(tags, used, sorter=order)]
+    return MeshArrays(
+        reference=reference,
+        points=coordinates.reshape(-1, 3)[rows],
+        cells=cells,
+        cell_groups=cell_groups,
+        facets=facets,
+        facet_groups=facet_groups,
+        volumes={group.name: group.tag for group in solids},
+        surfaces={group.name: group.tag for group in shells},
+    )
+
+
+def _check_header(path: Path) -> None:
+    """Raise MeshError unless the file exists and begins like an MSH file.
+
+    Anything else gmsh would run as a script.
+    """
+    try:
+        with path.open("rb") as file:
+            start = file.read(64)
+    except OSError as error:
+        raise MeshError(f"cannot read the mesh file '{path}': {error.strerror}") from error
+    if path.suffix != ".msh" or not start.lstrip().startswith((b"$MeshFormat", b"$Comments")):
+        raise MeshError(f"'{path}' is not a mesh in gmsh's .msh format")
+
+
+def _groups(model: Any, dimension: int) -> list[_Group]:
+    """Return the physical groups of a dimension that hold elements."""
+    groups = []
+    for _, tag in model.getPhysicalGroups(dimension):
+        elements: dict[int, list[IntArray]] = {}
+        nodes: dict[int, list[IntArray]] = {}
+        for entity in model.getEntitiesForPhysicalGroup(dimension, tag):
+            for kind, some_elements, some_nodes in zip(
+                *model.mesh.getElements(dimension, entity), strict=True
+            ):
+                elements.setdefault(int(kind), []).append(some_elements.astype(np.int64))
+                nodes.setdefault(int(kind), []).append(some_nodes.astype(np.int64))
+        name = model.getPhysicalName(dimension, tag) or f"unnamed_{tag}"
+        if elements:
+            groups.append(
+                _Group(
+                    name,
+                    int(tag),
+                    {kind: np.concatenate(parts) for kind, parts in elements.items()},
+                    {kind: np.concatenate(parts) for kind, parts in nodes.items()},
+                )
+            )
+    return groups
+
+
+def _require(
+    solids: list[_Group], shells: list[_Group], volumes: Sequence[str], surfaces: Sequence[str]
+) -> None:
+    """Raise MeshError if a group is missing or two have the same name."""
+    missing, found = [], []
+    for groups, required, kind in ((solids, volumes, "volume"), (shells, surfaces, "surface")):
+        names = [group.name for group in groups]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise MeshError(f"it has more than one physical {kind} called {_listed(twice)}")
+        lacking = [name for name in required if name not in names]
+        if lacking:
+            missing.append(f"the physical {_counted(kind, lacking)}")
+        found.append(f"the {_counted(kind, sorted(names))}" if names else f"no {kind}")
+    if not solids and not missing:
+        missing.append("a physical volume")
+    if missing:
+        raise MeshError(f"it lacks {' and '.join(missing)}; it has {' and '.join(found)}")
+
+
+def _reference(solids: list[_Group], names: dict[int, str]) -> ReferenceCell:
+    """Return the element type of all cells, or raise MeshError if there is more than one."""
+    kinds = sorted({kind for group in solids for kind in group.elements})
+    supported = {reference.gmsh_type: reference for reference in REFERENCE_CELLS}
+    if len(kinds) == 1 and kinds[0] in supported:
+        return supported[kinds[0]]
+    raise MeshError(
+        f"its volume elements are {_listed(names[kind] for kind in kinds)}; all must be of one "
+        "type: tetrahedra with 4 or 10 or hexahedra with 8 or 27 nodes"
+    )
+
+
+def _join(
+    groups: list[_Group], kind: int, what: str, names: dict[int, str]
+) -> tuple[IntArray, IntArray]:
+    """Return the nodes of all elements in one row and the group of each element."""
+    for group in groups:
+        wrong = [names[other] for other in group.elements if other != kind]
+        if wrong:
+            raise MeshError(
+                f"its physical {what} '{group.name}' holds {_listed(wrong)}, which are not faces "
+                "of its volume elements"
+            )
+    none = np.empty(0, dtype=np.int64)
+    elements = np.concatenate([none, *(group.elements[kind] for group in groups)])
+    tags = [np.full(len(group.elements[kind]), group.tag) for group in groups]
+    _, first = np.unique(elements, return_index=True)
+    if len(first) < len(elements):
+        labels = np.concatenate([none, *(np.full_like(t, i) for i, t in enumerate(tags))])
+        doubled = np.setdiff1d(np.arange(len(elements)), first)
+        shared = np.isin(elements, elements[doubled])
+        both = sorted(groups[i].name for i in np.unique(labels[shared]))
+        raise MeshError(
+            f"its physical {what}s {_listed(both)} share {len(doubled)} elements; an element may "
+            f"be in one physical {what} only"
+        )
+    nodes = np.concatenate([none, *(group.nodes[kind] for group in groups)])
+    return nodes, np.concatenate([none, *tags])
+
+
+def _renumbered(nodes: IntArray, used: IntArray) -> IntArray:
+    """Return the positions of nodes in the sorted array ``used``, -1 for those not in it."""
+    position = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
+    return np.where(used[position] == nodes, position, -1)
+
+
+def _counted(kind: str, names: list[str]) -> str:
+    """Return "volume 'a'" or "volumes 'a', 'b'"."""
+    return f"{kind}{'s' if len(names) > 1 else ''} {_listed(names)}"
+
+
+def _listed(names: Any) -> str:
+    """Return names in quotes, separated by commas."""
+    return ", ".join(f"'{name}'" for name in names)

@@ -1,0 +1,129 @@
+"""Time series: one row of numbers per accepted step, in a CSV file that grows as the run does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from mpi4py import MPI
+
+from turbine_fenicsx.parallel import on_rank0
+from turbine_fenicsx.simulation import Snapshot
+from turbine_fenicsx.system import MultibodySystem
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Some columns of the time series.
+
+    Args:
+        columns: Names with units, for example ``("angle_yaw_[rad]",)``.
+        values: Function of the snapshot that returns one number per column; called on all ranks.
+    """
+
+    columns: tuple[str, ...]
+    values: Callable[[Snapshot], Sequence[float]]
+
+
+class History:
+    """Writes ``history.csv``, flushed after every row so that other programs can follow it.
+
+    Args:
+        comm: Communicator; rank 0 writes.
+        path: The file, overwritten.
+        channels: The columns from left to right.
+
+    Raises:
+        OSError: if the file cannot be written, on all ranks.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, path: str | os.PathLike[str], channels: Sequence[Channel]
+    ) -> None:
+        """Open the file and write the head."""
+        self._channels = tuple(channels)
+        self._file: TextIO | None = None
+        self._comm = comm
+
+        def create() -> None:
+            self._file = Path(path).open("w", encoding="utf-8", newline="\n")
+            self._write([name for channel in self._channels for name in channel.columns])
+
+        on_rank0(comm, create)
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Append a row."""
+        row = [x for channel in self._channels for x in channel.values(snapshot)]
+        on_rank0(self._comm, lambda: self._write([_text(x) for x in row]))
+
+    def finish(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _write(self, cells: Sequence[str]) -> None:
+        """Write one line and flush it."""
+        assert self._file is not None
+        self._file.write(",".join(cells) + "\n")
+        self._file.flush()
+
+
+def _text(x: float) -> str:
+    """A number without loss: whole numbers plain, others so that they read back exactly."""
+    return str(x) if isinstance(x, int) else repr(float(x))
+
+
+def energy_channel() -> Channel:
+    """Time, energies, work, energy error, linear and angular momentum."""
+
+    def values(s: Snapshot) -> list[float]:
+        b = s.balance
+        return [
+            s.state.time,
+            b.kinetic,
+            b.strain,
+            b.potential,
+            b.total,
+            s.external_work,
+            s.energy_error,
+            *b.linear,
+            *b.angular,
+        ]
+
+    return Channel(
+        (
+            "time_[s]",
+            "kinetic_energy_[J]",
+            "strain_energy_[J]",
+            "potential_energy_[J]",
+            "total_energy_[J]",
+            "external_work_[J]",
+            "energy_error_[J]",
+            *(f"linear_momentum_{i}_[kgm/s]" for i in (1, 2, 3)),
+            *(f"angular_momentum_{i}_[Nms]" for i in (1, 2, 3)),
+        ),
+        values,
+    )
+
+
+def angle_channel(system: MultibodySystem) -> Channel:
+    """All joint angles."""
+    columns = tuple(f"angle_{name}_[rad]" for name in system.angle_names)
+    return Channel(columns, lambda s: list(s.state.angles))
+
+
+def numerics_channel() -> Channel:
+    """Constraint error, iterations and wall time."""
+
+    def values(s: Snapshot) -> list[float]:
+        newton, krylov = (
+            (s.report.newton_iterations, s.report.krylov_iterations) if s.report else (0, 0)
+        )
+        return [s.constraint_error, newton, krylov, round(s.wall_time, 6)]
+
+    return Channel(
+        ("constraint_error_[-]", "newton_iterations", "krylov_iterations", "wall_time_[s]"), values
+    )

@@ -1,0 +1,27 @@
+"""Where the time goes: PETSc log events, which also show in PETSc's own -log_view."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+EVENTS = ("residual", "tangent", "linear set-up", "linear solve", "balance", "output")
+"""Parts of a run that are timed."""
+
+
+def event(name: str) -> PETSc.Log.Event:
+    """The event of a part, a context manager.
+
+    Args:
+        name: One of `EVENTS`.
+    """
+    return PETSc.Log.Event(f"turbine {name}")
+
+
+def start() -> None:
+    """Begin to measure."""
+    PETSc.Log.begin()
+
+
+def seconds() -> dict[str, float]:
+    """Seconds spent in each part on this rank since `start`."""
+    return {name: float(event(name).getPerfInfo()["time"]) for name in EVENTS}

@@ -1,0 +1,1 @@
+"""The wind turbine: parameters, builders, surfaces."""

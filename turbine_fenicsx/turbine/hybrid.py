@@ -1,0 +1,86 @@
+"""The hybrid turbine: rigid nacelle and hub, three flexible blades (sections 3 and 4.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.coupling import Coupling
+from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.materials.base import Material
+from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.turbine.parameters import TurbineParameters
+from turbine_fenicsx.turbine.rigid import tower_top
+
+Frame = tuple[Any, Any, Any]
+"""Axes a1 (span), a2 (chord), a3 (thickness) as UFL vectors."""
+
+
+def frame_fields(mesh: Any, cell_tags: Any, frames: dict[int, Array]) -> Frame:
+    """One frame per tagged part of a mesh, as cellwise constant fields.
+
+    Args:
+        mesh: The mesh.
+        cell_tags: Cell tags of the parts.
+        frames: Axes as rows, shape (3, 3), by tag.
+
+    Returns:
+        The three axes as functions on the mesh.
+    """
+    space = _compat.cellwise_space(mesh, (3,))
+    dofs = _compat.dofs_of_cells(space)[:, 0]
+    axes = []
+    for k in range(3):
+        axis = fem.Function(space)
+        values = axis.x.array.reshape(-1, 3)
+        for tag, frame in frames.items():
+            values[dofs[cell_tags.indices[cell_tags.values == tag]]] = frame[k]
+        axis.x.scatter_forward()
+        axes.append(axis)
+    return axes[0], axes[1], axes[2]
+
+
+def hybrid_turbine(
+    p: TurbineParameters,
+    mesh: Any,
+    cell_tags: Any,
+    facet_tags: Any,
+    blades: Sequence[tuple[int, int, Array]],
+    material: Callable[[Frame], Material],
+    density: float,
+    degree: int = 1,
+) -> list[Any]:
+    """Parts of the hybrid turbine.
+
+    Args:
+        p: Parameters of the rigid parts.
+        mesh: Mesh of all blades.
+        cell_tags: Cell tags of the blades.
+        facet_tags: Facet tags of the blade roots.
+        blades: For each blade its cell tag, the facet tag of its root, and its frame (span,
+            chord, thickness) as rows, shape (3, 3).
+        material: Makes the material from the frame fields.
+        density: Density of the blades [kg/m^3].
+        degree: Polynomial degree of the displacement.
+
+    Returns:
+        Nacelle, hub, their bearings, one flexible body with all blades, and one coupling per
+        blade; loads are the caller's.
+    """
+    nacelle, hub, bearings = tower_top(p)
+    frame = frame_fields(mesh, cell_tags, {tag: axes for tag, _, axes in blades})
+    body = FlexibleBody("blades", mesh, material(frame), density, degree, fibre=frame[0])
+    couplings = [
+        Coupling(
+            f"root_{k}",
+            body,
+            facet_tags.indices[facet_tags.values == root].astype(np.int32),
+            hub,
+        )
+        for k, (_, root, _) in enumerate(blades, start=1)
+    ]
+    return [nacelle, hub, *bearings, body, *couplings]

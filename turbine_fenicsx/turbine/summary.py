@@ -1,0 +1,179 @@
+"""What a run was and what it took, as ``summary.json`` and as a short table."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+import turbine_fenicsx
+from turbine_fenicsx import timing
+from turbine_fenicsx.rotations import E3
+from turbine_fenicsx.simulation import Snapshot
+from turbine_fenicsx.turbine.model import Turbine
+
+
+class Statistics:
+    """Collects extremes and means over a run; an observer."""
+
+    def __init__(self) -> None:
+        """Nothing seen yet."""
+        self.worst_energy_error = self.largest_energy = self.worst_constraint = 0.0
+        self.newton = self.krylov = self.steps = 0
+        self.last: Snapshot | None = None
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Take in a snapshot."""
+        b = snapshot.balance
+        self.worst_energy_error = max(self.worst_energy_error, abs(snapshot.energy_error))
+        self.largest_energy = max(
+            self.largest_energy, abs(b.total), b.kinetic, b.strain, abs(b.potential)
+        )
+        self.worst_constraint = max(self.worst_constraint, snapshot.constraint_error)
+        if snapshot.report is not None:
+            self.steps += 1
+            self.newton += snapshot.report.newton_iterations
+            self.krylov += snapshot.report.krylov_iterations
+        self.last = snapshot
+
+    def finish(self) -> None:
+        """Nothing to do."""
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that matters for a result."""
+    found = {
+        "turbine_fenicsx": turbine_fenicsx.__version__,
+        "python": platform.python_version(),
+        "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
+        "mpi": MPI.Get_library_version().split(",")[0].split("\n")[0].strip("\x00 "),
+    }
+    for package in ("fenics-dolfinx", "fenics-ufl", "numpy", "gmsh", "petsc4py", "mpi4py"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def masses(turbine: Turbine) -> dict[str, float]:
+    """Masses of all bodies [kg]. Collective."""
+    system = turbine.system
+    found = {body.name: float(body.mass) for body in system.rigid_bodies}
+    for block in system.flexible_blocks:
+        found[block.body.name] = float(system.comm.allreduce(block.nodal_mass.sum()))
+    return found
+
+
+def rotor_inertia(turbine: Turbine) -> float:
+    """Moment of inertia of hub and blades about the shaft [kg m^2]. Collective.
+
+    It is the angular momentum about the shaft of the rotor that turns once a radian per second.
+    """
+    system = turbine.system
+    state = system.initial_state()
+    nacelle, hub = system.rigid_bodies[:2]
+    centre = np.asarray(hub.position, dtype=float)
+    state.q_dot[:] = np.cross(E3, state.q.reshape(-1, 3)).ravel()
+    for body, first in system.first_coordinate.items():
+        state.q_dot[first : first + 3] = np.cross(E3, np.asarray(body.position) - centre)
+    first = system.first_coordinate[nacelle]
+    state.q_dot[first : first + 12] = 0.0
+    for block, v in zip(system.flexible_blocks, state.v, strict=True):
+        v.array[:] = np.cross(E3, block.positions - centre).ravel()
+    inertia = float(system.balance(state).angular[2])
+    state.destroy()
+    return inertia
+
+
+def unknowns(turbine: Turbine) -> dict[str, int]:
+    """Numbers of unknowns of each block."""
+    system, rigid = turbine.system, turbine.system.rigid_block
+    return {
+        "displacements": sum(
+            3 * f.space.dofmap.index_map.size_global for f in system.flexible_blocks
+        ),
+        "coupling_multipliers": sum(c.C.getSize()[0] for c in system.coupling_blocks),
+        "rigid_coordinates": rigid.n_q,
+        "joint_angles": rigid.n_angles,
+        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles,
+    }
+
+
+def summary(
+    turbine: Turbine, statistics: Statistics, seconds: float, halvings: int
+) -> dict[str, Any]:
+    """Everything worth keeping about a run. Collective.
+
+    Args:
+        turbine: The turbine.
+        statistics: What was seen during the run.
+        seconds: Wall time of the time loop [s].
+        halvings: How many steps were halved.
+    """
+    steps = max(statistics.steps, 1)
+    parts = timing.seconds()
+    parts["other"] = max(seconds - sum(parts.values()), 0.0)
+    last = statistics.last
+    assert last is not None
+    mesh = turbine.mesh
+    return {
+        "versions": versions(),
+        "ranks": turbine.system.comm.size,
+        "unknowns": unknowns(turbine),
+        "mesh": None
+        if mesh is None
+        else {
+            "nodes": mesh.report.nodes,
+            "cells": mesh.report.cells,
+            "worst_quality": mesh.report.worst_quality,
+        },
+        "masses_[kg]": masses(turbine),
+        "rotor_inertia_[kgm2]": rotor_inertia(turbine),
+        "steps": statistics.steps,
+        "halved_steps": halvings,
+        "end_time_[s]": last.state.time,
+        "worst_energy_error_[J]": statistics.worst_energy_error,
+        "largest_energy_[J]": statistics.largest_energy,
+        "worst_constraint_error_[-]": statistics.worst_constraint,
+        "angular_momentum_[Nms]": [float(x) for x in last.balance.angular],
+        "angles_[rad]": {
+            name: float(angle)
+            for name, angle in zip(turbine.system.angle_names, last.state.angles, strict=True)
+        },
+        "mean_newton_iterations": statistics.newton / steps,
+        "mean_krylov_iterations": statistics.krylov / steps,
+        "wall_time_[s]": seconds,
+        "time_per_step_[s]": seconds / steps,
+        "time_per_step_by_part_[s]": {name: t / steps for name, t in parts.items()},
+    }
+
+
+def table(s: dict[str, Any]) -> str:
+    """The summary as a few lines to read."""
+    scale = max(s["largest_energy_[J]"], 1e-300)
+    momentum = ", ".join(f"{x / 1e3:.6g}" for x in s["angular_momentum_[Nms]"])
+    angles = ", ".join(f"{name} {x:+.6f}" for name, x in s["angles_[rad]"].items())
+    sizes = s["unknowns"]
+    spent = s["time_per_step_by_part_[s]"]
+    shares = ", ".join(f"{k} {1e3 * t:.1f}" for k, t in spent.items() if t > 0.0)
+    rows = [
+        ("unknowns", f"{sum(sizes.values())} ({sizes['displacements']} displacements)"),
+        ("steps", f"{s['steps']} to t = {s['end_time_[s]']:g} s, {s['halved_steps']} halved"),
+        (
+            "energy balance error",
+            f"{s['worst_energy_error_[J]']:.1e} J, {s['worst_energy_error_[J]'] / scale:.1e} of "
+            "the largest energy",
+        ),
+        ("constraint error", f"{s['worst_constraint_error_[-]']:.1e}"),
+        ("angular momentum", f"({momentum}) kNms"),
+        ("angles [rad]", angles),
+        ("iterations per step", f"{s['mean_newton_iterations']:.2f} Newton"),
+        ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
+    ]
+    return "\n".join(f"  {name:<22}{text}" for name, text in rows)
