@@ -51,9 +51,10 @@ def dofs_of_cells(space: Any) -> npt.NDArray[np.int32]:
 
 def geometry_nodes_of_cells(mesh: Any) -> npt.NDArray[np.int32]:
     """Geometry nodes of the local cells, shape (cells, nodes per cell)."""
-    several = getattr(mesh.geometry, "dofmaps", None)
-    indexable = several is not None and not callable(several)
-    return _as_rows(several[0] if indexable else mesh.geometry.dofmap, mesh)
+    several: Any = getattr(mesh.geometry, "dofmaps", None)
+    if several is None or callable(several):
+        return _as_rows(mesh.geometry.dofmap, mesh)
+    return _as_rows(several[0], mesh)
 
 
 def _as_rows(table: Any, mesh: Any) -> npt.NDArray[np.int32]:

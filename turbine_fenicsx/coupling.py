@@ -87,7 +87,7 @@ class CouplingBlock:
         shared = comm.allreduce(self.nodes.size - np.unique(self.nodes).size)
         if shared:
             raise ValueError(f"{shared} nodes of {block.body.name!r} belong to two couplings")
-        self.slices = []
+        self.slices: list[slice] = []
         for nodes in found:
             start = self.slices[-1].stop if self.slices else 0
             self.slices.append(slice(start, start + nodes.size))
@@ -141,7 +141,7 @@ class CouplingBlock:
 
 
 def _sparse(
-    comm: Any, layout: Any, row_lengths: Array, columns: npt.ArrayLike, values: Array
+    comm: Any, layout: Any, row_lengths: npt.ArrayLike, columns: npt.ArrayLike, values: Array
 ) -> PETSc.Mat:
     """Distributed matrix from this rank's rows in compressed form, global column numbers."""
     indptr = np.concatenate([[0], np.cumsum(row_lengths)]).astype(PETSc.IntType)

@@ -14,6 +14,8 @@ of X: a rejected step changes nothing.
 
 from __future__ import annotations
 
+from typing import Any
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -177,10 +179,9 @@ class EnergyMomentumStep:
         r_norms = np.zeros(4)
         if self._n_r:
             parts = self.system.rigid_block.split(np.abs(R_r.array_r))
-            weights = self._inverse_masses
+            weights: list[Any] = [self._inverse_masses, 1.0, 1.0, 1.0]
             r_norms[:] = [
-                float(np.max(w * part, initial=0.0))
-                for w, part in zip((weights, 1.0, 1.0, 1.0), parts, strict=True)
+                float(np.max(w * part, initial=0.0)) for w, part in zip(weights, parts, strict=True)
             ]
         r_norms = self.system.comm.bcast(r_norms)
         return np.concatenate([norms, r_norms]) / self._scales

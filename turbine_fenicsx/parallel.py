@@ -9,7 +9,7 @@ from mpi4py import MPI
 T = TypeVar("T")
 
 
-def on_rank0(comm: MPI.Comm, function: Callable[[], T]) -> T:
+def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
     """Call a function on rank 0 and hand its result, or its exception, to every rank.
 
     Without this, an error on rank 0 leaves the other ranks waiting for ever in their next

@@ -125,6 +125,14 @@ def _tower(top: Any) -> Any:
     )
 
 
+def _rotor_side(grid: Any, part: Any) -> float:
+    """1 if the hub lies before the nacelle along e3, -1 if behind: the side to look from."""
+    if not (part == HUB).any() or not (part == NACELLE).any():
+        return 1.0
+    hub, nacelle = (grid.extract_cells(part == number).center[2] for number in (HUB, NACELLE))
+    return 1.0 if hub >= nacelle else -1.0
+
+
 def _draw(path: str, png: str, time: float | None, scalar: str | None) -> None:
     """Draw the picture in this process."""
     import pyvista
@@ -156,7 +164,12 @@ def _draw(path: str, png: str, time: float | None, scalar: str | None) -> None:
                 blades, scalars=label, cmap="viridis", clim=limits, scalar_bar_args=bar, **edges
             )
     plotter.add_text(f"t = {time:.2f} s", position=(40, 1120), font_size=16, color="black")
-    plotter.camera_position = [(130.0, 30.0, 317.0), (14.0, -15.5, 0.0), (0.0, 1.0, 0.0)]
+    side = _rotor_side(grid, part)
+    plotter.camera_position = [
+        (130.0 * side, 30.0, 317.0 * side),
+        (14.0 * side, -15.5, 0.0),
+        (0.0, 1.0, 0.0),
+    ]
     plotter.camera.view_angle = 26.0
     plotter.enable_anti_aliasing("ssaa")
     plotter.screenshot(png)

@@ -47,7 +47,7 @@ _COLUMN = re.compile(r"(?P<quantity>.+)_\[(?P<unit>.+)\]$")
 
 
 @dataclass(frozen=True)
-class History:
+class TimeSeries:
     """Time series of one run.
 
     Args:
@@ -74,7 +74,7 @@ class History:
         return found
 
 
-def read_history(path: str | os.PathLike[str]) -> History:
+def read_history(path: str | os.PathLike[str]) -> TimeSeries:
     """Read ``history.csv``; a last row that a crash has cut off is left out.
 
     Args:
@@ -99,7 +99,7 @@ def read_history(path: str | os.PathLike[str]) -> History:
     except ValueError as problem:
         raise ValueError(f"{path}: {problem}") from None
     columns = {name.strip(): values[:, i] for i, name in enumerate(header)}
-    return History(path.resolve().parent.name, columns)
+    return TimeSeries(path.resolve().parent.name, columns)
 
 
 def plot_history(
@@ -150,8 +150,8 @@ def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) 
 
 
 def _draw(
-    runs: Sequence[History],
-    panels: Sequence[Callable[[Any, History, str, str], None]],
+    runs: Sequence[TimeSeries],
+    panels: Sequence[Callable[[Any, TimeSeries, str, str], None]],
     out: str | os.PathLike[str],
     n_columns: int,
 ) -> Path:
@@ -191,12 +191,14 @@ def _draw(
         if len(runs) > 1:
             lines = [Line2D([], [], color="#333333", linestyle=style) for style in styles]
             names = [run.name for run in runs]
-            figure.legend(lines, names, loc="outside upper center", ncols=4, handlelength=3.0)
+            figure.legend(lines, names, loc="upper center", ncols=4, handlelength=3.0)
+            above = 0.12 + 0.17 * -(-len(runs) // 4)
+            figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - above / (2.9 * n_rows)))
         figure.savefig(out)
     return Path(out)
 
 
-def _energies(axes: Any, run: History, style: str, color: str) -> None:
+def _energies(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Total energy and its parts [kJ]."""
     t = run["time_[s]"]
     axes.plot(t, run["total_energy_[J]"] / 1e3, style, color="black", lw=2.4, label="total")
@@ -205,27 +207,27 @@ def _energies(axes: Any, run: History, style: str, color: str) -> None:
     axes.set(title="Energies", ylabel="energy [kJ]")
 
 
-def _energy_steps(axes: Any, run: History, style: str, color: str) -> None:
+def _energy_steps(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """What each step adds to the energy beyond the work of the loads [J]."""
     change = np.abs(np.diff(run["total_energy_[J]"] - run["external_work_[J]"]))
     _dots(axes, run, np.concatenate([[0.0], change]), color)
     axes.set(title="Energy error per step", ylabel=r"$|\Delta H - \Delta W|$ [J]")
 
 
-def _energy_error(axes: Any, run: History, style: str, color: str) -> None:
+def _energy_error(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Total energy minus initial energy minus work [J]."""
     axes.plot(run["time_[s]"], run["energy_error_[J]"], color=color, label=run.name)
     axes.set(title="Energy error", ylabel=r"$H - H_0 - W$ [J]")
 
 
-def _angles(axes: Any, run: History, style: str, color: str) -> None:
+def _angles(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Joint angles [rad]."""
     for (name, angle), own_color in zip(run.named("angle_").items(), PALETTE * 9, strict=False):
         axes.plot(run["time_[s]"], angle, style, color=own_color, label=name.replace("_", " "))
     axes.set(title="Joint angles", ylabel="angle [rad]")
 
 
-def _angular_momentum(axes: Any, run: History, style: str, color: str) -> None:
+def _angular_momentum(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Angular momentum about the origin [kNms]."""
     for axis, own_color in zip("123", PALETTE, strict=False):
         values = run[f"angular_momentum_{axis}_[Nms]"] / 1e3
@@ -233,7 +235,7 @@ def _angular_momentum(axes: Any, run: History, style: str, color: str) -> None:
     axes.set(title="Angular momentum", ylabel="about the origin [kNms]")
 
 
-def _tip_deflections(axes: Any, run: History, style: str, color: str) -> None:
+def _tip_deflections(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Deflections of the blade tips in their root frames [m]."""
     tips = run.named("tip_deflection_")
     for (name, tip), own_color in zip(tips.items(), PALETTE * 9, strict=False):
@@ -241,13 +243,13 @@ def _tip_deflections(axes: Any, run: History, style: str, color: str) -> None:
     axes.set(title="Tip deflections", ylabel="in the root frame [m]")
 
 
-def _constraint_error(axes: Any, run: History, style: str, color: str) -> None:
+def _constraint_error(axes: Any, run: TimeSeries, style: str, color: str) -> None:
     """Largest violation of a constraint [-]."""
     _dots(axes, run, run["constraint_error_[-]"], color)
     axes.set(title="Constraint error", ylabel="largest violation [-]")
 
 
-def _dots(axes: Any, run: History, values: NDArray[np.float64], color: str) -> None:
+def _dots(axes: Any, run: TimeSeries, values: NDArray[np.float64], color: str) -> None:
     """Values over many decades; zeros are not shown."""
     shown = np.where(values > 0.0, values, np.nan)
     axes.plot(run["time_[s]"], shown, ".", ms=2.5, mew=0.0, color=color, label=run.name)

@@ -158,4 +158,4 @@ class QuadraticMap:
         """sum_k weights_k Q_k, shape (size, size)."""
         size = self.shape[1]
         Q = np.bincount(self._flat_ij, self._a * weights[self._k], minlength=size * size)
-        return Q.reshape(size, size)
+        return np.asarray(Q, dtype=float).reshape(size, size)

@@ -39,9 +39,17 @@ class State:
 
     def copy(self) -> State:
         """An independent copy."""
-        arrays = (a.copy() for a in (self.q, self.q_dot, self.angles, self.angle_rates))
-        fields = (tuple(x.copy() for x in f) for f in (self.u, self.v, self.coupling))
-        return State(self.time, *arrays, self.multipliers.copy(), *fields)
+        return State(
+            time=self.time,
+            q=self.q.copy(),
+            q_dot=self.q_dot.copy(),
+            angles=self.angles.copy(),
+            angle_rates=self.angle_rates.copy(),
+            multipliers=self.multipliers.copy(),
+            u=tuple(x.copy() for x in self.u),
+            v=tuple(x.copy() for x in self.v),
+            coupling=tuple(x.copy() for x in self.coupling),
+        )
 
     def destroy(self) -> None:
         """Free the distributed vectors. Collective."""

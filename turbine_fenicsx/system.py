@@ -67,7 +67,7 @@ class MultibodySystem:
 
     def __init__(
         self,
-        comm: MPI.Comm,
+        comm: MPI.Intracomm,
         parts: Iterable[Any],
         angle_form: str = "regular",
         stress: AlgorithmicStress | None = None,
@@ -91,7 +91,9 @@ class MultibodySystem:
 
         self.first_coordinate = {b: 12 * k for k, b in enumerate(self.rigid_bodies)}
         frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(self.rigid_bodies)}
-        frames_of = [[frames.get(b, BodyFrame(None)) for b in j.bodies] for j in self.joints]
+        frames_of = [
+            [BodyFrame(None) if b is None else frames[b] for b in j.bodies] for j in self.joints
+        ]
         constraints = [c for f in frames.values() for c in f.internal_constraints()]
         angles = {}
         for joint, (a, b) in zip(self.joints, frames_of, strict=True):
@@ -208,10 +210,8 @@ class MultibodySystem:
 
     def _check_names_and_partners(self) -> None:
         """Raise a ValueError for duplicate names and missing partners."""
-        names = [
-            p.name
-            for p in (*self.rigid_bodies, *self.flexible_bodies, *self.joints, *self.couplings)
-        ]
+        parts: list[Any] = [*self.rigid_bodies, *self.flexible_bodies, *self.joints]
+        names = [part.name for part in (*parts, *self.couplings)]
         twice = sorted({n for n in names if names.count(n) > 1})
         if twice:
             raise ValueError(f"names must be unique, but {twice} occur more than once")
@@ -221,6 +221,7 @@ class MultibodySystem:
         for name, partners in pairs:
             for partner in partners:
                 if id(partner) not in known:
+                    body = getattr(partner, "name", partner)
                     raise ValueError(
-                        f"{name!r} refers to body {partner.name!r}, which is not among the parts"
+                        f"{name!r} refers to body {body!r}, which is not among the parts"
                     )

@@ -46,7 +46,7 @@ class Elimination:
         reduced = self._step.rigid_tangent.copy()
         for body in self._bodies:
             schur = body.update()
-            if reduced.size:
+            if schur is not None:
                 reduced[np.ix_(body.coupling.columns, body.coupling.columns)] += schur
         self._reduced = reduced
 
@@ -55,13 +55,13 @@ class Elimination:
         b_u, b_c, b_r = self._step.split(b)
         u, mu_c, r = self._step.split(x)
         b_r.copy(r)
-        for body, *parts in zip(self._bodies, b_u, b_c, u, strict=True):
-            body.eliminate(*parts, r)
+        for body, b_u_k, b_c_k, w in zip(self._bodies, b_u, b_c, u, strict=True):
+            body.eliminate(b_u_k, b_c_k, w, r)
         if self._reduced.size:
             r.array[:] = solve_scaled(self._reduced, r.array_r)
         motion = self._step.system.comm.bcast(np.array(r.array_r) if self._reduced.size else None)
-        for body, *parts in zip(self._bodies, b_u, u, mu_c, strict=True):
-            body.substitute(motion, *parts)
+        for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):
+            body.substitute(motion, b_u_k, u_k, mu_k)
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

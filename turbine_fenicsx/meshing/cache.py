@@ -20,7 +20,7 @@ GENERATOR_VERSION = 1
 
 
 def cached_mesh(
-    comm: MPI.Comm,
+    comm: MPI.Intracomm,
     blade: BladeGeometry,
     layout: RotorLayout,
     options: MeshOptions,

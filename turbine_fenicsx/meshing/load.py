@@ -38,7 +38,7 @@ class LoadedMesh:
 
 
 def load_msh(
-    comm: MPI.Comm,
+    comm: MPI.Intracomm,
     path: str | os.PathLike[str],
     volumes: Sequence[str] = (),
     surfaces: Sequence[str] = (),
@@ -82,7 +82,7 @@ def load_msh(
     return LoadedMesh(mesh, cell_tags, facet_tags, cell_names, facet_names, report)
 
 
-def _distribute(comm: MPI.Comm, kept: list[MeshArrays]) -> tuple[Any, Any, Any]:
+def _distribute(comm: MPI.Intracomm, kept: list[MeshArrays]) -> tuple[Any, Any, Any]:
     """Turn the arrays of rank 0 into a distributed mesh with cell and facet tags."""
     # imported here, so that a mesh can be described and built without loading DOLFINx
     from turbine_fenicsx._compat import gmsh_model_to_mesh

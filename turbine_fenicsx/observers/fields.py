@@ -148,7 +148,7 @@ class _BodyOutput:
         X.interpolate(lambda x: x)
         self.positions = X.x.array.reshape(-1, 3)[self._node_of]
 
-    def cells(self, comm: MPI.Comm, starts: Array) -> Array:
+    def cells(self, comm: MPI.Intracomm, starts: Array) -> Array:
         """Vertices of the owned cells by their numbers in the output, shape (n_cells, .).
 
         Args:

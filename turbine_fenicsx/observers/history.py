@@ -41,7 +41,7 @@ class History:
     """
 
     def __init__(
-        self, comm: MPI.Comm, path: str | os.PathLike[str], channels: Sequence[Channel]
+        self, comm: MPI.Intracomm, path: str | os.PathLike[str], channels: Sequence[Channel]
     ) -> None:
         """Open the file and write the head."""
         self._channels = tuple(channels)

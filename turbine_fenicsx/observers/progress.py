@@ -24,7 +24,7 @@ class Progress:
     """
 
     def __init__(
-        self, comm: MPI.Comm, end: float, style: str = "auto", every: float = 10.0
+        self, comm: MPI.Intracomm, end: float, style: str = "auto", every: float = 10.0
     ) -> None:
         """Choose the style."""
         if style == "auto":

@@ -42,20 +42,28 @@ class TimeCase(Section):
     end: Annotated[Seconds, Field(ge=0.0, allow_inf_nan=False)] = 12.0
 
 
-class InertiaCase(Section):
-    """Mass [kg] and Euler values [kg m^2] of a rigid part."""
-
-    mass: Annotated[Kilograms, Positive]
-    euler: tuple[
-        Annotated[EulerMoment, Positive],
-        Annotated[EulerMoment, Positive],
-        Annotated[EulerMoment, Positive],
-    ]
+Moment = Annotated[EulerMoment, Positive]
 
 
-def _inertia(inertia: Inertia) -> InertiaCase:
-    """An inertia as section of a case."""
-    return InertiaCase(mass=inertia.mass, euler=inertia.euler)
+class NacelleCase(Section):
+    """Mass [kg] and Euler values [kg m^2] of the nacelle."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+
+
+class HubCase(NacelleCase):
+    """The same of the hub."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+
+
+class RigidBladeCase(NacelleCase):
+    """The same of a rigid blade."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
 
 
 class TurbineCase(Section):
@@ -65,9 +73,9 @@ class TurbineCase(Section):
     blade_arm: Literal["printed"] | Annotated[Metres, Positive] = "printed"
     angle_form: Literal["regular", "paper"] = "regular"
     hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
-    nacelle: InertiaCase = _inertia(_DEFAULTS.nacelle)
-    hub: InertiaCase = _inertia(_DEFAULTS.hub)
-    blade: InertiaCase = _inertia(_DEFAULTS.blade)
+    nacelle: NacelleCase = NacelleCase()
+    hub: HubCase = HubCase()
+    blade: RigidBladeCase = RigidBladeCase()
 
     def parameters(self) -> TurbineParameters:
         """The parameters for the builders."""
@@ -213,6 +221,15 @@ class Case(Section):
             raise InputError("\n".join(_sentences(error))) from None
 
 
+_WORDS = (
+    ("input should", "must"),
+    ("field required", "needs more entries"),
+    ("a valid tuple", "a list"),
+    ("extra inputs are not permitted", "unknown key"),
+)
+"""Pydantic's words for mistakes and ours."""
+
+
 def _override(data: dict[str, Any], override: str) -> None:
     """Apply one ``key=value`` to nested tables."""
     key, separator, text = override.partition("=")
@@ -240,9 +257,13 @@ def _sentences(error: ValidationError) -> list[str]:
             sentences[".".join(names)] = f"unknown key {'.'.join(names)!r}{_nearest(names)}"
             continue
         # A union adds the name of the member that failed to the location.
+        if item["type"] == "missing" and names[-1].isdecimal():
+            names.pop()  # a list that is too short
         key = ".".join(n for n in names if n.isidentifier() or n.isdecimal()) or "the case"
         message = item["msg"].removeprefix("Value error, ")
         message = message[0].lower() + message[1:]
+        for theirs, ours in _WORDS:
+            message = message.replace(theirs, ours)
         value = item["input"]
         shown = "" if isinstance(value, dict | BaseModel) else f" = {value!r}"
         sentences.setdefault(key, f"{key}{shown}: {message}")

@@ -84,7 +84,7 @@ def solver_options(case: Case) -> SolverOptions:
     return SolverOptions(**case.solver.model_dump())
 
 
-def load_mesh(case: Case, comm: MPI.Comm) -> LoadedMesh:
+def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
     """Mesh of the blades: the user's own file, or made and cached.
 
     Raises:
@@ -98,7 +98,7 @@ def load_mesh(case: Case, comm: MPI.Comm) -> LoadedMesh:
         raise InputError(str(error)) from None
 
 
-def build_turbine(case: Case, comm: MPI.Comm) -> Turbine:
+def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
     """Build the turbine of a case. Collective.
 
     Args:

@@ -42,7 +42,7 @@ def channels(case: Case, turbine: Turbine) -> list[Channel]:
 def run_case(
     case: Case,
     out: str | os.PathLike[str],
-    comm: MPI.Comm,
+    comm: MPI.Intracomm,
     progress: str = "auto",
     observers: Iterable[Observer] = (),
 ) -> dict[str, Any]:

@@ -1,0 +1,25 @@
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint clean
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+
+help: ## show this list
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+
+setup: ## install what is missing, make .venv
+	@scripts/setup.sh
+
+demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
+	.venv/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o out/hybrid_stiff
+
+test: setup ## run all tests on 1 and on 2 MPI ranks
+	scripts/test.sh
+
+lint: setup ## ruff and mypy
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy turbine_fenicsx
+
+clean: ## remove .venv, build and caches, but not out
+	rm -rf .venv build *.egg-info .pytest_cache .ruff_cache .mypy_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +
