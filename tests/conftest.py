@@ -7,7 +7,17 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+import numpy as np
 import pytest
+from dolfinx import mesh
+
+from turbine_fenicsx.coupling import Coupling
+from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.joints import Revolute
+from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
+from turbine_fenicsx.rigid_body import RigidBody
+from turbine_fenicsx.rotations import E1, E2, E3, rotation_about
+from turbine_fenicsx.system import MultibodySystem
 
 
 def pytest_collection_finish(session):
@@ -40,3 +50,43 @@ def shared_tmp_path(comm):
     comm.barrier()
     if comm.rank == 0:
         shutil.rmtree(path)
+
+
+class Machine:
+    """A small turbine with one blade: nacelle, hub, both bearings, and a soft beam on the hub.
+
+    The hub turns about e3 with ``spin`` [rad/s]; the beam points along e1. Its first natural
+    period is some 0.5 s.
+    """
+
+    def __init__(self, comm, spin=0.0, cell="hexahedron", degree=1, law="svk"):
+        self.comm = comm
+        R = rotation_about(E1 + E2, 0.4)
+        self.nacelle = RigidBody("nacelle", 2.0, (0.3, 0.4, 0.5), directors=R)
+        self.hub = RigidBody(
+            "hub", 1.0, (0.2, 0.1, 0.05), position=-E3, directors=R.T, angular_velocity=spin * E3
+        )
+        self.yaw = Revolute("yaw", None, self.nacelle, point=(0.0, 0.1, 0.0), axis=-E2)
+        self.rotor = Revolute("rotor", self.nacelle, self.hub, point=self.hub.position, axis=E3)
+        corners = [[0.5, -0.25, -1.2], [1.5, 0.25, -0.8]]
+        cells = mesh.create_box(comm, corners, [2, 1, 1], getattr(mesh.CellType, cell))
+        material = {"svk": StVenantKirchhoff, "neo_hooke": NeoHooke}[law](1200.0, 800.0)
+        self.beam = FlexibleBody("beam", cells, material, 3.0, degree)
+        self.root = Coupling("root", self.beam, self.facets(0.5), self.hub)
+
+    def facets(self, x1):
+        """Facets of the beam at a coordinate x1: 0.5 is its root and 1.5 its tip."""
+        return mesh.locate_entities_boundary(self.beam.mesh, 2, lambda x: np.isclose(x[0], x1))
+
+    @property
+    def parts(self):
+        return [self.nacelle, self.hub, self.yaw, self.rotor, self.beam, self.root]
+
+    def system(self, *more, **options):
+        return MultibodySystem(self.comm, [*self.parts, *more], **options)
+
+
+@pytest.fixture(scope="session")
+def machine(comm):
+    """Makes a `Machine`, on all ranks unless told otherwise."""
+    return lambda *args, comm=comm, **options: Machine(comm, *args, **options)

@@ -21,6 +21,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.dense import solve_scaled
 from turbine_fenicsx.rigid_block import RigidStep
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.state import State
@@ -38,6 +39,8 @@ class EnergyMomentumStep:
         residual_vector: Nested vector for the residual.
         tangent_matrix: Nested matrix of the tangent.
         rigid_tangent: K_r on rank 0, shape (n_r, n_r); empty on the others.
+        state: State at t_n, set by `begin`.
+        dt: Step [s], set by `begin`.
     """
 
     def __init__(self, system: MultibodySystem) -> None:
@@ -111,11 +114,11 @@ class EnergyMomentumStep:
         self._gaps = tuple(
             c.gap(coordinates, u) for c, u in zip(system.coupling_blocks, state.u, strict=True)
         )
-        self._dt, self._state = dt, state
+        self.dt, self.state = dt, state
 
     def guess(self, extrapolate: bool) -> None:
         """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation."""
-        state, dt = self._state, self._dt
+        state, dt = self.state, self.dt
         factor = dt if extrapolate else 0.0
         du, mu_c, r = self.split(self.x)
         for increment, v in zip(du, state.v, strict=True):
@@ -157,14 +160,43 @@ class EnergyMomentumStep:
 
     def tangent(self, x: PETSc.Vec) -> None:
         """Assemble the tangent at X into `tangent_matrix`."""
-        du, _, r = self.split(x)
+        du, _, _ = self.split(x)
         for f, increment in zip(self.system.flexible_blocks, du, strict=True):
             f.assemble_tangent(increment)
+        self.update_rigid_tangent(x)
+
+    def update_rigid_tangent(self, x: PETSc.Vec) -> None:
+        """Assemble only the rigid block K_r of the tangent at X."""
         if self._n_r:
-            self.rigid_tangent = self.system.rigid_block.tangent(self.rigid_step, r.array_r)
+            r = self.split(x)[2].array_r
+            self.rigid_tangent = self.system.rigid_block.tangent(self.rigid_step, r)
             self._K.getDenseArray()[:] = self.rigid_tangent
         self._K.assemble()
         self.tangent_matrix.assemble()
+
+    def solve_rigid(self, reduced: Array, r: PETSc.Vec) -> Array:
+        """Solve the reduced equations on rank 0, overwriting r, and hand r to all ranks.
+
+        Args:
+            reduced: K_r with the Schur complements of the flexible bodies, on rank 0.
+            r: Right-hand side, then solution.
+
+        Returns:
+            The solution, shape (n_r,), on every rank.
+        """
+        if self._n_r:
+            r.array[:] = solve_scaled(reduced, r.array_r)
+        return self.system.comm.bcast(np.array(r.array_r) if self._n_r else None)
+
+    def mass_weights(self) -> Array:
+        """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
+        system = self.system
+        weights = [np.repeat(np.abs(f.nodal_mass), 3) for f in system.flexible_blocks]
+        weights += [np.zeros(c.dofs.size) for c in system.coupling_blocks]
+        rigid = np.zeros(self._n_r)
+        if self._n_r:
+            rigid[: system.rigid_block.n_q] = system.rigid_block.masses
+        return np.concatenate([*weights, rigid])
 
     def relative_residuals(self, R: PETSc.Vec) -> Array:
         """Norm of each block of the residual over the norm of its terms (backward error).
@@ -203,7 +235,7 @@ class EnergyMomentumStep:
         Returns:
             Work of all forces but gravity in the step [J]: exactly force times increment.
         """
-        state, dt = self._state, self._dt
+        state, dt = self.state, self.dt
         du, mu_c, r_part = self.split(self.x)
         r = self.system.comm.bcast(np.array(r_part.array_r) if self._n_r else None)
         dq, dT, mu, nu = self.system.rigid_block.split(r)

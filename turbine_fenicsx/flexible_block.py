@@ -35,6 +35,7 @@ class FlexibleBlock:
         space: Space of the displacement.
         n_owned: Number of nodes owned by this rank.
         positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
+        local_positions: The same with those of the ghosts after them.
         nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
         tangent: Matrix of the tangent, filled by `assemble_tangent`.
     """
@@ -99,7 +100,8 @@ class FlexibleBlock:
         )
         X = fem.Function(V)
         X.interpolate(lambda x: x)
-        self.positions = X.x.array[: 3 * self.n_owned].reshape(-1, 3).copy()
+        self.local_positions = X.x.array.reshape(-1, 3).copy()
+        self.positions = self.local_positions[: self.n_owned]
         self.nodal_mass = np.zeros(self.n_owned)
         ones = self.new_vector()
         ones.set(1.0)
@@ -144,6 +146,20 @@ class FlexibleBlock:
         """This rank's part of the strain energy [J] of the displacement u."""
         self._set(self._u_n, u)
         return float(fem.assemble_scalar(self._strain_energy))
+
+    def sum_at_owners(self, values: Array) -> Array:
+        """Sum of nodal values that several ranks hold parts of. Collective.
+
+        Args:
+            values: Values at all local nodes, ghosts included, shape (nodes, 3).
+
+        Returns:
+            Sums at the owned nodes, shape (n_owned, 3).
+        """
+        with self._work.localForm() as local:
+            local.array[:] = values.ravel()
+        self._work.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        return self._work.array_r.reshape(-1, 3).copy()
 
     def nodal_values(self, vector: PETSc.Vec) -> Array:
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from petsc4py import PETSc
 
-EVENTS = ("residual", "tangent", "linear set-up", "linear solve", "balance", "output")
+EVENTS = ("residual", "linear set-up", "linear solve", "balance", "output")
 """Parts of a run that are timed."""
 
 

@@ -21,12 +21,13 @@ from turbine_fenicsx.meshing import (
     cache_directory,
     cached_mesh,
     load_msh,
+    rotor,
 )
-from turbine_fenicsx.meshing.cells import REFERENCE_CELLS
+from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, reference_cell
 from turbine_fenicsx.meshing.hexahedra import layer_fractions, mesh_blade, section_grid
 from turbine_fenicsx.meshing.quality import cell_volumes, scaled_jacobian
 from turbine_fenicsx.meshing.rotor import rotor_arrays, write_msh
-from turbine_fenicsx.meshing.session import gmsh_session
+from turbine_fenicsx.meshing.session import gmsh_session, is_open
 from turbine_fenicsx.parallel import on_rank0
 
 comm = MPI.COMM_WORLD
@@ -187,6 +188,29 @@ def test_volume_and_quality_of_one_deformed_cell(reference):
     assert cell_volumes(bent, cells, reference)[0] == pytest.approx(expected, rel=1e-14)
 
 
+@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
+def test_inverted_places_inside_a_cell_are_found(cell):
+    reference = reference_cell(cell, 2)
+    rng = np.random.default_rng(1)
+    n = 400
+    points = (reference.nodes + rng.uniform(-0.15, 0.15, (n, *reference.nodes.shape))).reshape(
+        -1, 3
+    )
+    cells = np.arange(len(points)).reshape(n, -1)
+    dense = np.stack(np.meshgrid(*[np.linspace(0, 1, 13)] * 3), axis=-1).reshape(-1, 3)
+    if cell == "tetrahedron":
+        dense = dense[dense.sum(axis=1) <= 1 + 1e-12]
+    gradients = reference.shape_gradients(dense)
+    jacobians = np.einsum("cni,pnj->cpij", points[cells], gradients, optimize=True)
+    lowest = np.linalg.det(jacobians).min(axis=1)
+    found = scaled_jacobian(points, cells, reference) < 0
+    assert not np.any(found & (lowest > 1e-3))
+    assert 0.2 < np.mean(lowest < 0) < 0.8
+    # not a proof: a shallow dip between the points goes unseen; with nodes and Gauss points alone
+    # 87 % of the hexahedra were found
+    assert np.mean(found[lowest < 0]) > 0.95
+
+
 # --- hexahedra ---------------------------------------------------------------------------------
 
 
@@ -224,6 +248,14 @@ def test_outline_nodes_lie_on_the_ellipse(n, degree):
     off = np.abs(np.linalg.norm(outline, axis=1) - 1) > 1e-14
     assert np.count_nonzero(off) == (0 if degree == 1 else 8)  # the middles next to the corners
     assert np.linalg.norm(outline, axis=1).max() < 1 + 1e-14
+
+
+def test_a_bent_edge_takes_the_middle_of_its_cell_along():
+    grid = section_grid(2, 2, 2)
+    corners = grid[0, 0] + grid[2, 0] + grid[0, 2] + grid[2, 2]
+    bulges = grid[1, 0] - (grid[0, 0] + grid[2, 0]) / 2 + grid[0, 1] - (grid[0, 0] + grid[0, 2]) / 2
+    assert np.linalg.norm(bulges) > 0.05
+    np.testing.assert_allclose(grid[1, 1] - corners / 4, bulges / 2, atol=1e-15)
 
 
 def test_size_sets_the_numbers_of_hexahedra():
@@ -305,8 +337,9 @@ def test_quadratic_tetrahedra_follow_the_ellipses():
     fraction = (local[:, 0] - BLADE.hub_radius) / BLADE.length
     axes = np.stack([BLADE.chord_at(fraction), BLADE.thickness_at(fraction)], axis=1) / 2
     radius = np.linalg.norm(local[:, 1:] / axes, axis=1)[fraction < 1 - 1e-9]
-    assert radius.max() < 1 + 1e-6
-    assert np.mean(radius > 1 - 1e-6) > 0.8  # the others were straightened for quality
+    # gmsh's own nodes are off by up to 2e-6; the edges below were straightened for quality
+    assert radius.max() < 1 + 1e-5
+    assert np.mean(radius > 1 - 1e-5) > 0.8
 
 
 def test_the_same_tetrahedra_come_out_twice():
@@ -511,6 +544,22 @@ def test_a_mesh_that_cannot_be_written_is_refused(folder, name):
 # --- cache -------------------------------------------------------------------------------------
 
 
+def test_a_failed_write_leaves_nothing_behind(monkeypatch, folder):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(rotor.os, "replace", full)
+    with pytest.raises(MeshError, match=r"rotor.msh': No space left on device$"):
+        on_rank0(comm, lambda: build_rotor(BLADE, ROTOR, MeshOptions(), folder / "rotor.msh"))
+    assert list(folder.iterdir()) == []
+
+
+def test_the_target_is_checked_before_the_work_begins(monkeypatch, folder):
+    monkeypatch.setattr(rotor, "rotor_arrays", lambda *_: pytest.fail("meshed in vain"))
+    with pytest.raises(MeshError, match=r"cannot write"):
+        build_rotor(BLADE, ROTOR, MeshOptions(), folder / "no" / "rotor.msh")
+
+
 def test_a_mesh_is_built_once_for_the_same_parameters(folder):
     first = cached_mesh(comm, BLADE, ROTOR, MeshOptions(), folder)
     stamp = comm.bcast(first.stat().st_mtime_ns)
@@ -566,10 +615,17 @@ def test_an_exception_of_rank0_is_raised_on_all_ranks():
 
 
 def test_gmsh_leaves_no_trace(capfd):
-    handler = signal.getsignal(signal.SIGINT)
-    with pytest.raises(MeshError, match=r"gmsh reports: .*99"), gmsh_session() as gmsh:
-        gmsh.model.mesh.getElements(3, 99)
-    assert signal.getsignal(signal.SIGINT) is handler
+    def handler(*_):
+        pass
+
+    previous = signal.signal(signal.SIGINT, handler)
+    try:
+        with pytest.raises(MeshError, match=r"gmsh reports: .*99"), gmsh_session() as gmsh:
+            gmsh.model.mesh.getElements(3, 99)
+        assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    assert not is_open(gmsh)
     with gmsh_session() as gmsh:
         assert gmsh.model.getEntities() == []
     assert capfd.readouterr() == ("", "")
@@ -582,6 +638,8 @@ def test_a_gmsh_in_use_keeps_its_model_and_options():
     gmsh.initialize()
     try:
         gmsh.model.add("mine")
+        gmsh.model.add("another")
+        gmsh.model.setCurrent("mine")
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.Algorithm", 8)
         models = gmsh.model.list()

@@ -8,17 +8,23 @@ from petsc4py import PETSc
 
 
 class LinearSolver(Protocol):
-    """Solves, exactly or not, with the nested tangent of an `EnergyMomentumStep`.
+    """Solves, exactly or nearly, with the nested tangent of an `EnergyMomentumStep`.
 
     It is applied as the preconditioner of SNES' Krylov method, which by default takes it as exact
-    (``preonly``). A frozen factor is one more class of this kind.
+    (``preonly``). All methods are collective.
     """
 
-    def update(self) -> None:
-        """Prepare for the tangent that the step has just assembled. Collective."""
+    def begin(self) -> None:
+        """A new Newton iteration begins: the step holds the state at t_n and the first guess."""
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Prepare for the tangent at the unknowns X."""
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve for one nested right-hand side. Collective."""
+        """Solve for one nested right-hand side."""
+
+    def refresh(self) -> bool:
+        """Newton's method failed: use a better tangent from now on; False if there is none."""
 
     def destroy(self) -> None:
-        """Free all PETSc objects. Collective."""
+        """Free all PETSc objects."""

@@ -18,13 +18,12 @@ import numpy as np
 from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
-from turbine_fenicsx.linear.dense import solve_scaled
 from turbine_fenicsx.linear.factor import SparseLU
 from turbine_fenicsx.rotations import Array
 
 
 class Elimination:
-    """Direct solver of the nested tangent by elimination.
+    """Direct solver of the nested tangent, factorised anew in each Newton iteration.
 
     Args:
         step: The step whose tangent is solved with.
@@ -36,18 +35,22 @@ class Elimination:
         system = step.system
         self._step = step
         self._bodies = [
-            _BodyElimination(f, c, f"{prefix}free_")
+            BodyElimination(f, c, f"{prefix}free_")
             for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
         ]
         self._reduced: Array = np.zeros((0, 0))
 
-    def update(self) -> None:
-        """Factorise A_II of each body and form the reduced matrix on rank 0."""
+    def begin(self) -> None:
+        """Nothing is kept from step to step."""
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Factorise A_II of each body at X and form the reduced matrix on rank 0."""
+        self._step.tangent(x)
         reduced = self._step.rigid_tangent.copy()
         for body in self._bodies:
-            schur = body.update()
-            if schur is not None:
-                reduced[np.ix_(body.coupling.columns, body.coupling.columns)] += schur
+            body.factorise()
+            if reduced.size:
+                reduced[np.ix_(body.columns, body.columns)] += body.schur
         self._reduced = reduced
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -56,12 +59,16 @@ class Elimination:
         u, mu_c, r = self._step.split(x)
         b_r.copy(r)
         for body, b_u_k, b_c_k, w in zip(self._bodies, b_u, b_c, u, strict=True):
-            body.eliminate(b_u_k, b_c_k, w, r)
-        if self._reduced.size:
-            r.array[:] = solve_scaled(self._reduced, r.array_r)
-        motion = self._step.system.comm.bcast(np.array(r.array_r) if self._reduced.size else None)
+            forces = body.eliminate(b_u_k.array_r, b_c_k.array_r, w.array)
+            if self._reduced.size:
+                r.array[body.columns] -= forces
+        motion = self._step.solve_rigid(self._reduced, r)
         for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):
-            body.substitute(motion, b_u_k, u_k, mu_k)
+            mu_k.array[:] = body.substitute(motion[body.columns], b_u_k.array_r, u_k.array)
+
+    def refresh(self) -> bool:
+        """The tangent is exact already."""
+        return False
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
@@ -69,69 +76,78 @@ class Elimination:
             body.destroy()
 
 
-class _BodyElimination:
-    """The elimination of one flexible body."""
+class BodyElimination:
+    """The elimination of one flexible body, for the values of its tangent at `factorise`.
+
+    Args:
+        flexible: The flexible body; its ``tangent`` is A_uu.
+        coupling: Its couplings.
+        prefix: Options prefix of the factorisation.
+
+    Attributes:
+        columns: Columns of r that belong to the carriers.
+        schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
+    """
 
     def __init__(self, flexible: FlexibleBlock, coupling: CouplingBlock, prefix: str) -> None:
         """Find the free nodes and allocate the columns."""
-        self.coupling = coupling
+        self.columns = coupling.columns
+        self._B = coupling.B_local
         self._A = flexible.tangent
         self._comm = flexible.body.mesh.comm
-        contact = coupling.dofs
-        free = np.setdiff1d(np.arange(3 * flexible.n_owned), contact)
+        self._contact = coupling.dofs
+        self._free = np.setdiff1d(np.arange(3 * flexible.n_owned), coupling.dofs)
         first = self._A.getOwnershipRange()[0]
-        self._contact, self._free = contact, free
         self._free_set = PETSc.IS().createGeneral(
-            (first + free).astype(PETSc.IntType), comm=self._comm
+            (first + self._free).astype(PETSc.IntType), comm=self._comm
         )
         self._A_II = self._A.createSubMatrix(self._free_set, self._free_set)
         self._factor = SparseLU(self._A_II, prefix)
         self._b_I, self._x_I = self._A_II.createVecs()
-        self._work, self._product = flexible.new_vector(), flexible.new_vector()
-        n_columns = coupling.columns.size
-        self._P = np.zeros((3 * flexible.n_owned, n_columns))
-        self._P[contact] = coupling.B_local
+        self._u, self._Au = flexible.new_vector(), flexible.new_vector()
+        self._P = np.zeros((3 * flexible.n_owned, self.columns.size))
+        self._P[self._contact] = self._B
         self._Z = np.zeros_like(self._P)
+        self.schur: Array = np.zeros((self.columns.size,) * 2)
 
-    def update(self) -> Array | None:
-        """Factorise, compute Z, and return P^T A Z on rank 0 (None on the others)."""
+    def factorise(self) -> None:
+        """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
         self._A.createSubMatrix(self._free_set, self._free_set, submat=self._A_II)
         self._factor.update()
         self._Z[:] = self._P
-        schur = np.zeros((self.coupling.columns.size,) * 2)
-        for k in range(schur.shape[1]):
-            self._work.array[:] = self._P[:, k]
-            self._A.mult(self._work, self._product)
-            self._b_I.array[:] = self._product.array_r[self._free]
-            self._factor.solve(self._b_I, self._x_I)
-            self._Z[self._free, k] = -self._x_I.array_r
-            self._work.array[:] = self._Z[:, k]
-            self._A.mult(self._work, self._product)
-            schur[:, k] = self.coupling.B_local.T @ self._product.array_r[self._contact]
-        return self._comm.reduce(schur, root=0)
+        schur = np.zeros_like(self.schur)
+        for k in range(self.columns.size):
+            self._Z[self._free, k] = -self._solve_free(self._multiply(self._P[:, k]))
+            schur[:, k] = self._B.T @ self._multiply(self._Z[:, k])[self._contact]
+        self.schur = self._comm.allreduce(schur)
 
-    def eliminate(self, b_u: PETSc.Vec, b_c: PETSc.Vec, w: PETSc.Vec, r: PETSc.Vec) -> None:
-        """Compute w, and subtract P^T (A w - b_u) from the right-hand side in r."""
-        w.set(0.0)
-        w.array[self._contact] = -b_c.array_r
-        self._A.mult(w, self._product)
-        self._b_I.array[:] = (b_u.array_r - self._product.array_r)[self._free]
-        self._factor.solve(self._b_I, self._x_I)
-        w.array[self._free] = self._x_I.array_r
-        self._A.mult(w, self._product)
-        forces = (self._product.array_r - b_u.array_r)[self._contact]
-        total = self._comm.reduce(self.coupling.B_local.T @ forces, root=0)
-        if total is not None:
-            r.array[self.coupling.columns] -= total
+    def eliminate(self, b_u: Array, b_c: Array, w: Array) -> Array:
+        """Compute w, overwritten, and P^T (A w - b_u), summed over all ranks."""
+        w[:] = 0.0
+        w[self._contact] = -b_c
+        w[self._free] = self._solve_free(b_u - self._multiply(w))
+        forces = (self._multiply(w) - b_u)[self._contact]
+        return self._comm.allreduce(self._B.T @ forces)
 
-    def substitute(self, motion: Array, b_u: PETSc.Vec, u: PETSc.Vec, mu_c: PETSc.Vec) -> None:
-        """Add Z r to w in u, and compute the multipliers."""
-        u.array[:] += self._Z @ motion[self.coupling.columns]
-        self._A.mult(u, self._product)
-        mu_c.array[:] = (self._product.array_r - b_u.array_r)[self._contact]
+    def substitute(self, motion: Array, b_u: Array, u: Array) -> Array:
+        """Add Z r to w in u, for the motion r of the carriers, and return the multipliers."""
+        u += self._Z @ motion
+        return (self._multiply(u) - b_u)[self._contact]
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._factor.destroy()
-        for thing in (self._A_II, self._b_I, self._x_I, self._work, self._product, self._free_set):
+        for thing in (self._A_II, self._b_I, self._x_I, self._u, self._Au, self._free_set):
             thing.destroy()
+
+    def _multiply(self, u: Array) -> Array:
+        """A_uu u, owned entries."""
+        self._u.array[:] = u
+        self._A.mult(self._u, self._Au)
+        return self._Au.array_r
+
+    def _solve_free(self, b: Array) -> Array:
+        """A_II^{-1} b_I."""
+        self._b_I.array[:] = b[self._free]
+        self._factor.solve(self._b_I, self._x_I)
+        return self._x_I.array_r

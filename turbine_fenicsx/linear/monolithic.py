@@ -24,8 +24,12 @@ class MonolithicLU:
         self._matrix = PETSc.Mat()
         self._factor: SparseLU | None = None
 
-    def update(self) -> None:
-        """Convert and factorise."""
+    def begin(self) -> None:
+        """Nothing is kept from step to step."""
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Assemble, convert and factorise."""
+        self._step.tangent(x)
         self.destroy()
         self._matrix = self._step.tangent_matrix.convert("aij", PETSc.Mat())
         self._factor = SparseLU(self._matrix, f"{self._prefix}monolithic_")
@@ -41,6 +45,10 @@ class MonolithicLU:
         ends = np.cumsum([p.size for p in parts])
         for part, end in zip(x.getNestSubVecs(), ends, strict=True):
             part.array[:] = self._x.array_r[end - part.array_r.size : end]
+
+    def refresh(self) -> bool:
+        """The tangent is exact already."""
+        return False
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -125,18 +125,18 @@ class ReferenceCell:
         return points, weights * (1 - r) ** 2 * (1 - s)
 
     def sample_points(self) -> FloatArray:
-        """Return the points at which an element is examined: a lattice and the Gauss points.
+        """Return the points at which an element is examined: nodes, Gauss points and a lattice.
 
-        The lattice holds all nodes and divides each edge in two (degree 1) or four (degree 2).
-        A first-order tetrahedron has the same Jacobian everywhere and needs one point.
+        A first-order tetrahedron has the same Jacobian everywhere and needs one point. The others
+        get at least as many points along an edge as fix the polynomial that the Jacobian is there.
         """
         if self.cell == "tetrahedron" and self.degree == 1:
             return np.full((1, 3), 0.25)
-        n = 2 * self.degree
+        n = {1: 2, 2: 5}[self.degree]
         lattice = np.array(list(product(range(n + 1), repeat=3))) / n
         if self.cell == "tetrahedron":
-            lattice = lattice[lattice.sum(axis=1) <= 1]
-        return np.concatenate([lattice, self.quadrature()[0]])
+            lattice = lattice[lattice.sum(axis=1) <= 1 + 1e-12]
+        return np.unique(np.concatenate([self.nodes, lattice, self.quadrature()[0]]), axis=0)
 
 
 REFERENCE_CELLS = (

@@ -31,7 +31,7 @@ def gmsh_session(options: Mapping[str, float] | None = None) -> Iterator[Any]:
     """
     with interrupts_kept():
         gmsh = _import_gmsh()
-        was_open = _is_open(gmsh)
+        was_open = is_open(gmsh)
         previous = gmsh.model.getCurrent() if was_open else ""
         if not was_open:
             gmsh.initialize(readConfigFiles=False)
@@ -75,7 +75,7 @@ def _import_gmsh() -> Any:
     return gmsh
 
 
-def _is_open(gmsh: Any) -> bool:
+def is_open(gmsh: Any) -> bool:
     """Tell whether somebody has initialised gmsh in this process already."""
     if hasattr(gmsh, "isInitialized"):
         return bool(gmsh.isInitialized())

@@ -1,0 +1,122 @@
+"""Where the paper's form of the joint angle fails, and that the default form does not."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from runs import comm, run
+
+from turbine_fenicsx import Constant, JointTorque, MultibodySystem, Revolute, RigidBody
+
+SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
+
+
+def rotor(form, torque, speed=0.0):
+    """One body on a bearing: its angle obeys SPIN_INERTIA d2T/dt2 = torque."""
+    body = RigidBody("rotor", 1.0, (0.5, 0.5, 0.5), angular_velocity=(0.0, 0.0, speed))
+    spin = Revolute("spin", None, body, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), reference=(1.0, 0.0, 0.0))
+    return MultibodySystem(comm, [body, spin, JointTorque("spin", torque)], angle_form=form)
+
+
+def angle_and_directors(r):
+    """Angle, and how far it is from the one that the directors show, in (-pi, pi]."""
+    seen = np.arctan2(r.q[:, 4], r.q[:, 3])  # d1 starts along e1
+    return r.angles[:, 0], np.abs(np.angle(np.exp(1j * (r.angles[:, 0] - seen))))
+
+
+def braked_at(singular_angle):
+    """Torque that accelerates for 1 s and brakes for 1 s, to rest at an angle, then pushes on."""
+
+    def torque(t):
+        if t < 2.0:
+            return singular_angle if t < 1.0 else -singular_angle
+        return 0.1 * np.sign(singular_angle)
+
+    return torque
+
+
+@pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
+@pytest.mark.parametrize("dt", [0.1, 0.05, 0.02])
+def test_regular_form_rests_at_the_singular_angle_and_goes_on(singular_angle, dt):
+    r = run(rotor("regular", braked_at(singular_angle)), dt, 4.0)
+    angle, mismatch = angle_and_directors(r)
+    expected = singular_angle + 0.05 * np.sign(singular_angle) * 2.0**2
+    # Second order: the angle that the step gains under a torque F is wrong by D^2/12 of itself;
+    # with D = 2.4 dt that is 0.46 dt^2 of the angle of 2.4.
+    assert angle[-1] == pytest.approx(expected, abs=1.5 * dt**2)
+    # round-off of directors of length 1 in up to 200 steps
+    assert np.max(mismatch) < 1e-12
+    # The multiplier is the torque; only the curvature of a step of D < 0.24 rad makes it differ.
+    assert np.max(np.abs(r.multipliers[:, -1])) < 1.01 * abs(singular_angle)
+    assert np.max(np.abs(r.energy_error)) < 1e-12
+
+
+@pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
+def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(singular_angle):
+    wrong = []
+    for dt in (0.1, 0.05, 0.02, 0.01):
+        r = run(rotor("paper", braked_at(singular_angle)), dt, 4.0)
+        angle, mismatch = angle_and_directors(r)
+        expected = singular_angle + 0.2 * np.sign(singular_angle)
+        wrong.append(abs(angle[-1] - expected) > 0.05 and np.max(mismatch) > 0.05)
+        # the energy looks perfect and Newton's method converged without a complaint
+        assert np.max(np.abs(r.energy_error)) < 1e-10
+        assert np.max(r.constraint_error) < 1e-12
+        # while the multiplier is up to thousands of times the torque
+        assert np.max(np.abs(r.multipliers[:, -1])) > 10.0 * abs(singular_angle)
+    # which step sizes end on the wrong branch is decided by round-off; most do
+    assert sum(wrong) >= 2
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_constant_torque_turns_the_regular_form_through_all_angles(sign):
+    dt, end = 0.02, 7.0  # half a revolution takes 2.5 s, four take 7 s
+    r = run(rotor("regular", Constant(sign)), dt, end)
+    angle, mismatch = angle_and_directors(r)
+    exact = 0.5 * sign * r.time**2
+    assert abs(angle[-1]) > 7.5 * pi
+    # momentum lost to the curvature of a step, F dt D^2/12 with D = t dt, integrated twice:
+    # t^4 dt^2/144, and less from the other terms of second order
+    assert np.max(np.abs(angle - exact)) < 2.0 * end**4 * dt**2 / 144.0
+    assert np.max(mismatch) < 1e-12
+    assert np.max(np.abs(r.multipliers[:, -1])) < 1.01
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_constant_torque_makes_the_multiplier_of_the_paper_form_spike(sign):
+    for dt in (0.02, 0.05, 0.1):
+        r = run(rotor("paper", Constant(sign)), dt, 4.0)
+        D = np.max(np.abs(np.diff(r.angles[:, 0])))
+        # nu (cos Tm + sin Tm) sinc(D/2) = torque, and some Tm comes within D of the singular angle
+        assert np.max(np.abs(r.multipliers[:, -1])) > 1.0 / (np.sqrt(2.0) * np.sin(D))
+        assert np.max(np.abs(r.multipliers[:, -1])) > 5.0
+
+
+def test_angle_is_continuous_over_more_than_a_thousand_revolutions():
+    # A revolution in 7 steps: the angle counts on, whatever the directors can show.
+    speed, dt, n_steps = 45.0, 0.02, 7200
+    r = run(rotor("regular", Constant(0.0), speed), dt, n_steps * dt)
+    angle, mismatch = angle_and_directors(r)
+    D = np.diff(angle)
+    assert angle[-1] > 1000 * 2.0 * pi
+    # The director turns by 2 atan(w dt/2) a step, the same in each: exactly steady rotation.
+    assert np.max(np.abs(D - 2.0 * np.arctan(0.5 * speed * dt))) < 1e-9
+    # eps of the angle itself is 1e-12 at 1000 revolutions
+    assert np.max(mismatch) < 1e-10
+    assert np.max(np.abs(r.energy_error)) < 1e-11 * r.kinetic[0]
+
+
+def test_step_of_more_than_a_quarter_revolution_is_refused_not_miscounted():
+    # D would be 2 atan(w dt/2) = 1.77 > pi/2; the run halves its steps and keeps the right count
+    from runs import Record
+
+    from turbine_fenicsx import Simulation
+
+    record = Record()
+    simulation = Simulation(rotor("regular", Constant(0.0), speed=60.0), 0.04, 0.4, [record])
+    simulation.run()
+    simulation.solver.destroy()
+    assert simulation.halvings > 0
+    angle, mismatch = angle_and_directors(record)
+    assert np.all(np.abs(np.diff(angle)) < 0.5 * pi)
+    assert np.max(mismatch) < 1e-12

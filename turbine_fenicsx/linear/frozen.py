@@ -1,0 +1,170 @@
+"""One factorisation for a whole run, applied in frames that turn with the material.
+
+What changes the tangent of a stiff body from step to step is almost only rotation. With R_l and
+R_r the rotations around each node at the middle and at the end of the step (the forces of the step
+act at the midpoint, the unknowns belong to the end), relative to the state where A was factorised,
+
+    A_uu  is nearly  R_l A R_r^T,
+
+so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
+carrier: then P, Z and the Schur complement just turn with it, and all constraints stay exact.
+`QuasiNewton` makes up for what the deformation changes beyond that.
+"""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.coupling import CouplingBlock
+from turbine_fenicsx.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.flexible_block import FlexibleBlock
+from turbine_fenicsx.linear.elimination import BodyElimination
+from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
+from turbine_fenicsx.rotations import Array
+
+
+class FrozenElimination:
+    """Elimination with a factor that is kept as long as it serves.
+
+    The factor belongs to the first state and step size; a new step size or `refresh` replaces it.
+
+    Args:
+        step: The step whose tangent is solved with.
+        prefix: Options prefix of the sparse factorisations.
+    """
+
+    def __init__(self, step: EnergyMomentumStep, prefix: str) -> None:
+        """Nothing is factorised yet."""
+        system = step.system
+        self._step = step
+        self._bodies = [
+            _TurningBody(f, c, f"{prefix}free_")
+            for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
+        ]
+        self._dt = 0.0
+        self._reduced: Array = np.zeros((0, 0))
+
+    def begin(self) -> None:
+        """Turn the frames to the guess of the step; factorise for a new step size."""
+        if self._step.dt != self._dt:
+            self.refresh()
+        for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
+            body.turn_to(u, du, self._carrier_rotations(body.coupling))
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
+        self._step.update_rigid_tangent(x)
+        reduced = self._step.rigid_tangent.copy()
+        if reduced.size:
+            for body in self._bodies:
+                reduced[np.ix_(body.coupling.columns, body.coupling.columns)] += body.schur()
+        self._reduced = reduced
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one nested right-hand side with the turned factors."""
+        b_u, b_c, b_r = self._step.split(b)
+        u, mu_c, r = self._step.split(x)
+        b_r.copy(r)
+        for body, b_u_k, b_c_k in zip(self._bodies, b_u, b_c, strict=True):
+            forces = body.eliminate(b_u_k.array_r, b_c_k.array_r)
+            if self._reduced.size:
+                r.array[body.coupling.columns] -= forces
+        motion = self._step.solve_rigid(self._reduced, r)
+        for body, u_k, mu_k in zip(self._bodies, u, mu_c, strict=True):
+            u_k.array[:], mu_k.array[:] = body.substitute(motion[body.coupling.columns])
+
+    def refresh(self) -> bool:
+        """Factorise the tangent at the guess of the present step."""
+        self._step.tangent(self._step.x)
+        self._dt = self._step.dt
+        for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
+            body.factorise(u, du, self._carrier_rotations(body.coupling))
+        return bool(self._bodies)
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        for body in self._bodies:
+            body.destroy()
+
+    def _guess(self) -> list[PETSc.Vec]:
+        """Displacement increments of the first guess."""
+        return self._step.split(self._step.x)[0]
+
+    def _carrier_rotations(self, coupling: CouplingBlock) -> Array:
+        """Directors of the carriers at the middle of the step, shape (carriers, 3, 3)."""
+        state, dt = self._step.state, self._step.dt
+        q_mid = self._step.system.coordinates_of(state.q + 0.5 * dt * state.q_dot)
+        directors = [q_mid[body].reshape(4, 3)[1:].T for body in coupling.carriers]
+        return np.array([polar_rotation(d[:, :, None])[:, :, 0] for d in directors])
+
+
+class _TurningBody:
+    """The frozen elimination of one flexible body and its frames."""
+
+    def __init__(self, flexible: FlexibleBlock, coupling: CouplingBlock, prefix: str) -> None:
+        """Set up frames and elimination."""
+        self.coupling = coupling
+        self._flexible = flexible
+        self._frames = NodeFrames(flexible)
+        self._elimination = BodyElimination(flexible, coupling, prefix)
+        self._w = np.zeros(3 * flexible.n_owned)
+        identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
+        self._left_0 = self._right_0 = self._left = self._right = identity
+        self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
+
+    def factorise(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
+        """Factorise the present tangent; the frames of this moment are the new reference."""
+        self._elimination.factorise()
+        self._left_0, self._right_0 = self._rotations(u, du)
+        self._carriers_0 = carriers
+
+    def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
+        """Set the rotations between the factorised state and the present step."""
+        left, right = self._rotations(u, du)
+        self._left = np.einsum("ikn,jkn->ijn", left, self._left_0)
+        self._right = np.einsum("ikn,jkn->ijn", right, self._right_0)
+        self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
+        for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
+            R = np.eye(3)
+            if coupling.rigid is not None:
+                R = self._carriers[self.coupling.carriers.index(coupling.rigid)]
+            nodes = self.coupling.nodes[rows]
+            self._left[:, :, nodes] = self._right[:, :, nodes] = R[:, :, None]
+
+    def schur(self) -> Array:
+        """The Schur complement turned with the carriers."""
+        n = self._carriers.shape[0]
+        S = self._elimination.schur.reshape(n, 4, 3, n, 4, 3)
+        R = self._carriers
+        return np.einsum("aij,asjbtk,blk->asibtl", R, S, R).reshape(12 * n, 12 * n)
+
+    def eliminate(self, b_u: Array, b_c: Array) -> Array:
+        """Compute w in the frames, and the forces on the carriers in space."""
+        self._b_u = turn(self._left, b_u, inverse=True)
+        contact = self._left[:, :, self.coupling.nodes]
+        forces = self._elimination.eliminate(self._b_u, turn(contact, b_c, inverse=True), self._w)
+        return self._turn_carriers(forces, self._carriers)
+
+    def substitute(self, motion: Array) -> tuple[Array, Array]:
+        """Displacements and multipliers in space for the motion of the carriers in space."""
+        in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers, 1, 2))
+        mu = self._elimination.substitute(in_frames, self._b_u, self._w)
+        contact = self._left[:, :, self.coupling.nodes]
+        return turn(self._right, self._w), turn(contact, mu)
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        self._elimination.destroy()
+
+    def _rotations(self, u: PETSc.Vec, du: PETSc.Vec) -> tuple[Array, Array]:
+        """Rotations around the nodes at the middle and at the end of the step."""
+        start, increment = self._flexible.nodal_values(u), self._flexible.nodal_values(du)
+        middle = self._frames.rotations(start + 0.5 * increment)
+        return middle, self._frames.rotations(start + increment)
+
+    @staticmethod
+    def _turn_carriers(vector: Array, R: Array) -> Array:
+        """Turn the four 3-vectors of each carrier."""
+        return np.einsum("aij,asj->asi", R, vector.reshape(len(R), 4, 3)).ravel()
