@@ -4,9 +4,18 @@ from math import pi
 
 import numpy as np
 import pytest
-from runs import comm, run
+from runs import Record, comm, run
 
-from turbine_fenicsx import Constant, JointTorque, MultibodySystem, Revolute, RigidBody
+from turbine_fenicsx import (
+    Constant,
+    EnergyMomentumSolver,
+    JointTorque,
+    MultibodySystem,
+    Revolute,
+    RigidBody,
+    Simulation,
+    StepFailure,
+)
 
 SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 
@@ -53,19 +62,22 @@ def test_regular_form_rests_at_the_singular_angle_and_goes_on(singular_angle, dt
 
 @pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
 def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(singular_angle):
-    wrong = []
+    silent = 0
     for dt in (0.1, 0.05, 0.02, 0.01):
-        r = run(rotor("paper", braked_at(singular_angle)), dt, 4.0)
-        angle, mismatch = angle_and_directors(r)
-        expected = singular_angle + 0.2 * np.sign(singular_angle)
-        wrong.append(abs(angle[-1] - expected) > 0.05 and np.max(mismatch) > 0.05)
+        try:
+            r = run(rotor("paper", braked_at(singular_angle)), dt, 4.0)
+        except StepFailure:
+            continue
         # the energy looks perfect and Newton's method converged without a complaint
         assert np.max(np.abs(r.energy_error)) < 1e-10
         assert np.max(r.constraint_error) < 1e-12
-        # while the multiplier is up to thousands of times the torque
+        # while the multiplier is ten to thousands of times the torque
         assert np.max(np.abs(r.multipliers[:, -1])) > 10.0 * abs(singular_angle)
-    # which step sizes end on the wrong branch is decided by round-off; most do
-    assert sum(wrong) >= 2
+        _, mismatch = angle_and_directors(r)
+        silent += np.max(mismatch) > 0.05
+    # Round-off decides which step sizes end on the wrong branch. Measured: all four at 135 and
+    # three of four at -45 degrees, with the angle wrong by 0.08 to 0.4 rad.
+    assert silent >= 2
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -75,9 +87,11 @@ def test_constant_torque_turns_the_regular_form_through_all_angles(sign):
     angle, mismatch = angle_and_directors(r)
     exact = 0.5 * sign * r.time**2
     assert abs(angle[-1]) > 7.5 * pi
-    # momentum lost to the curvature of a step, F dt D^2/12 with D = t dt, integrated twice:
-    # t^4 dt^2/144, and less from the other terms of second order
-    assert np.max(np.abs(angle - exact)) < 2.0 * end**4 * dt**2 / 144.0
+    # The step loses D^2/12 of the impulse, and turns by 2 atan(w dt/2) instead of w dt, which is
+    # (w dt)^2/12 less; integrated with w = t the two are t^4 dt^2/144 and t^4 dt^2/48.
+    late = exact - sign * r.time**4 * dt**2 / 36.0
+    # what is left is of fourth order: (w dt)^2 = 2 per cent of the 0.027 rad above
+    assert np.max(np.abs(angle - late)) < 0.02 * 0.027
     assert np.max(mismatch) < 1e-12
     assert np.max(np.abs(r.multipliers[:, -1])) < 1.01
 
@@ -92,26 +106,32 @@ def test_constant_torque_makes_the_multiplier_of_the_paper_form_spike(sign):
         assert np.max(np.abs(r.multipliers[:, -1])) > 5.0
 
 
-def test_angle_is_continuous_over_more_than_a_thousand_revolutions():
-    # A revolution in 7 steps: the angle counts on, whatever the directors can show.
-    speed, dt, n_steps = 45.0, 0.02, 7200
-    r = run(rotor("regular", Constant(0.0), speed), dt, n_steps * dt)
-    angle, mismatch = angle_and_directors(r)
-    D = np.diff(angle)
-    assert angle[-1] > 1000 * 2.0 * pi
-    # The director turns by 2 atan(w dt/2) a step, the same in each: exactly steady rotation.
-    assert np.max(np.abs(D - 2.0 * np.arctan(0.5 * speed * dt))) < 1e-9
-    # eps of the angle itself is 1e-12 at 1000 revolutions
-    assert np.max(mismatch) < 1e-10
-    assert np.max(np.abs(r.energy_error)) < 1e-11 * r.kinetic[0]
+@pytest.mark.parametrize("first_revolution", [0, 1000, -5000])
+def test_angle_is_continuous_whatever_the_number_of_revolutions(first_revolution):
+    # The step is a function of the state alone, so a start at a large angle stands for having got
+    # there. Here, 24 revolutions in 100 steps of almost a quarter revolution each.
+    D, dt, n_steps = 1.5, 0.02, 100
+    start = 2.0 * pi * first_revolution
+    system = rotor("regular", Constant(0.0), speed=2.0 / dt * np.tan(0.5 * D))
+    solver = EnergyMomentumSolver(system)
+    state = system.initial_state()
+    other = state.copy()
+    state.angles[:] = start
+    energy = system.balance(state).total
+    for k in range(n_steps):
+        solver.advance(state, dt, other)
+        state, other = other, state
+        # steady rotation by 2 atan(w dt/2) a step; eps of 5000 revolutions is 7e-12
+        tolerance = 1e-11 + 4e-16 * abs(start)
+        assert abs(state.angles[0] - (start + (k + 1) * D)) < (k + 2) * tolerance
+        seen = np.exp(1j * np.arctan2(state.q[4], state.q[3]))
+        assert abs(np.exp(1j * state.angles[0]) - seen) < 10 * tolerance
+    solver.destroy()
+    assert system.balance(state).total == pytest.approx(energy, rel=1e-12)
 
 
 def test_step_of_more_than_a_quarter_revolution_is_refused_not_miscounted():
     # D would be 2 atan(w dt/2) = 1.77 > pi/2; the run halves its steps and keeps the right count
-    from runs import Record
-
-    from turbine_fenicsx import Simulation
-
     record = Record()
     simulation = Simulation(rotor("regular", Constant(0.0), speed=60.0), 0.04, 0.4, [record])
     simulation.run()

@@ -101,10 +101,17 @@ class BodyElimination:
         self._free_set = PETSc.IS().createGeneral(
             (first + self._free).astype(PETSc.IntType), comm=self._comm
         )
-        self._A_II = self._A.createSubMatrix(self._free_set, self._free_set)
+        self._contact_set = PETSc.IS().createGeneral(
+            (first + self._contact).astype(PETSc.IntType), comm=self._comm
+        )
+        self._all = PETSc.IS().createStride(
+            3 * flexible.n_owned, first=first, step=1, comm=self._comm
+        )
+        self._A_II, self._A_Ic, self._A_c = (self._A.createSubMatrix(*p) for p in self._parts())
         self._factor = SparseLU(self._A_II, prefix)
         self._b_I, self._x_I = self._A_II.createVecs()
         self._u, self._Au = flexible.new_vector(), flexible.new_vector()
+        self._c, self._Ac = self._A_Ic.createVecRight(), self._A_c.createVecLeft()
         self._P = np.zeros((3 * flexible.n_owned, self.columns.size))
         self._P[self._contact] = self._B
         self._Z = np.zeros_like(self._P)
@@ -112,42 +119,53 @@ class BodyElimination:
 
     def factorise(self) -> None:
         """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
-        self._A.createSubMatrix(self._free_set, self._free_set, submat=self._A_II)
+        for part, sets in zip((self._A_II, self._A_Ic, self._A_c), self._parts(), strict=True):
+            self._A.createSubMatrix(*sets, submat=part)
         self._factor.update()
         self._Z[:] = self._P
         schur = np.zeros_like(self.schur)
         for k in range(self.columns.size):
-            self._Z[self._free, k] = -self._solve_free(self._multiply(self._P[:, k]))
-            schur[:, k] = self._B.T @ self._multiply(self._Z[:, k])[self._contact]
+            self._u.array[:] = self._P[:, k]
+            self._A.mult(self._u, self._Au)
+            self._b_I.array[:] = self._Au.array_r[self._free]
+            self._factor.solve(self._b_I, self._x_I)
+            self._Z[self._free, k] = -self._x_I.array_r
+            schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
         self.schur = self._comm.allreduce(schur)
 
     def eliminate(self, b_u: Array, b_c: Array, w: Array) -> Array:
         """Compute w, overwritten, and P^T (A w - b_u), summed over all ranks."""
-        w[:] = 0.0
+        self._c.array[:] = b_c
+        self._b_I.array[:] = b_u[self._free]
+        self._A_Ic.multAdd(self._c, self._b_I, self._b_I)
+        self._factor.solve(self._b_I, self._x_I)
         w[self._contact] = -b_c
-        w[self._free] = self._solve_free(b_u - self._multiply(w))
-        forces = (self._multiply(w) - b_u)[self._contact]
+        w[self._free] = self._x_I.array_r
+        forces = self._contact_forces(w) - b_u[self._contact]
         return self._comm.allreduce(self._B.T @ forces)
 
     def substitute(self, motion: Array, b_u: Array, u: Array) -> Array:
         """Add Z r to w in u, for the motion r of the carriers, and return the multipliers."""
         u += self._Z @ motion
-        return (self._multiply(u) - b_u)[self._contact]
+        return self._contact_forces(u) - b_u[self._contact]
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._factor.destroy()
-        for thing in (self._A_II, self._b_I, self._x_I, self._u, self._Au, self._free_set):
-            thing.destroy()
+        for matrix in (self._A_II, self._A_Ic, self._A_c):
+            matrix.destroy()
+        for vector in (self._b_I, self._x_I, self._u, self._Au, self._c, self._Ac):
+            vector.destroy()
+        for indices in (self._free_set, self._contact_set, self._all):
+            indices.destroy()
 
-    def _multiply(self, u: Array) -> Array:
-        """A_uu u, owned entries."""
+    def _parts(self) -> list[tuple[PETSc.IS, PETSc.IS]]:
+        """Rows and columns of A_II, A_Ic and the contact rows of A_uu."""
+        free, contact = self._free_set, self._contact_set
+        return [(free, free), (free, contact), (contact, self._all)]
+
+    def _contact_forces(self, u: Array) -> Array:
+        """(A_uu u)_c, owned entries."""
         self._u.array[:] = u
-        self._A.mult(self._u, self._Au)
-        return self._Au.array_r
-
-    def _solve_free(self, b: Array) -> Array:
-        """A_II^{-1} b_I."""
-        self._b_I.array[:] = b[self._free]
-        self._factor.solve(self._b_I, self._x_I)
-        return self._x_I.array_r
+        self._A_c.mult(self._u, self._Ac)
+        return self._Ac.array_r
