@@ -18,7 +18,7 @@ import numpy as np
 from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
-from turbine_fenicsx.linear.factor import SparseLU
+from turbine_fenicsx.linear.factor import SparseFactor
 from turbine_fenicsx.rotations import Array
 
 
@@ -83,13 +83,20 @@ class BodyElimination:
         flexible: The flexible body; its ``tangent`` is A_uu.
         coupling: Its couplings.
         prefix: Options prefix of the factorisation.
+        symmetric: Whether the tangent is symmetric whenever it is factorised.
 
     Attributes:
         columns: Columns of r that belong to the carriers.
         schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
     """
 
-    def __init__(self, flexible: FlexibleBlock, coupling: CouplingBlock, prefix: str) -> None:
+    def __init__(
+        self,
+        flexible: FlexibleBlock,
+        coupling: CouplingBlock,
+        prefix: str,
+        symmetric: bool = False,
+    ) -> None:
         """Find the free nodes and allocate the columns."""
         self.columns = coupling.columns
         self._B = coupling.B_local
@@ -108,7 +115,7 @@ class BodyElimination:
             3 * flexible.n_owned, first=first, step=1, comm=self._comm
         )
         self._A_II, self._A_Ic, self._A_c = (self._A.createSubMatrix(*p) for p in self._parts())
-        self._factor = SparseLU(self._A_II, prefix)
+        self._factor = SparseFactor(self._A_II, prefix, symmetric)
         self._b_I, self._x_I = self._A_II.createVecs()
         self._u, self._Au = flexible.new_vector(), flexible.new_vector()
         self._c, self._Ac = self._A_Ic.createVecRight(), self._A_c.createVecLeft()

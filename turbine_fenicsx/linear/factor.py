@@ -5,22 +5,23 @@ from __future__ import annotations
 from petsc4py import PETSc
 
 
-class SparseLU:
-    """LU of a distributed matrix that keeps its sparsity.
+class SparseFactor:
+    """LU or Cholesky (L D L^T) factors of a distributed matrix that keeps its sparsity.
 
     Args:
         matrix: The matrix.
         prefix: Options prefix; the default is MUMPS.
+        symmetric: Whether the matrix is symmetric, which halves work and memory.
     """
 
-    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+    def __init__(self, matrix: PETSc.Mat, prefix: str, symmetric: bool = False) -> None:
         """Create the solver; nothing is factorised yet."""
         self._ksp = PETSc.KSP().create(matrix.getComm())
         self._ksp.setOptionsPrefix(prefix)
         self._ksp.setType("preonly")
         self._ksp.setOperators(matrix)
         pc = self._ksp.getPC()
-        pc.setType("lu")
+        pc.setType("cholesky" if symmetric else "lu")
         pc.setFactorSolverType("mumps")
         self._ksp.setFromOptions()
 

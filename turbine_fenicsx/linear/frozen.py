@@ -51,7 +51,7 @@ class FrozenElimination:
         if self._step.dt != self._dt:
             self.refresh()
         for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
-            body.turn_to(u, du, self._carrier_rotations(body.coupling))
+            body.turn_to(u, du, self._carrier_rotations(body.coupling, 0.5))
 
     def update(self, x: PETSc.Vec) -> None:
         """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
@@ -76,11 +76,10 @@ class FrozenElimination:
             u_k.array[:], mu_k.array[:] = body.substitute(motion[body.coupling.columns])
 
     def refresh(self) -> bool:
-        """Factorise the tangent at the guess of the present step."""
-        self._step.tangent(self._step.x)
+        """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
         self._dt = self._step.dt
-        for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
-            body.factorise(u, du, self._carrier_rotations(body.coupling))
+        for body, u in zip(self._bodies, self._step.state.u, strict=True):
+            body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
         return bool(self._bodies)
 
     def destroy(self) -> None:
@@ -92,11 +91,11 @@ class FrozenElimination:
         """Displacement increments of the first guess."""
         return self._step.split(self._step.x)[0]
 
-    def _carrier_rotations(self, coupling: CouplingBlock) -> Array:
-        """Directors of the carriers at the middle of the step, shape (carriers, 3, 3)."""
+    def _carrier_rotations(self, coupling: CouplingBlock, part: float) -> Array:
+        """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
         state, dt = self._step.state, self._step.dt
-        q_mid = self._step.system.coordinates_of(state.q + 0.5 * dt * state.q_dot)
-        directors = [q_mid[body].reshape(4, 3)[1:].T for body in coupling.carriers]
+        q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
+        directors = [q[body].reshape(4, 3)[1:].T for body in coupling.carriers]
         return np.array([polar_rotation(d[:, :, None])[:, :, 0] for d in directors])
 
 
@@ -108,23 +107,27 @@ class _TurningBody:
         self.coupling = coupling
         self._flexible = flexible
         self._frames = NodeFrames(flexible)
-        self._elimination = BodyElimination(flexible, coupling, prefix)
+        self._elimination = BodyElimination(flexible, coupling, prefix, symmetric=True)
+        self._at_rest = flexible.new_vector()
         self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
-        self._left_0 = self._right_0 = self._left = self._right = identity
+        self._reference = self._left = self._right = identity
         self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
 
-    def factorise(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
-        """Factorise the present tangent; the frames of this moment are the new reference."""
+    def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
+        """Factorise the tangent at rest in u; the frames of this moment are the reference."""
+        self._flexible.assemble_tangent(self._at_rest)
         self._elimination.factorise()
-        self._left_0, self._right_0 = self._rotations(u, du)
+        self._reference = self._frames.rotations(self._flexible.nodal_values(u))
         self._carriers_0 = carriers
 
     def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
         """Set the rotations between the factorised state and the present step."""
-        left, right = self._rotations(u, du)
-        self._left = np.einsum("ikn,jkn->ijn", left, self._left_0)
-        self._right = np.einsum("ikn,jkn->ijn", right, self._right_0)
+        start, increment = self._flexible.nodal_values(u), self._flexible.nodal_values(du)
+        self._left, self._right = (
+            np.einsum("ikn,jkn->ijn", self._frames.rotations(x), self._reference)
+            for x in (start + 0.5 * increment, start + increment)
+        )
         self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
         for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
             R = np.eye(3)
@@ -157,12 +160,7 @@ class _TurningBody:
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._elimination.destroy()
-
-    def _rotations(self, u: PETSc.Vec, du: PETSc.Vec) -> tuple[Array, Array]:
-        """Rotations around the nodes at the middle and at the end of the step."""
-        start, increment = self._flexible.nodal_values(u), self._flexible.nodal_values(du)
-        middle = self._frames.rotations(start + 0.5 * increment)
-        return middle, self._frames.rotations(start + increment)
+        self._at_rest.destroy()
 
     @staticmethod
     def _turn_carriers(vector: Array, R: Array) -> Array:

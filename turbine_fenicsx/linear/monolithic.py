@@ -7,7 +7,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.linear.factor import SparseLU
+from turbine_fenicsx.linear.factor import SparseFactor
 
 
 class MonolithicLU:
@@ -22,7 +22,7 @@ class MonolithicLU:
         """Remember the step; the matrix is made by the first update."""
         self._step, self._prefix = step, prefix
         self._matrix = PETSc.Mat()
-        self._factor: SparseLU | None = None
+        self._factor: SparseFactor | None = None
 
     def begin(self) -> None:
         """Nothing is kept from step to step."""
@@ -32,7 +32,7 @@ class MonolithicLU:
         self._step.tangent(x)
         self.destroy()
         self._matrix = self._step.tangent_matrix.convert("aij", PETSc.Mat())
-        self._factor = SparseLU(self._matrix, f"{self._prefix}monolithic_")
+        self._factor = SparseFactor(self._matrix, f"{self._prefix}monolithic_")
         self._factor.update()
         self._b, self._x = self._matrix.createVecs()
 
