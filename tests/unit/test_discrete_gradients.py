@@ -187,7 +187,8 @@ def test_algorithmic_stress_without_increment_is_the_stress(comm, cells, steps, 
     F, D = pair(rng, 1.0)
     S = plain.stress(F, 0 * D)
     assert np.allclose(steps[law].stress(F, 0 * D), S, rtol=0, atol=tolerance(F, 0 * D, law))
-    for size in (1e-300, 1e-160, 1e-20, 1e-9):  # squares that underflow among them
+    # Squares that underflow among them; and where round-off of W over |dC| would be noise.
+    for size in (1e-300, 1e-160, 1e-20, 1e-9, 1e-7, 1e-6):
         assert np.allclose(
             steps[law].stress(F, size * D),
             S,

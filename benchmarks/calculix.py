@@ -1,0 +1,121 @@
+"""CalculiX: the clamped blades with C3D8 elements (full integration), direct implicit dynamics.
+
+The input file is the documented one (numbers of at most 20 characters): *DYNAMIC, DIRECT with ALPHA = 0 (trapezoidal rule, without
+numerical damping), NLGEOM, which makes *ELASTIC a St. Venant-Kirchhoff material. Times per step
+are the times at which the program appends a line to its .sta file.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import measure
+import numpy as np
+
+
+def rows(values, per_line=15):
+    """Numbers as the lines of a set."""
+    text = [str(v) for v in values]
+    return ",\n".join(",".join(text[k : k + per_line]) for k in range(0, len(text), per_line))
+
+
+def input_file(problem, tolerance):
+    """The text of the .inp file."""
+    mesh = np.load(problem.arrays)
+    nodes = "\n".join(
+        f"{k},{x:.12e},{y:.12e},{z:.12e}" for k, (x, y, z) in enumerate(mesh["points"], start=1)
+    )
+    cells = "\n".join(
+        f"{k}," + ",".join(map(str, nodes + 1)) for k, nodes in enumerate(mesh["hexahedra"], 1)
+    )
+    lam, mu = problem.lame
+    young, poisson = mu * (3 * lam + 2 * mu) / (lam + mu), lam / (2 * (lam + mu))
+    return f"""*NODE, NSET=ALL
+{nodes}
+*ELEMENT, TYPE=C3D8, ELSET=BLADES
+{cells}
+*NSET, NSET=CLAMPED
+{rows(mesh["clamped"] + 1)}
+*NSET, NSET=TIPS
+{rows(mesh["tips"] + 1)}
+*BOUNDARY
+CLAMPED,1,3
+*MATERIAL, NAME=SVK
+*ELASTIC
+{young:.12e},{poisson:.12e}
+*DENSITY
+{problem.density}
+*SOLID SECTION, ELSET=BLADES, MATERIAL=SVK
+*STEP, NLGEOM, INC={10 * problem.steps}
+*DYNAMIC, DIRECT, ALPHA=0., SOLVER=SPOOLES
+{problem.dt},{problem.dt * problem.steps:.12e}
+*CONTROLS, PARAMETERS=FIELD
+{tolerance},1.,,,,,1e-12
+*DLOAD
+BLADES,GRAV,{problem.gravity},0.,-1.,0.
+*NODE PRINT, NSET=TIPS, FREQUENCY={problem.steps}
+U
+*END STEP
+"""
+
+
+def watch(command, folder, environment):
+    """Run the program; returns the moments at which lines of the .sta file appeared."""
+    status, moments, lines = folder / "blades.sta", [time.perf_counter()], 0
+    with open(folder / "log", "w", encoding="utf-8") as log:
+        child = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log, env=environment)
+        while child.poll() is None:
+            time.sleep(0.001)
+            found = status.read_text().count("\n") if status.exists() else 0
+            moments += [time.perf_counter()] * (found - lines)
+            lines = found
+    found = status.read_text().count("\n")
+    moments += [time.perf_counter()] * (found - lines)
+    if child.returncode:
+        raise RuntimeError((folder / "log").read_text()[-2000:])
+    return moments
+
+
+def main():
+    problem, args = measure.arguments(threads=1)
+    threads = str(args.threads)
+    environment = {**os.environ, "OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": "1"}
+    program = shutil.which("ccx")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        text = input_file(problem, problem.tolerance)
+        (folder / "blades.inp").write_text(text, encoding="utf-8")
+        moments = watch([program, "blades"], folder, environment)
+        table = (folder / "blades.sta").read_text().splitlines()
+        increments = [line.split() for line in table if line.strip()[:1].isdigit()]
+        header = len(table) - len(increments)
+        tips = [
+            [float(x) for x in line.split()[1:4]]
+            for line in (folder / "blades.dat").read_text().splitlines()
+            if len(line.split()) == 4
+        ][-3:]
+    nodes = np.load(problem.arrays)["tips"]
+    tips = [tips[k] for k in np.argsort(np.argsort(nodes))]  # printed by node number
+    set_up, moments = moments[header] - moments[0], moments[header:]
+    libraries = subprocess.run(["ldd", program], capture_output=True, text=True).stdout
+    about = subprocess.run([program, "-v"], capture_output=True, text=True).stdout
+    measure.write(
+        args.result,
+        problem,
+        set_up=set_up,
+        steps=list(np.diff(moments)),
+        iterations=[int(row[3]) for row in increments],
+        tips=tips,
+        threads=args.threads,
+        blas=measure.loaded_blas(libraries),
+        versions={"calculix": about.strip().split()[-1]},
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""turbine_fenicsx: blades on hub and nacelle (hybrid), turning (hybrid with spin), or clamped."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+start = time.perf_counter()
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import dolfinx
+import measure
+import numpy as np
+from problem import mesh_case, tip_points
+
+from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, StVenantKirchhoff
+from turbine_fenicsx.meshing import load_msh
+from turbine_fenicsx.rotations import E3
+from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.hybrid import hybrid_turbine
+from turbine_fenicsx.turbine.model import rotor_layout
+
+
+def build(problem, model, comm):
+    """The system of the problem."""
+    case = Case.parse(mesh_case(problem.elements))
+    mesh = load_msh(comm, problem.msh)
+    material = StVenantKirchhoff(*problem.lame)
+    gravity = Gravity((0.0, -problem.gravity, 0.0))
+    roots = [mesh.facet_names[f"root_{k}"] for k in (1, 2, 3)]
+    if model == "clamped":
+        body = FlexibleBody("blades", mesh.mesh, material, problem.density)
+        couplings = [
+            Coupling(f"root_{tag}", body, mesh.facet_tags.find(tag), None) for tag in roots
+        ]
+        return MultibodySystem(comm, [body, *couplings, gravity])
+    frames = [rotor_layout(case).frame(k) for k in (1, 2, 3)]
+    cells = [mesh.cell_names[f"blade_{k}"] for k in (1, 2, 3)]
+    parameters = case.turbine.parameters()
+    parts = hybrid_turbine(
+        parameters,
+        mesh.mesh,
+        mesh.cell_tags,
+        mesh.facet_tags,
+        list(zip(cells, roots, frames, strict=True)),
+        lambda axes: material,
+        problem.density,
+    )
+    if model == "turning":
+        parts = turning(parts, 1.0)
+    return MultibodySystem(comm, [*parts, gravity])
+
+
+def turning(parts, speed):
+    """The same parts with the hub turning about the rotor axis at a speed [rad/s]."""
+    hub = parts[1]
+    new = dataclasses.replace(hub, angular_velocity=speed * E3)
+    found = []
+    for part in parts:
+        if part is hub:
+            part = new
+        elif getattr(part, "rigid", None) is hub:
+            part = dataclasses.replace(part, rigid=new)
+        elif getattr(part, "second", None) is hub:
+            part = dataclasses.replace(part, second=new)
+        found.append(part)
+    return found
+
+
+def tip_displacements(system, state):
+    """Displacements of the tips relative to the hub, in its initial axes, shape (3, 3)."""
+    (block,) = system.flexible_blocks
+    u = state.u[0].array_r.reshape(-1, 3)
+    hub = next((b for b in system.rigid_bodies if b.name == "hub"), None)
+    tips = np.zeros((3, 3))
+    for k, point in enumerate(tip_points()):
+        distance = np.linalg.norm(block.positions - point, axis=1)
+        node = int(np.argmin(distance)) if distance.size else -1
+        near = float(distance[node]) if distance.size else np.inf
+        owner = system.comm.allreduce((near, system.comm.rank), op=MPI.MINLOC)[1]
+        if owner == system.comm.rank:
+            tips[k] = u[node]
+            if hub is not None:
+                X = block.positions[node]
+                phi, *directors = system.coordinates_of(state.q)[hub].reshape(4, 3)
+                tips[k] = np.array(directors) @ (X + u[node] - phi) - hub.body_coordinates(X)
+    return system.comm.allreduce(tips)
+
+
+def main():
+    problem, args = measure.arguments(
+        model=["hybrid", "clamped", "turning"], preconditioner="frozen", tolerance=0.0
+    )
+    comm = MPI.COMM_WORLD
+    tolerance = args.tolerance or problem.tolerance
+    system = build(problem, args.model, comm)
+    solver = EnergyMomentumSolver(system, SolverOptions(args.preconditioner, tolerance))
+    state = system.initial_state()
+    spare = state.copy()
+    set_up = time.perf_counter() - start
+
+    steps, balances, reports = [], [], []
+    for _ in range(problem.steps):
+        comm.barrier()
+        t0 = time.perf_counter()
+        reports.append(solver.advance(state, problem.dt, spare))
+        state, spare = spare, state
+        comm.barrier()
+        t1 = time.perf_counter()
+        system.balance(state)
+        steps.append(t1 - t0)
+        balances.append(time.perf_counter() - t1)
+    tips = tip_displacements(system, state)
+    memory = comm.allreduce(measure.peak_memory())
+    if comm.rank == 0:
+        measure.write(
+            args.result,
+            problem,
+            set_up=set_up,
+            steps=steps,
+            iterations=[r.newton_iterations for r in reports],
+            tips=tips,
+            memory=memory,
+            ranks=comm.size,
+            versions={
+                **measure.versions("turbine_fenicsx"),
+                "dolfinx": dolfinx.__version__,
+                "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
+            },
+            balances=balances,
+            residual=max(r.residual for r in reports),
+        )
+    solver.destroy()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""The problem that all codes solve: three blades, clamped or on a hub, gravity switched on at t = 0.
+
+It reaches the codes as a JSON file (numbers and paths); ``arrays`` names the mesh as NumPy arrays
+for codes that do not read .msh files. This module needs nothing but NumPy until it makes a mesh.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+MATERIALS = {"stiff": (26.0e9, 17.0e9), "soft": (3.9e9, 0.975e9)}
+"""Lambda and mu of St. Venant-Kirchhoff blades [Pa]: glass fibre, and eq. (67) of the paper."""
+
+SIZES = {
+    "tiny": (2, 2, 12),
+    "10k": (4, 4, 48),
+    "30k": (6, 6, 72),
+    "70k": (8, 8, 96),
+    "220k": (12, 12, 144),
+    "300k": (14, 14, 148),
+}
+"""Hexahedra of one blade along chord, thickness and span; even, so that a node is at the tip."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What to solve.
+
+    Args:
+        elements: Hexahedra of one blade along chord, thickness and span.
+        material: Key of `MATERIALS`.
+        steps: Time steps, warm-up included.
+        warm_up: Steps that are not counted.
+        dt: Time step [s].
+        density: Density [kg/m^3].
+        gravity: Acceleration along -e2 [m/s^2].
+        tolerance: Relative residual to iterate to, see `within`.
+        msh: Mesh as a .msh file.
+        arrays: The same mesh as .npz: ``points`` (n, 3), ``hexahedra`` (m, 8) in the order of
+            gmsh and VTK, ``clamped`` nodes, ``tips`` (three nodes).
+    """
+
+    elements: tuple[int, int, int]
+    material: str = "stiff"
+    steps: int = 10
+    warm_up: int = 2
+    dt: float = 0.02
+    density: float = 1500.0
+    gravity: float = 9.81
+    tolerance: float = 1e-8
+    msh: str = ""
+    arrays: str = ""
+
+    @property
+    def unknowns(self) -> int:
+        """Displacements of all nodes of the three blades."""
+        a, b, c = self.elements
+        return 9 * (a + 1) * (b + 1) * (c + 1)
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lambda and mu [Pa]."""
+        return MATERIALS[self.material]
+
+    def save(self, path: Path) -> None:
+        """Write as JSON."""
+        path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+
+    @staticmethod
+    def load(path: str) -> Problem:
+        """Read what `save` wrote."""
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        return Problem(**{**data, "elements": tuple(data["elements"])})
+
+
+def parse_size(text: str) -> tuple[int, int, int]:
+    """Elements from "8x8x96" or a key of `SIZES`."""
+    if text in SIZES:
+        return SIZES[text]
+    a, b, c = (int(n) for n in text.split("x"))
+    return a, b, c
+
+
+def mesh_case(elements: tuple[int, int, int]) -> dict:
+    """Tables of a turbine_fenicsx case with blades of this mesh."""
+    return {"mesh": {"elements": list(elements)}}
+
+
+def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
+    """Make the mesh of the rotor; returns the paths for ``msh`` and ``arrays``."""
+    from mpi4py import MPI
+
+    from turbine_fenicsx.meshing import cached_mesh
+    from turbine_fenicsx.meshing.read import read_msh
+    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
+
+    case = Case.parse(mesh_case(elements))
+    layout, blade = rotor_layout(case), blade_geometry(case)
+    msh = cached_mesh(MPI.COMM_SELF, blade, layout, mesh_options(case))
+    mesh = read_msh(msh, layout.volume_groups, ())
+    roots = [mesh.surfaces[f"root_{k}"] for k in (1, 2, 3)]
+    arrays = folder / f"{'x'.join(map(str, elements))}.npz"
+    np.savez(
+        arrays,
+        points=mesh.points,
+        hexahedra=mesh.cells,
+        clamped=np.unique(mesh.facets[np.isin(mesh.facet_groups, roots)]),
+        tips=[np.argmin(np.linalg.norm(mesh.points - x, axis=1)) for x in tip_points()],
+    )
+    return str(msh), str(arrays)
+
+
+def tip_points() -> list[np.ndarray]:
+    """Initial positions of the three blade tips [m]."""
+    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.turbine.model import blade_geometry, rotor_layout
+
+    case = Case.parse({})
+    layout, blade = rotor_layout(case), blade_geometry(case)
+    radius = blade.hub_radius + blade.length
+    return [np.asarray(layout.centre) + radius * layout.frame(k)[0] for k in (1, 2, 3)]

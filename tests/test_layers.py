@@ -1,0 +1,158 @@
+"""The package's layers point in one direction, and other rules that only the source can show."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
+
+# From the pure formulas to the application; a module imports from layers above its own in this
+# list, and within its own layer.
+LAYERS = [
+    {"errors", "parallel", "rotations", "time_functions", "_compat", "timing"},
+    {"dense", "quadratic", "kinematics", "state", "meshing"},
+    {"materials"},
+    {"discrete_gradients"},
+    {"rigid_body", "flexible_body"},
+    {"rigid_surface", "flexible_block"},
+    {"joints", "coupling", "loads"},
+    {"rigid_block"},
+    {"system"},
+    {"energy_momentum"},
+    {"linear"},
+    {"solver"},
+    {"simulation"},
+    {"observers"},
+    {"plots", "pictures"},
+    {"turbine"},
+    {"cli"},
+]
+# Starts and names of the package itself; the latter imports lazily and is imported by nobody but
+# for its version number.
+APART = {"__init__", "__main__"}
+MODULES = {p: p.relative_to(PACKAGE) for p in sorted(PACKAGE.rglob("*.py"))}
+
+
+def layer_name(path):
+    """Top-level module or subpackage of a file."""
+    return Path(path.parts[0]).stem
+
+
+def imports_of(tree):
+    """Dotted names of everything a file imports, also inside functions."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative imports hide the layer"
+            for alias in node.names:
+                yield f"{node.module}.{alias.name}"
+
+
+def parse(path):
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def test_every_module_has_a_layer():
+    names = {layer_name(p) for p in MODULES.values()} - APART
+    listed = [name for layer in LAYERS for name in layer]
+    assert len(listed) == len(set(listed))
+    assert names == set(listed)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=[str(p) for p in MODULES.values()])
+def test_module_imports_only_from_layers_above(path):
+    depth = {name: k for k, layer in enumerate(LAYERS) for name in layer}
+    mine = layer_name(MODULES[path])
+    if mine in APART:
+        return
+    for name in imports_of(parse(path)):
+        package, _, rest = name.partition(".")
+        if package != PACKAGE.name or not rest:
+            continue
+        target = rest.split(".")[0]
+        if target in depth:  # else a public name of the package itself, see below
+            assert depth[target] <= depth[mine], f"{mine} imports {name} from a layer below"
+        else:
+            assert target == "__version__" or mine == "cli"
+
+
+def test_no_two_modules_import_each_other():
+    names = {
+        ".".join(p.with_suffix("").parts).removesuffix(".__init__"): f for f, p in MODULES.items()
+    }
+    graph = {}
+    for name, path in names.items():
+        found = set()
+        for imported in imports_of(ast.Module(parse(path).body, [])):
+            inner = imported.removeprefix(f"{PACKAGE.name}.")
+            while inner and inner not in names:
+                inner = inner.rpartition(".")[0]
+            if inner and inner != name and imported.startswith(PACKAGE.name):
+                found.add(inner)
+        graph[name] = found
+    done: set[str] = set()
+
+    def visit(name, trail):
+        assert name not in trail, " -> ".join([*trail, name])
+        if name not in done:
+            for other in sorted(graph[name]):
+                visit(other, (*trail, name))
+            done.add(name)
+
+    for name in graph:
+        visit(name, ())
+
+
+def test_no_file_is_longer_than_500_lines():
+    files = [*MODULES, *PACKAGE.parent.glob("demos/**/*.py")]
+    lengths = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    assert {name: n for name, n in lengths.items() if n > 500} == {}
+
+
+def test_only_the_command_line_takes_the_world_communicator():
+    users = set()
+    for path, short in MODULES.items():
+        for node in ast.walk(parse(path)):
+            name = getattr(node, "attr", getattr(node, "id", getattr(node, "name", None)))
+            if name in ("COMM_WORLD", "Get_world"):
+                users.add(str(short))
+    assert users == {"cli.py"}
+
+
+FENICS = ("dolfinx", "ufl", "basix", "ffcx", "petsc4py", "mpi4py", "gmsh")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=[str(p) for p in MODULES.values()])
+def test_differences_between_releases_are_bridged_in_compat_only(path):
+    if MODULES[path].name == "_compat.py":
+        return
+    tree = parse(path)
+    local = {
+        alias.asname or alias.name.split(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+        if (getattr(node, "module", None) or alias.name).split(".")[0] in FENICS
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in ("__version__", "has_petsc"):
+            assert not (isinstance(node.value, ast.Name) and node.value.id in local)
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("hasattr", "getattr"):
+            root = node.args[0]
+            while isinstance(root, ast.Attribute):
+                root = root.value
+            # gmsh is no part of DOLFINx; its one difference is handled where it is opened
+            assert not (isinstance(root, ast.Name) and root.id in local - {"gmsh"})
+        if isinstance(node, ast.Try) and "ImportError" in ast.dump(
+            ast.Module(list(node.handlers), [])
+        ):
+            ladder = [
+                name
+                for handler in node.handlers
+                for name in imports_of(ast.Module(handler.body, []))
+                if name.split(".")[0] in FENICS
+            ]
+            assert not ladder, "one import tried after another"
