@@ -91,6 +91,7 @@ def main():
         text = input_file(problem, problem.tolerance)
         (folder / "blades.inp").write_text(text, encoding="utf-8")
         moments = watch([program, "blades"], folder, environment)
+        memory = measure.peak_memory_of_child()
         table = (folder / "blades.sta").read_text().splitlines()
         increments = [line.split() for line in table if line.strip()[:1].isdigit()]
         header = len(table) - len(increments)
@@ -112,6 +113,7 @@ def main():
         iterations=[int(row[3]) for row in increments],
         tips=tips,
         threads=args.threads,
+        memory=memory,
         blas=measure.loaded_blas(libraries),
         versions={"calculix": about.strip().split()[-1]},
     )

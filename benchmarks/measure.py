@@ -33,10 +33,14 @@ def arguments(**choices: Any) -> tuple[Problem, argparse.Namespace]:
 
 
 def peak_memory() -> float:
-    """Largest resident memory of this process, and of its largest child [MB]."""
+    """Largest resident memory of this process [MB]."""
     text = Path("/proc/self/status").read_text(encoding="utf-8")
-    mine = float(re.search(r"VmHWM:\s+(\d+)", text).group(1)) / 1024.0
-    return mine + resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
+    return float(re.search(r"VmHWM:\s+(\d+)", text).group(1)) / 1024.0
+
+
+def peak_memory_of_child() -> float:
+    """Largest resident memory of the largest child process that has ended [MB]."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
 
 
 def loaded_blas(text: str = "") -> str:

@@ -1,7 +1,12 @@
-"""NGSolve: the clamped blades, implicit midpoint rule, Newton with its sparse Cholesky."""
+"""NGSolve: the clamped blades, implicit midpoint rule, Newton with its sparse Cholesky.
+
+The form is compiled to C++, which makes its assembly twice as fast; set-up time counts that.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
 import time
 
 start = time.perf_counter()
@@ -49,6 +54,7 @@ def netgen_mesh(problem):
 
 def main():
     problem, args = measure.arguments(threads=1)
+    os.environ["PATH"] = f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}"  # its compiler
     ngsolve.SetNumThreads(args.threads)
     mesh, tips = netgen_mesh(problem)
     V = VectorH1(mesh, order=1, dirichlet="root")
@@ -64,7 +70,7 @@ def main():
     form = BilinearForm(V, symmetric=True)
     form += (
         rho * InnerProduct(delta - dt_v - h * g, w) + h * InnerProduct(F * S, Grad(w))
-    ).Compile() * dx
+    ).Compile(True, wait=True) * dx
     terms = LinearForm(rho * InnerProduct(CoefficientFunction((1.0, 1.0, 1.0)), w) * dx)
 
     free = np.array(list(V.FreeDofs()), dtype=bool)

@@ -1,12 +1,19 @@
-"""turbine_fenicsx: blades on hub and nacelle (hybrid), turning (hybrid with spin), or clamped."""
+"""turbine_fenicsx: blades on hub and nacelle (hybrid), the same turning, or clamped.
+
+PETSc options may follow the arguments.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import sys
 import time
 
 start = time.perf_counter()
 
+import petsc4py
+
+petsc4py.init(sys.argv)
 from mpi4py import MPI
 from petsc4py import PETSc
 

@@ -6,9 +6,11 @@ for codes that do not read .msh files. This module needs nothing but NumPy until
 
 from __future__ import annotations
 
+import argparse
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +40,7 @@ class Problem:
         dt: Time step [s].
         density: Density [kg/m^3].
         gravity: Acceleration along -e2 [m/s^2].
-        tolerance: Relative residual to iterate to, see `within`.
+        tolerance: Relative residual to iterate to.
         msh: Mesh as a .msh file.
         arrays: The same mesh as .npz: ``points`` (n, 3), ``hexahedra`` (m, 8) in the order of
             gmsh and VTK, ``clamped`` nodes, ``tips`` (three nodes).
@@ -66,13 +68,9 @@ class Problem:
         """Lambda and mu [Pa]."""
         return MATERIALS[self.material]
 
-    def save(self, path: Path) -> None:
-        """Write as JSON."""
-        path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
-
     @staticmethod
     def load(path: str) -> Problem:
-        """Read what `save` wrote."""
+        """Read what `prepare` wrote."""
         data = json.loads(Path(path).read_text(encoding="utf-8"))
         return Problem(**{**data, "elements": tuple(data["elements"])})
 
@@ -115,6 +113,22 @@ def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
     return str(msh), str(arrays)
 
 
+def prepare(folder: Path, elements: tuple[int, int, int], **more: Any) -> Path:
+    """Write mesh and problem; returns the file of the problem.
+
+    Args:
+        folder: Where to.
+        elements: Hexahedra of one blade.
+        more: Other arguments of `Problem`.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    msh, arrays = write_mesh(elements, folder)
+    problem = Problem(elements, msh=msh, arrays=arrays, **more)
+    path = folder / f"{'x'.join(map(str, elements))}_{problem.material}.json"
+    path.write_text(json.dumps(asdict(problem), indent=2) + "\n", encoding="utf-8")
+    return path
+
+
 def tip_points() -> list[np.ndarray]:
     """Initial positions of the three blade tips [m]."""
     from turbine_fenicsx.turbine.case import Case
@@ -124,3 +138,18 @@ def tip_points() -> list[np.ndarray]:
     layout, blade = rotor_layout(case), blade_geometry(case)
     radius = blade.hub_radius + blade.length
     return [np.asarray(layout.centre) + radius * layout.frame(k)[0] for k in (1, 2, 3)]
+
+
+def main() -> None:
+    """Prepare a problem by hand: ``problem.py SIZE FOLDER``."""
+    parser = argparse.ArgumentParser(description="Write mesh and problem file; prints its path.")
+    parser.add_argument("size", type=parse_size, help=f"like 8x8x96, or {', '.join(SIZES)}")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--steps", type=int, default=10)
+    parser.add_argument("--material", choices=MATERIALS, default="stiff")
+    args = parser.parse_args()
+    print(prepare(args.folder, args.size, steps=args.steps, material=args.material))
+
+
+if __name__ == "__main__":
+    main()

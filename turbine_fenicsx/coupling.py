@@ -129,6 +129,26 @@ class CouplingBlock:
             self.B_local[rows_used, columns_used],
         )
 
+    def rigid_extension(self, positions: Array) -> Array:
+        """Motion of all owned nodes with the carriers, equal to B at the contact nodes.
+
+        With one carrier (and no ground) the whole body moves with it; with several, only the
+        contact nodes move.
+
+        Args:
+            positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
+
+        Returns:
+            Shape (3 n_owned, 12 carriers).
+        """
+        Y = np.zeros((positions.size, self.columns.size))
+        if len(self.carriers) == 1 and all(c.rigid is not None for c in self.couplings):
+            xi = self.carriers[0].body_coordinates(positions)
+            weights = np.column_stack([np.ones(len(xi)), xi])
+            Y[:] = np.einsum("ns,ij->nisj", weights, np.eye(3)).reshape(Y.shape)
+        Y[self.dofs] = self.B_local
+        return Y
+
     def gap(self, coordinates: Mapping[RigidBody, Array], u: PETSc.Vec) -> Array:
         """Phi of the owned contact nodes, shape (3 n,) [m].
 

@@ -179,18 +179,21 @@ class FlexibleBlock:
         self._stress.interpolate(self._stress_norm)
         return self._stress.x.array.copy()
 
-    def fibre_directions(self, u: PETSc.Vec) -> Array | None:
+    def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
         """Unit vectors along the deformed fibres at the cell centres, None without fibres.
 
         Args:
-            u: Displacement.
+            u: Displacement; zero if None.
 
         Returns:
             Shape (local cells, 3), ghosts included.
         """
         if self._fibre_now is None:
             return None
-        self._set(self._u_n, u)
+        if u is None:
+            self._u_n.x.array[:] = 0.0
+        else:
+            self._set(self._u_n, u)
         self._fibre.interpolate(self._fibre_now)
         return self._fibre.x.array.reshape(-1, 3).copy()
 

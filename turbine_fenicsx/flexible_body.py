@@ -18,8 +18,8 @@ class FlexibleBody:
         material: Strain energy.
         density: Reference density rho [kg/m^3], positive.
         degree: Polynomial degree of the displacement, 1 or 2.
-        fibre: Direction field of the fibres in the initial configuration as a UFL vector, for
-            output only; None without one.
+        fibre: Direction field of the fibres, or of the span, in the initial configuration as a
+            UFL vector: for output, and the slender direction for iterative solvers; or None.
 
     Raises:
         ValueError: for a density that is not positive, or a degree other than 1 or 2.

@@ -31,7 +31,7 @@ class StepReport:
 
     Args:
         newton_iterations: Newton iterations, failed attempts included.
-        krylov_iterations: Applications of the preconditioner in them.
+        krylov_iterations: Krylov iterations in them; a direct solve counts as one.
         work: Work of all forces but gravity [J].
         residual: Largest relative residual of any block at the end.
     """
@@ -140,9 +140,10 @@ class EnergyMomentumSolver:
             with timing.event("linear set-up"):
                 self.linear_solver.begin()
             self._convergence.history.clear()
+            before = self.linear_solver.krylov_iterations
             self.snes.solve(None, self.step.x)
             newton += self.snes.getIterationNumber()
-            krylov += self.snes.getLinearSolveIterations()
+            krylov += self.linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
             if reason > 0 and self.step.accepted():
                 work = self.step.finish(out)

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.linear.elimination import Elimination
+from turbine_fenicsx.linear.factor import SparseFactor
 from turbine_fenicsx.linear.frozen import FrozenElimination
+from turbine_fenicsx.linear.iterative import SectionMultigrid
 from turbine_fenicsx.linear.monolithic import MonolithicLU
 from turbine_fenicsx.linear.quasi_newton import QuasiNewton
 
@@ -14,11 +16,23 @@ def frozen(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
     """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway."""
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
-    return QuasiNewton(step, FrozenElimination(step, prefix))
+    name = f"{prefix}free_"
+    solver = FrozenElimination(step, lambda f, c, A, free: SparseFactor(A, name, symmetric=True))
+    return QuasiNewton(step, solver)
+
+
+def iterative(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
+    """The same with conjugate gradients in place of the factor, for sizes no factor can hold."""
+    if not step.system.flexible_bodies:
+        return Elimination(step, prefix)
+    name = f"{prefix}free_"
+    solver = FrozenElimination(step, lambda f, c, A, free: SectionMultigrid(f, c, A, free, name))
+    return QuasiNewton(step, solver)
 
 
 LINEAR_SOLVERS: dict[str, Callable[[EnergyMomentumStep, str], LinearSolver]] = {
     "frozen": frozen,
+    "iterative": iterative,
     "lu": Elimination,
     "monolithic": MonolithicLU,
 }
@@ -31,4 +45,5 @@ __all__ = [
     "LinearSolver",
     "MonolithicLU",
     "QuasiNewton",
+    "SectionMultigrid",
 ]

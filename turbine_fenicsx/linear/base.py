@@ -14,6 +14,10 @@ class LinearSolver(Protocol):
     (``preonly``). All methods are collective.
     """
 
+    @property
+    def krylov_iterations(self) -> int:
+        """Krylov iterations since the start; a direct solve counts as one."""
+
     def begin(self) -> None:
         """A new Newton iteration begins: the step holds the state at t_n and the first guess."""
 

@@ -2,14 +2,17 @@
 
 A contact node follows its rigid body, u_c = P r - b_c with P = S^T B, so that contact
 displacements and multipliers drop out. With A_II the rows and columns of A_uu that belong to free
-nodes I, and Z = P - A_II^{-1} (A_uu P)_I the response of the flexible body to unit motions of its
-carriers (twelve columns each),
+nodes I, and Z = Y - A_II^{-1} (A_uu Y)_I the response of the flexible body to unit motions of its
+carriers (twelve columns each; any Y with Y_c = P_c gives the same Z, the motion of the whole body
+with its carrier is the one that leaves least to solve),
 
     (K_r + P^T A_uu Z) r = b_r - P^T (A_uu w - b_u),   w = (A_II^{-1} (b_I + A_Ic b_c), -b_c),
     u = w + Z r,                                       mu_c = (A_uu u - b_u)_c.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from petsc4py import PETSc
 
@@ -18,7 +21,7 @@ import numpy as np
 from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
-from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.linear.factor import FreeSolver, SparseFactor
 from turbine_fenicsx.rotations import Array
 
 
@@ -35,10 +38,16 @@ class Elimination:
         system = step.system
         self._step = step
         self._bodies = [
-            BodyElimination(f, c, f"{prefix}free_")
+            BodyElimination(f, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
             for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
         ]
         self._reduced: Array = np.zeros((0, 0))
+        self._solves = 0
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Direct solves so far."""
+        return self._solves
 
     def begin(self) -> None:
         """Nothing is kept from step to step."""
@@ -55,6 +64,7 @@ class Elimination:
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
+        self._solves += 1
         b_u, b_c, b_r = self._step.split(b)
         u, mu_c, r = self._step.split(x)
         b_r.copy(r)
@@ -82,8 +92,7 @@ class BodyElimination:
     Args:
         flexible: The flexible body; its ``tangent`` is A_uu.
         coupling: Its couplings.
-        prefix: Options prefix of the factorisation.
-        symmetric: Whether the tangent is symmetric whenever it is factorised.
+        make_solver: Makes the solver for A_II from the matrix and its free nodes.
 
     Attributes:
         columns: Columns of r that belong to the carriers.
@@ -94,8 +103,7 @@ class BodyElimination:
         self,
         flexible: FlexibleBlock,
         coupling: CouplingBlock,
-        prefix: str,
-        symmetric: bool = False,
+        make_solver: Callable[[PETSc.Mat, PETSc.IS], FreeSolver],
     ) -> None:
         """Find the free nodes and allocate the columns."""
         self.columns = coupling.columns
@@ -115,28 +123,32 @@ class BodyElimination:
             3 * flexible.n_owned, first=first, step=1, comm=self._comm
         )
         self._A_II, self._A_Ic, self._A_c = (self._A.createSubMatrix(*p) for p in self._parts())
-        self._factor = SparseFactor(self._A_II, prefix, symmetric)
+        self._solver = make_solver(self._A_II, self._free_set)
         self._b_I, self._x_I = self._A_II.createVecs()
         self._u, self._Au = flexible.new_vector(), flexible.new_vector()
         self._c, self._Ac = self._A_Ic.createVecRight(), self._A_c.createVecLeft()
-        self._P = np.zeros((3 * flexible.n_owned, self.columns.size))
-        self._P[self._contact] = self._B
-        self._Z = np.zeros_like(self._P)
+        self._start = coupling.rigid_extension(flexible.positions)
+        self._Z = np.zeros_like(self._start)
         self.schur: Array = np.zeros((self.columns.size,) * 2)
+
+    @property
+    def iterations(self) -> int:
+        """Krylov iterations for the free nodes so far."""
+        return self._solver.iterations
 
     def factorise(self) -> None:
         """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
         for part, sets in zip((self._A_II, self._A_Ic, self._A_c), self._parts(), strict=True):
             self._A.createSubMatrix(*sets, submat=part)
-        self._factor.update()
-        self._Z[:] = self._P
+        self._solver.update()
+        self._Z[:] = self._start
         schur = np.zeros_like(self.schur)
         for k in range(self.columns.size):
-            self._u.array[:] = self._P[:, k]
+            self._u.array[:] = self._Z[:, k]
             self._A.mult(self._u, self._Au)
             self._b_I.array[:] = self._Au.array_r[self._free]
-            self._factor.solve(self._b_I, self._x_I)
-            self._Z[self._free, k] = -self._x_I.array_r
+            self._solver.solve(self._b_I, self._x_I)
+            self._Z[self._free, k] -= self._x_I.array_r
             schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
         self.schur = self._comm.allreduce(schur)
 
@@ -145,7 +157,7 @@ class BodyElimination:
         self._c.array[:] = b_c
         self._b_I.array[:] = b_u[self._free]
         self._A_Ic.multAdd(self._c, self._b_I, self._b_I)
-        self._factor.solve(self._b_I, self._x_I)
+        self._solver.solve(self._b_I, self._x_I)
         w[self._contact] = -b_c
         w[self._free] = self._x_I.array_r
         forces = self._contact_forces(w) - b_u[self._contact]
@@ -158,7 +170,7 @@ class BodyElimination:
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
-        self._factor.destroy()
+        self._solver.destroy()
         for matrix in (self._A_II, self._A_Ic, self._A_c):
             matrix.destroy()
         for vector in (self._b_I, self._x_I, self._u, self._Au, self._c, self._Ac):

@@ -1,8 +1,29 @@
-"""Sparse direct factorisation through PETSc."""
+"""Solvers for the free nodes of one flexible body: sparse factors through PETSc."""
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from petsc4py import PETSc
+
+
+class FreeSolver(Protocol):
+    """Solves with A_II. All methods are collective.
+
+    Attributes:
+        iterations: Krylov iterations so far; a direct solve counts as one.
+    """
+
+    iterations: int
+
+    def update(self) -> None:
+        """Prepare for the present values of the matrix."""
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side."""
+
+    def destroy(self) -> None:
+        """Free everything."""
 
 
 class SparseFactor:
@@ -24,6 +45,7 @@ class SparseFactor:
         pc.setType("cholesky" if symmetric else "lu")
         pc.setFactorSolverType("mumps")
         self._ksp.setFromOptions()
+        self.iterations = 0
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
@@ -32,6 +54,7 @@ class SparseFactor:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
         self._ksp.solve(b, x)
+        self.iterations += 1
 
     def destroy(self) -> None:
         """Free the factor. Collective."""

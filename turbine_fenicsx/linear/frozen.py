@@ -13,6 +13,8 @@ carrier: then P, Z and the Schur complement just turn with it, and all constrain
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -21,8 +23,11 @@ from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.elimination import BodyElimination
+from turbine_fenicsx.linear.factor import FreeSolver
 from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.rotations import Array
+
+SolverMaker = Callable[[FlexibleBlock, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
 
 
 class FrozenElimination:
@@ -32,19 +37,25 @@ class FrozenElimination:
 
     Args:
         step: The step whose tangent is solved with.
-        prefix: Options prefix of the sparse factorisations.
+        make_solver: Makes the solver for A_II, which is symmetric, from the body, its couplings,
+            the matrix and the free degrees of freedom.
     """
 
-    def __init__(self, step: EnergyMomentumStep, prefix: str) -> None:
+    def __init__(self, step: EnergyMomentumStep, make_solver: SolverMaker) -> None:
         """Nothing is factorised yet."""
         system = step.system
         self._step = step
         self._bodies = [
-            _TurningBody(f, c, f"{prefix}free_")
+            _TurningBody(f, c, make_solver)
             for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
         ]
         self._dt = 0.0
         self._reduced: Array = np.zeros((0, 0))
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Krylov iterations for the free nodes of all bodies so far."""
+        return sum(body.iterations for body in self._bodies)
 
     def begin(self) -> None:
         """Turn the frames to the guess of the step; factorise for a new step size."""
@@ -102,17 +113,26 @@ class FrozenElimination:
 class _TurningBody:
     """The frozen elimination of one flexible body and its frames."""
 
-    def __init__(self, flexible: FlexibleBlock, coupling: CouplingBlock, prefix: str) -> None:
+    def __init__(
+        self, flexible: FlexibleBlock, coupling: CouplingBlock, make_solver: SolverMaker
+    ) -> None:
         """Set up frames and elimination."""
         self.coupling = coupling
         self._flexible = flexible
         self._frames = NodeFrames(flexible)
-        self._elimination = BodyElimination(flexible, coupling, prefix, symmetric=True)
+        self._elimination = BodyElimination(
+            flexible, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
+        )
         self._at_rest = flexible.new_vector()
         self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
         self._reference = self._left = self._right = identity
         self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
+
+    @property
+    def iterations(self) -> int:
+        """Krylov iterations for the free nodes so far."""
+        return self._elimination.iterations
 
     def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
         """Factorise the tangent at rest in u; the frames of this moment are the reference."""

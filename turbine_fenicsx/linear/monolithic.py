@@ -23,6 +23,12 @@ class MonolithicLU:
         self._step, self._prefix = step, prefix
         self._matrix = PETSc.Mat()
         self._factor: SparseFactor | None = None
+        self._solves = 0
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Direct solves so far."""
+        return self._solves
 
     def begin(self) -> None:
         """Nothing is kept from step to step."""
@@ -39,6 +45,7 @@ class MonolithicLU:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
         assert self._factor is not None
+        self._solves += 1
         parts = [v.array_r for v in b.getNestSubVecs()]
         self._b.array[:] = np.concatenate(parts)
         self._factor.solve(self._b, self._x)

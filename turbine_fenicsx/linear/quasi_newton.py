@@ -38,6 +38,11 @@ class QuasiNewton:
         self._steps: list[Array] = []
         self._products: Array = np.zeros((0, 0))
 
+    @property
+    def krylov_iterations(self) -> int:
+        """Krylov iterations of the approximate solver so far."""
+        return self._solver.krylov_iterations
+
     def begin(self) -> None:
         """Forget the steps of the last iteration."""
         self._steps = []

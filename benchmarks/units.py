@@ -1,0 +1,78 @@
+"""A hybrid step in units of its two unavoidable operations: a residual and a triangular solve.
+
+Usage: units.py PROBLEM RESULT (written by run.py); or units.py SIZE for one line on the screen.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import ours
+from problem import Problem, parse_size, prepare
+
+from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
+
+
+def shortest(function, repeat=15):
+    """Seconds of the fastest of several calls."""
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def measure_units(problem):
+    """Seconds of a step, a residual assembly and a solve, and their ratio."""
+    system = ours.build(problem, "hybrid", MPI.COMM_SELF)
+    solver = EnergyMomentumSolver(system, SolverOptions(tolerance=problem.tolerance))
+    state = system.initial_state()
+    spare, steps = state.copy(), []
+    for _ in range(problem.steps):
+        start = time.perf_counter()
+        solver.advance(state, problem.dt, spare)
+        steps.append(time.perf_counter() - start)
+        state, spare = spare, state
+
+    (block,), (coupling,) = system.flexible_blocks, system.coupling_blocks
+    du, R = block.new_vector(), block.new_vector()
+    block.begin(state.u[0], state.v[0], problem.dt, np.zeros(3))
+    residual = shortest(lambda: block.residual(du, R))
+    block.assemble_tangent(du)
+    block.tangent.zeroRowsColumns(coupling.dofs.astype(PETSc.IntType), 1.0)
+    factor = SparseFactor(block.tangent, "tfx_free_", symmetric=True)
+    factor.update()
+    solve = shortest(lambda: factor.solve(R, du))
+    factor.destroy()
+    solver.destroy()
+    step = float(np.mean(steps[problem.warm_up :]))
+    unit = residual + solve
+    return {"step": step, "residual": residual, "solve": solve, "ratio": step / unit}
+
+
+def main():
+    if len(sys.argv) == 3:
+        result = measure_units(Problem.load(sys.argv[1]))
+        Path(sys.argv[2]).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = prepare(Path(folder), parse_size(sys.argv[1]))
+        result = measure_units(Problem.load(str(path)))
+    print(
+        f"step {result['step']:.3f} s = {result['ratio']:.1f} x (residual "
+        f"{result['residual']:.4f} s + solve {result['solve']:.4f} s)"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""How the tests of the command line start it: as a user would, in processes of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from mpi4py import MPI
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def pytest_runtest_setup(item):
+    """These tests start MPI themselves, so one rank of them is enough."""
+    if MPI.COMM_WORLD.size > 1:
+        pytest.skip("starts processes, with and without mpirun, from one rank")
+
+
+@cache
+def mpirun():
+    """The mpirun that belongs to this python, and variables that let it have more ranks than cores.
+
+    Variables of the environment, such as those of scripts/test.sh, have precedence.
+    """
+    beside = Path(sys._base_executable).parent / "mpirun"
+    program = str(beside) if beside.exists() else shutil.which("mpirun")
+    if program is None:
+        return None, {}
+    settings = {
+        "OMP_NUM_THREADS": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "OMPI_MCA_hwloc_base_binding_policy": "none",
+        "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    }
+    version = subprocess.run([program, "--version"], capture_output=True, text=True).stdout
+    if "Open MPI) 5." in version:
+        settings["PRTE_MCA_rmaps_default_mapping_policy"] = ":oversubscribe"
+    elif "Open MPI" in version:
+        settings["PRTE_MCA_mapby"] = ":oversubscribe"
+    return program, settings
+
+
+def run_command(*arguments, ranks=None, timeout=120.0, program=None):
+    """Run the command line and return the finished process, with its output as text.
+
+    Args:
+        arguments: Arguments of the command line.
+        ranks: Number of MPI ranks; None runs it without mpirun.
+        timeout: Seconds after which the test fails, as when ranks wait for each other [s].
+        program: What to run instead of ``python -m turbine_fenicsx``.
+    """
+    command = [*(program or [sys.executable, "-m", "turbine_fenicsx"]), *map(str, arguments)]
+    environment = dict(os.environ)  # as it was when this process began, before MPI added to it
+    if ranks is not None:
+        launcher, settings = mpirun()
+        if launcher is None:
+            pytest.skip("there is no mpirun")
+        command = [launcher, "-n", str(ranks), *command]
+        environment = settings | environment
+    return subprocess.run(
+        command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=timeout
+    )
+
+
+@pytest.fixture(scope="session")
+def command_line():
+    """Runs the command line, see `run_command`."""
+    return run_command
+
+
+@pytest.fixture(scope="session")
+def demo():
+    """Path of one of the paper's cases by name."""
+    return lambda name: ROOT / "demos" / "paper" / name
