@@ -23,7 +23,8 @@ class Competitor:
         options: Its options.
         ranks: MPI ranks.
         threads: Threads, for programs that have no ranks.
-        needs: Python package of the peers' environment, or program on the PATH.
+        program: Program on the PATH that it needs.
+        package: Package of the peers' environment that it needs.
         most_unknowns: Larger problems are not for it.
     """
 
@@ -32,7 +33,8 @@ class Competitor:
     options: tuple[str, ...] = ()
     ranks: int = 1
     threads: int = 0
-    needs: str = ""
+    program: str = ""
+    package: str = ""
     most_unknowns: int = 10**9
 
     @property
@@ -44,13 +46,14 @@ class Competitor:
         """Whether it is installed here, with enough cores."""
         if self.cores > len(os.sched_getaffinity(0)):
             return False
-        if not self.needs or shutil.which(self.needs):
-            return True
-        return bool(list(PEERS.parent.parent.glob(f"lib/python*/site-packages/{self.needs}")))
+        if self.program and not shutil.which(self.program):
+            return False
+        packages = PEERS.parent.parent.glob(f"lib/python*/site-packages/{self.package}")
+        return not self.package or any(packages)
 
     def command(self, *arguments: str) -> list[str]:
         """The command line."""
-        python = str(PEERS) if self.needs and not shutil.which(self.needs) else sys.executable
+        python = str(PEERS) if self.package else sys.executable
         command = [python, str(HERE / self.script), *arguments, *self.options]
         if self.threads:
             command += ["--threads", str(self.threads)]
@@ -76,10 +79,14 @@ def _competitors() -> list[Competitor]:
     for threads in (1, 2):
         tail = "" if threads == 1 else f"-{threads}"
         found += [
-            Competitor(f"calculix{tail}", "calculix.py", (), 1, threads, "ccx"),
-            Competitor(f"ngsolve{tail}", "ngsolve_newton.py", (), 1, threads, "ngsolve"),
+            Competitor(f"calculix{tail}", "calculix.py", threads=threads, program="ccx"),
+            Competitor(f"ngsolve{tail}", "ngsolve_newton.py", threads=threads, package="ngsolve"),
             Competitor(
-                f"kratos{tail}", "kratos.py", (), 1, threads, "KratosMultiphysics", 100_000
+                f"kratos{tail}",
+                "kratos.py",
+                threads=threads,
+                package="KratosMultiphysics",
+                most_unknowns=100_000,
             ),
         ]
     return found

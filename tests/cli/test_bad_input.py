@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from turbine_fenicsx.cli import main
 from turbine_fenicsx.meshing.session import gmsh_session
 
 SENTENCE = "error: "
@@ -109,6 +110,15 @@ MISTAKES = {
         "is not a mesh in gmsh's .msh format",
     ),
 }
+IN_THE_ISSUE = (
+    "missing file",
+    "unknown key",
+    "negative density",
+    "zero step",
+    "indefinite material",
+    "missing groups",
+    "hub without nodes",
+)
 BUGS = {
     "root on another part": (
         "hybrid_stiff.toml",
@@ -131,26 +141,42 @@ BUGS = {
 }
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
+def arguments_of(name, changes, demo, meshes):
+    """Arguments of the command line for a mistake, without the output folder."""
+    changes = [change.format(meshes=meshes) for change in changes]
+    case = demo(name) if demo(name).exists() else name
+    return [str(case), *(["--set", *changes] if changes else [])]
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_mistake_is_one_sentence_and_exit_code_2(
+def test_mistake_is_one_sentence_and_exit_code_2(demo, meshes, tmp_path, capfd, mistake):
+    # inside this process, which saves a second each; the next test starts the program
+    name, changes, words = MISTAKES[mistake]
+    out = tmp_path / "out"
+    code = main(["run", *arguments_of(name, changes, demo, meshes), "-o", str(out)])
+    output, errors = capfd.readouterr()
+    assert code == 2
+    assert output == ""
+    (line,) = errors.splitlines()
+    assert line.startswith(SENTENCE)
+    assert re.search(words, line), line
+    assert not (out / "history.csv").exists()  # nothing that looks like a result
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("mistake", IN_THE_ISSUE)
+def test_program_refuses_at_once_and_on_all_ranks(
     command_line, demo, meshes, tmp_path, mistake, ranks
 ):
     name, changes, words = MISTAKES[mistake]
-    case = demo(name) if demo(name).exists() else name
-    changes = [change.format(meshes=meshes) for change in changes]
-    out = tmp_path / "out"
     start = time.monotonic()
-    result = command_line(
-        "run", case, "-o", out, *(["--set", *changes] if changes else []), ranks=ranks, timeout=60
-    )
+    arguments = arguments_of(name, changes, demo, meshes)
+    result = command_line("run", *arguments, "-o", tmp_path / "out", ranks=ranks, timeout=60)
     (sentence,) = refused(result, time.monotonic() - start)
     assert re.search(words, sentence), sentence
     if ranks is None:
         assert result.stderr == f"{SENTENCE}{sentence}\n"
     assert result.stdout == ""
-    # nothing that looks like a result
-    assert not (out / "history.csv").exists()
 
 
 @pytest.mark.parametrize(
@@ -159,11 +185,9 @@ def test_mistake_is_one_sentence_and_exit_code_2(
 )
 def test_other_mistake_is_one_sentence(command_line, demo, meshes, tmp_path, mistake):
     name, changes, words, _ = BUGS[mistake]
-    changes = [change.format(meshes=meshes) for change in changes]
     start = time.monotonic()
-    result = command_line(
-        "run", demo(name), "-o", tmp_path, "--set", *changes, "time.end=0.04", timeout=60
-    )
+    arguments = arguments_of(name, [*changes, "time.end=0.04"], demo, meshes)
+    result = command_line("run", *arguments, "-o", tmp_path, timeout=60)
     (sentence,) = refused(result, time.monotonic() - start)
     assert words in sentence
 
@@ -175,8 +199,9 @@ def test_several_mistakes_are_several_sentences(command_line, demo):
     assert len(refused(result, 0.0)) == 3
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
-@pytest.mark.parametrize("out", ["{file}", "{file}/below", "/proc/nothing"])
+@pytest.mark.parametrize(
+    ("out", "ranks"), [("{file}", None), ("{file}/below", 2), ("/proc/nothing", None)]
+)
 def test_output_that_cannot_be_written_is_refused(command_line, demo, tmp_path, out, ranks):
     # tests may run as root, who may write everywhere but below a file and in /proc
     file = tmp_path / "file"
@@ -189,8 +214,7 @@ def test_output_that_cannot_be_written_is_refused(command_line, demo, tmp_path, 
     assert file.read_text() == "not a folder\n"
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
-@pytest.mark.parametrize("name", ["history.csv", "fields.xdmf"])
+@pytest.mark.parametrize(("name", "ranks"), [("history.csv", None), ("fields.xdmf", 2)])
 def test_result_file_that_cannot_be_written_is_refused(command_line, demo, tmp_path, name, ranks):
     (tmp_path / name).mkdir()
     start = time.monotonic()
@@ -249,8 +273,8 @@ def test_good_mesh_of_a_user_runs(command_line, demo, meshes, tmp_path):
     "arguments",
     [[], ["run"], ["run", "case.toml"], ["march", "case.toml"], ["check"], ["mesh", "case.toml"]],
 )
-def test_wrong_usage_is_exit_code_2_with_the_usage(command_line, arguments):
-    result = command_line(*arguments)
-    assert result.returncode == 2
-    assert result.stderr.startswith("usage: turbine-fenicsx")
-    assert "Traceback" not in result.stderr
+def test_wrong_usage_is_exit_code_2_with_the_usage(capfd, arguments):
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    assert capfd.readouterr().err.startswith("usage: turbine-fenicsx")

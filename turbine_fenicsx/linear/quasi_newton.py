@@ -28,13 +28,17 @@ class QuasiNewton:
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
         solver: The approximate linear solver P.
+        refresh_after: After a step with more iterations than this the solver is refreshed.
     """
 
-    def __init__(self, step: EnergyMomentumStep, solver: LinearSolver) -> None:
+    def __init__(
+        self, step: EnergyMomentumStep, solver: LinearSolver, refresh_after: int = 15
+    ) -> None:
         """Lay out the weights."""
         self._step, self._solver = step, solver
         self._comm = step.system.comm
         self._weights = step.mass_weights()
+        self._refresh_after = refresh_after
         self._steps: list[Array] = []
         self._products: Array = np.zeros((0, 0))
 
@@ -44,9 +48,12 @@ class QuasiNewton:
         return self._solver.krylov_iterations
 
     def begin(self) -> None:
-        """Forget the steps of the last iteration."""
+        """Forget the steps of the last iteration; refresh the solver if they were many."""
+        slow = len(self._steps) > self._refresh_after
         self._steps = []
         self._products = np.zeros((0, 0))
+        if slow:
+            self._solver.refresh()
         self._solver.begin()
 
     def update(self, x: PETSc.Vec) -> None:
