@@ -1,8 +1,8 @@
 """CalculiX: the clamped blades with C3D8 elements (full integration), direct implicit dynamics.
 
-The input file is the documented one (numbers of at most 20 characters): *DYNAMIC, DIRECT with ALPHA = 0 (trapezoidal rule, without
-numerical damping), NLGEOM, which makes *ELASTIC a St. Venant-Kirchhoff material. Times per step
-are the times at which the program appends a line to its .sta file.
+The input file asks for *DYNAMIC, DIRECT with ALPHA = 0 (trapezoidal rule, no numerical damping) and
+NLGEOM, which makes *ELASTIC a St. Venant-Kirchhoff material; numbers may have 20 characters. The
+times per step are the times at which the program appends a line to its .sta file.
 """
 
 from __future__ import annotations

@@ -128,5 +128,5 @@ def run(command: list[str], limit: float) -> str:
         )
     except subprocess.TimeoutExpired:
         return f"not done after {limit:.0f} s"
-    lines = (done.stderr.strip() or done.stdout.strip() or "failed").splitlines()
-    return lines[-1] if done.returncode else ""
+    words = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()[-1]
+    return f"{words} (code {done.returncode})" if done.returncode else ""

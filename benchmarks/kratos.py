@@ -6,12 +6,10 @@ import os
 import sys
 import time
 
-start = time.perf_counter()
-
 import KratosMultiphysics as Kratos
 import measure
 import numpy as np
-from KratosMultiphysics import LinearSolversApplication, StructuralMechanicsApplication
+from KratosMultiphysics import StructuralMechanicsApplication
 from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
 
 # Its only direct solver in the PyPI wheel that suits; AMGCL with CG took ten times as long.
@@ -66,7 +64,7 @@ def strategy(part, problem):
     linear_solver = ConstructSolver(Kratos.Parameters(SOLVER))
     scheme = Kratos.ResidualBasedNewmarkDisplacementScheme()
     builder = Kratos.ResidualBasedBlockBuilderAndSolver(linear_solver)
-    # The correction is measured, as Kratos' residual cannot fall much below 1e-6 of its first value.
+    # Of the correction, as Kratos' residual cannot fall much below 1e-6 of its first value.
     criterion = Kratos.DisplacementCriteria(problem.tolerance, 1e-14)
     newton = Kratos.ResidualBasedNewtonRaphsonStrategy(
         part, scheme, criterion, builder, 20, False, False, True
@@ -84,7 +82,7 @@ def main():
     model = Kratos.Model()
     part, tips = model_part(model, problem)
     newton = strategy(part, problem)
-    set_up = time.perf_counter() - start
+    set_up = measure.seconds_since_start()
     steps, iterations = [], []
     for k in range(1, problem.steps + 1):
         t0 = time.perf_counter()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 import re
 import resource
@@ -28,8 +29,15 @@ def arguments(**choices: Any) -> tuple[Problem, argparse.Namespace]:
             parser.add_argument(f"--{name}", choices=value, default=value[0])
         else:
             parser.add_argument(f"--{name}", type=type(value), default=value)
-    args, _ = parser.parse_known_args()  # the rest is for PETSc
+    args = parser.parse_args()
     return Problem.load(args.problem), args
+
+
+def seconds_since_start() -> float:
+    """Seconds since this process was started, imports included; to a hundredth."""
+    ticks = Path("/proc/self/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[19]
+    uptime = Path("/proc/uptime").read_text(encoding="utf-8").split()[0]
+    return float(uptime) - float(ticks) / os.sysconf("SC_CLK_TCK")
 
 
 def peak_memory() -> float:

@@ -1,19 +1,10 @@
-"""turbine_fenicsx: blades on hub and nacelle (hybrid), the same turning, or clamped.
-
-PETSc options may follow the arguments.
-"""
+"""turbine_fenicsx: blades on hub and nacelle (hybrid), the same turning, or clamped."""
 
 from __future__ import annotations
 
 import dataclasses
-import sys
 import time
 
-start = time.perf_counter()
-
-import petsc4py
-
-petsc4py.init(sys.argv)
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -107,7 +98,7 @@ def main():
     solver = EnergyMomentumSolver(system, SolverOptions(args.preconditioner, tolerance))
     state = system.initial_state()
     spare = state.copy()
-    set_up = time.perf_counter() - start
+    set_up = measure.seconds_since_start()
 
     steps, balances, reports = [], [], []
     for _ in range(problem.steps):

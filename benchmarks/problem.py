@@ -1,4 +1,4 @@
-"""The problem that all codes solve: three blades, clamped or on a hub, gravity switched on at t = 0.
+"""The problem that all codes solve: three blades, gravity switched on at t = 0.
 
 It reaches the codes as a JSON file (numbers and paths); ``arrays`` names the mesh as NumPy arrays
 for codes that do not read .msh files. This module needs nothing but NumPy until it makes a mesh.

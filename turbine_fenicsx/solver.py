@@ -12,10 +12,13 @@ import numpy as np
 
 from turbine_fenicsx import timing
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.linear import LINEAR_SOLVERS
+from turbine_fenicsx.linear import LINEAR_SOLVERS, chosen_name
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
+
+FALLBACKS = {"frozen": "lu"}
+"""Exact linear solvers that take over where a step fails with an approximate one."""
 
 DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""
@@ -47,7 +50,8 @@ class SolverOptions:
     """Options of the step solver.
 
     Args:
-        preconditioner: Name of the linear solver, a key of `LINEAR_SOLVERS`.
+        preconditioner: Name of the linear solver, a key of `LINEAR_SOLVERS`, or "auto": "frozen",
+            and "iterative" for very many unknowns.
         tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
             each block; constraints take a hundredth of it.
         stagnation: A residual that no longer decreases is taken as round-off if it is below this.
@@ -58,7 +62,7 @@ class SolverOptions:
         ValueError: for an unknown linear solver or a tolerance outside (0, 1).
     """
 
-    preconditioner: str = "frozen"
+    preconditioner: str = "auto"
     tolerance: float = 1e-12
     stagnation: float = 1e-9
     max_iterations: int = 30
@@ -66,9 +70,9 @@ class SolverOptions:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if self.preconditioner not in LINEAR_SOLVERS:
+        if self.preconditioner not in ("auto", *LINEAR_SOLVERS):
             raise ValueError(
-                f"solver.preconditioner must be one of {sorted(LINEAR_SOLVERS)}, "
+                f"solver.preconditioner must be one of {['auto', *sorted(LINEAR_SOLVERS)]}, "
                 f"got {self.preconditioner!r}"
             )
         if not 0.0 < self.tolerance < 1.0:
@@ -84,6 +88,7 @@ class EnergyMomentumSolver:
 
     Attributes:
         step: The blocks of the step.
+        preconditioner: Name of the linear solver in use.
         snes: The PETSc solver; options with the prefix apply.
         destroy: Frees all PETSc objects; collective; at the latest when the program ends.
     """
@@ -92,7 +97,11 @@ class EnergyMomentumSolver:
         """Create the SNES."""
         self.options = options = options or SolverOptions()
         self.step = step = EnergyMomentumStep(system)
-        self.linear_solver = LINEAR_SOLVERS[options.preconditioner](step, options.prefix)
+        self.preconditioner = chosen_name(options.preconditioner, step)
+        self._solvers = _LinearSolvers(step, options.prefix, self.preconditioner)
+        exact = FALLBACKS.get(self.preconditioner, self.preconditioner)
+        attempts = [(self.preconditioner, True), (exact, True), (exact, False)]
+        self._attempts = list(dict.fromkeys(attempts))
         self._convergence = _BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(system.comm)
         snes.setOptionsPrefix(options.prefix)
@@ -101,7 +110,7 @@ class EnergyMomentumSolver:
         snes.setJacobian(
             evaluate_tangent,
             step.tangent_matrix,
-            kargs={"step": step, "linear_solver": self.linear_solver},
+            kargs={"linear_solvers": self._solvers},
         )
         snes.setConvergenceTest(self._convergence)
         snes.setTolerances(max_it=options.max_iterations)
@@ -109,15 +118,16 @@ class EnergyMomentumSolver:
         ksp.setType("preonly")
         pc = ksp.getPC()
         pc.setType("python")
-        pc.setPythonContext(_Preconditioner(self.linear_solver))
+        pc.setPythonContext(self._solvers)
         _set_from_options(snes, {"snes_linesearch_type": "basic"})
         # Factors must go before MPI does, also when a script just ends.
-        self.destroy = weakref.finalize(self, _destroy, self.linear_solver, snes)
+        self.destroy = weakref.finalize(self, _destroy, self._solvers, snes)
 
     def advance(self, state: State, dt: float, out: State) -> StepReport:
         """One step from ``state`` to t + dt.
 
-        Newton starts from x_n + dt v_n, and from x_n if that fails.
+        Newton starts from x_n + dt v_n; if that fails, again with the exact tangent in place of a
+        frozen one, and then from x_n.
 
         Args:
             state: State at t_n, not changed.
@@ -133,17 +143,16 @@ class EnergyMomentumSolver:
         newton = krylov = 0
         reasons = []
         self.step.begin(state, dt)
-        for extrapolate, refresh in ((True, False), (True, True), (False, True)):
+        for name, extrapolate in self._attempts:
             self.step.guess(extrapolate)
-            if extrapolate and refresh and not self.linear_solver.refresh():
-                continue
+            linear_solver = self._solvers.use(name)
             with timing.event("linear set-up"):
-                self.linear_solver.begin()
+                linear_solver.begin()
             self._convergence.history.clear()
-            before = self.linear_solver.krylov_iterations
+            before = linear_solver.krylov_iterations
             self.snes.solve(None, self.step.x)
             newton += self.snes.getIterationNumber()
-            krylov += self.linear_solver.krylov_iterations - before
+            krylov += linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
             if reason > 0 and self.step.accepted():
                 work = self.step.finish(out)
@@ -156,9 +165,9 @@ class EnergyMomentumSolver:
         )
 
 
-def _destroy(linear_solver: LinearSolver, snes: PETSc.SNES) -> None:
+def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:
     """Free the PETSc objects of a solver."""
-    linear_solver.destroy()
+    linear_solvers.destroy()
     snes.destroy()
 
 
@@ -211,12 +220,11 @@ def evaluate_tangent(
     x: PETSc.Vec,
     J: PETSc.Mat,
     P: PETSc.Mat,
-    step: EnergyMomentumStep,
-    linear_solver: LinearSolver,
+    linear_solvers: _LinearSolvers,
 ) -> None:
-    """SNES Jacobian: tangent of the step, and the linear solver prepared for it."""
+    """SNES Jacobian: the linear solver is prepared for the tangent at x."""
     with timing.event("linear set-up"):
-        linear_solver.update(x)
+        linear_solvers.current.update(x)
 
 
 def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
@@ -230,17 +238,32 @@ def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
         options.delValue(key)
 
 
-class _Preconditioner:
-    """A `LinearSolver` as PETSc's python preconditioner."""
+class _LinearSolvers:
+    """The linear solvers of a step by name, made when first used; PETSc's python preconditioner."""
 
-    def __init__(self, linear_solver: LinearSolver) -> None:
-        """Remember the linear solver."""
-        self._linear_solver = linear_solver
+    def __init__(self, step: EnergyMomentumStep, prefix: str, name: str) -> None:
+        """Make the first one."""
+        self._step, self._prefix = step, prefix
+        self._made: dict[str, LinearSolver] = {}
+        self.current = self.use(name)
+
+    def use(self, name: str) -> LinearSolver:
+        """Switch to a linear solver."""
+        if name not in self._made:
+            self._made[name] = LINEAR_SOLVERS[name](self._step, self._prefix)
+        self.current = self._made[name]
+        return self.current
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side."""
         with timing.event("linear solve"):
-            self._linear_solver.solve(b, x)
+            self.current.solve(b, x)
+
+    def destroy(self, pc: PETSc.PC | None = None) -> None:
+        """Free all PETSc objects; PETSc calls this too."""
+        for linear_solver in self._made.values():
+            linear_solver.destroy()
+        self._made.clear()
 
 
 def _in_words(reason: int) -> str:

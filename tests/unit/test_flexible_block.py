@@ -124,10 +124,9 @@ def test_flexible_tangent_agrees_with_finite_differences(make, cell, degree, law
 
 
 @all_kinds
-@all_laws
-def test_the_increments_above_lie_on_both_sides_of_the_threshold(comm, make, cell, degree, law):
-    """|dC| of the larger increment exceeds it in the mean, that of the smaller one everywhere."""
-    block = make(cell, degree, law)
+def test_the_increments_above_lie_on_both_sides_of_the_threshold(comm, make, cell, degree):
+    """|dC| of the larger increment exceeds it in the mean, that of the smaller one nowhere."""
+    block = make(cell, degree, "svk")
     f = fem.Function(block.space)
     f.x.array[: 3 * block.n_owned] = nodal(block, wild(3, 0.02)).array_r
     f.x.scatter_forward()
@@ -135,7 +134,7 @@ def test_the_increments_above_lie_on_both_sides_of_the_threshold(comm, make, cel
     square = fem.form(ufl.inner(D + D.T, D + D.T) * ufl.dx(domain=block.body.mesh))
     mean = np.sqrt(comm.allreduce(fem.assemble_scalar(square)) / np.prod(SIZE))
     assert mean > 10 * SMALL_INCREMENT
-    assert 100 * mean * 1e-5 / 0.02 < 30 * SMALL_INCREMENT
+    assert 4 * mean * 1e-5 / 0.02 < SMALL_INCREMENT
 
 
 @all_kinds
@@ -341,7 +340,7 @@ def test_scale_of_the_terms_bounds_inertia_and_weight(make, law):
         terms.append(np.sqrt(block.body.mesh.comm.allreduce(block.term_scale(a))))
     block.begin(u, v, DT, GRAVITY)
     scale = np.sqrt(block.body.mesh.comm.allreduce(block.term_scale(du)))
-    assert max(terms) < scale <= sum(terms)
+    assert 0.0 < min(terms) <= max(terms) < scale <= sum(terms)
     # lumped and consistent masses bound each other up to a small factor
     assert residual(block, u, v, du).norm() <= 2 * scale
 

@@ -97,6 +97,7 @@ def test_parts_are_numbered_in_the_order_given_whatever_their_kinds(comm, machin
     assert system.first_coordinate == {m.hub: 0, m.nacelle: 12}
     assert system.joints == (m.rotor, m.yaw)
     assert system.angle_names == ("rotor", "yaw")
+    assert m.system().angle_names == ("yaw", "rotor")
     assert system.flexible_bodies == (m.beam,)
     assert system.couplings == (m.root,)
     assert len(system.loads) == 1

@@ -38,7 +38,25 @@ LINEAR_SOLVERS: dict[str, Callable[[EnergyMomentumStep, str], LinearSolver]] = {
 }
 """The selectable linear solvers by name (`solver.preconditioner` in case files)."""
 
+LARGEST_FACTOR = 500_000
+"""From this number of displacements on, "auto" takes the iterative solver."""
+
+
+def chosen_name(name: str, step: EnergyMomentumStep) -> str:
+    """Resolve "auto" by the size of the largest flexible body.
+
+    Args:
+        name: A key of `LINEAR_SOLVERS`, or "auto".
+        step: The step.
+    """
+    if name != "auto":
+        return name
+    sizes = (3 * f.space.dofmap.index_map.size_global for f in step.system.flexible_blocks)
+    return "iterative" if max(sizes, default=0) >= LARGEST_FACTOR else "frozen"
+
+
 __all__ = [
+    "LARGEST_FACTOR",
     "LINEAR_SOLVERS",
     "Elimination",
     "FrozenElimination",
@@ -46,4 +64,5 @@ __all__ = [
     "MonolithicLU",
     "QuasiNewton",
     "SectionMultigrid",
+    "chosen_name",
 ]

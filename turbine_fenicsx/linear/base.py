@@ -27,8 +27,5 @@ class LinearSolver(Protocol):
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
 
-    def refresh(self) -> bool:
-        """Newton's method failed: use a better tangent from now on; False if there is none."""
-
     def destroy(self) -> None:
         """Free all PETSc objects."""

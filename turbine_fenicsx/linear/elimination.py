@@ -76,10 +76,6 @@ class Elimination:
         for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):
             mu_k.array[:] = body.substitute(motion[body.columns], b_u_k.array_r, u_k.array)
 
-    def refresh(self) -> bool:
-        """The tangent is exact already."""
-        return False
-
     def destroy(self) -> None:
         """Free all PETSc objects."""
         for body in self._bodies:

@@ -86,12 +86,11 @@ class FrozenElimination:
         for body, u_k, mu_k in zip(self._bodies, u, mu_c, strict=True):
             u_k.array[:], mu_k.array[:] = body.substitute(motion[body.coupling.columns])
 
-    def refresh(self) -> bool:
+    def refresh(self) -> None:
         """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
         self._dt = self._step.dt
         for body, u in zip(self._bodies, self._step.state.u, strict=True):
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
-        return bool(self._bodies)
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -53,10 +53,6 @@ class MonolithicLU:
         for part, end in zip(x.getNestSubVecs(), ends, strict=True):
             part.array[:] = self._x.array_r[end - part.array_r.size : end]
 
-    def refresh(self) -> bool:
-        """The tangent is exact already."""
-        return False
-
     def destroy(self) -> None:
         """Free all PETSc objects."""
         if self._factor is not None:

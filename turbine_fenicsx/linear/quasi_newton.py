@@ -7,7 +7,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.linear.base import LinearSolver
+from turbine_fenicsx.linear.frozen import FrozenElimination
 from turbine_fenicsx.rotations import Array
 
 
@@ -32,7 +32,7 @@ class QuasiNewton:
     """
 
     def __init__(
-        self, step: EnergyMomentumStep, solver: LinearSolver, refresh_after: int = 15
+        self, step: EnergyMomentumStep, solver: FrozenElimination, refresh_after: int = 15
     ) -> None:
         """Lay out the weights."""
         self._step, self._solver = step, solver
@@ -69,10 +69,6 @@ class QuasiNewton:
         ends = np.cumsum([part.getLocalSize() for part in parts])
         for part, end in zip(parts, ends, strict=True):
             part.array[:] = -s[end - part.getLocalSize() : end]
-
-    def refresh(self) -> bool:
-        """Refresh the approximate solver."""
-        return self._solver.refresh()
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

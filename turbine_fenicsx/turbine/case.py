@@ -151,7 +151,7 @@ class LoadsCase(Section):
 class SolverCase(Section):
     """Solver of the step."""
 
-    preconditioner: Literal["frozen", "iterative", "lu", "monolithic"] = "frozen"
+    preconditioner: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
     tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = 1e-12
     max_iterations: Annotated[int, Field(ge=1)] = 30
 
