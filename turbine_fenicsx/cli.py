@@ -101,8 +101,9 @@ def check(options: argparse.Namespace, comm: Any) -> int:
     """Check a case and its mesh without running it."""
     case = _load_case(options, comm)
     _need_dolfinx()
-    from turbine_fenicsx.turbine.model import load_mesh
+    from turbine_fenicsx.turbine.model import blade_geometry, load_mesh
 
+    blade_geometry(case)
     report = "rigid turbine, no mesh"
     if case.turbine.model == "hybrid":
         report = str(load_mesh(case, comm).report)

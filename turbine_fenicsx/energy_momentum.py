@@ -115,6 +115,8 @@ class EnergyMomentumStep:
             c.gap(coordinates, u) for c, u in zip(system.coupling_blocks, state.u, strict=True)
         )
         self.dt, self.state = dt, state
+        noise = [half_dt2 * f.force_round_off for f in system.flexible_blocks]
+        self._round_off = np.array([*noise, *(0.0 for _ in noise), *(0.0 for _ in range(4))])
 
     def guess(self, extrapolate: bool) -> None:
         """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation."""
@@ -186,7 +188,7 @@ class EnergyMomentumStep:
         """
         if self._n_r:
             r.array[:] = solve_scaled(reduced, r.array_r)
-        return self.system.comm.bcast(np.array(r.array_r) if self._n_r else None)
+        return self.system.comm.bcast(np.array(r.array_r))
 
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
@@ -201,8 +203,10 @@ class EnergyMomentumStep:
     def relative_residuals(self, R: PETSc.Vec) -> Array:
         """Norm of each block of the residual over the norm of its terms (backward error).
 
+        The second row counts only what exceeds the round-off of the elastic forces.
+
         Returns:
-            Shape (2 bodies + 4,): displacements and couplings of each flexible body, then rigid
+            Shape (2, 2 bodies + 4): displacements and couplings of each flexible body, then rigid
             coordinates, angles, rigid and joint constraints, angle constraints. Equal on all
             ranks.
         """
@@ -216,7 +220,8 @@ class EnergyMomentumStep:
                 float(np.max(w * part, initial=0.0)) for w, part in zip(weights, parts, strict=True)
             ]
         r_norms = self.system.comm.bcast(r_norms)
-        return np.concatenate([norms, r_norms]) / self._scales
+        total = np.concatenate([norms, r_norms])
+        return np.stack([total, np.maximum(total - self._round_off, 0.0)]) / self._scales
 
     def accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
@@ -237,7 +242,7 @@ class EnergyMomentumStep:
         """
         state, dt = self.state, self.dt
         du, mu_c, r_part = self.split(self.x)
-        r = self.system.comm.bcast(np.array(r_part.array_r) if self._n_r else None)
+        r = self.system.comm.bcast(np.array(r_part.array_r))
         dq, dT, mu, nu = self.system.rigid_block.split(r)
         out.time = state.time + dt
         out.q = state.q + dq

@@ -44,16 +44,17 @@ class RigidBody:
 
     def __post_init__(self) -> None:
         """Check the data."""
-        if not self.mass > 0.0:
+        if not 0.0 < self.mass < np.inf:
             raise ValueError(f"mass of rigid body {self.name!r} must be positive, got {self.mass}")
         euler = np.asarray(self.euler, dtype=float)
-        if euler.shape != (3,) or np.any(euler < 0.0) or np.count_nonzero(euler) < 2:
+        if euler.shape != (3,) or not np.all(euler >= 0.0) or np.count_nonzero(euler) < 2:
             raise ValueError(
                 f"Euler values of rigid body {self.name!r} must be three numbers >= 0, at most one "
                 f"of them zero, got {self.euler}"
             )
         R = np.asarray(self.directors, dtype=float)
-        if R.shape != (3, 3) or not np.allclose(R.T @ R, np.eye(3), atol=1e-12):
+        orthonormal = R.shape == (3, 3) and np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12)
+        if not orthonormal or np.linalg.det(R) < 0.0:
             raise ValueError(f"directors of rigid body {self.name!r} must form a rotation matrix")
 
     @property

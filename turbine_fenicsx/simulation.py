@@ -79,9 +79,9 @@ class Simulation:
         smallest_step: float = 2.0**-10,
     ) -> None:
         """Check the times and create the solver."""
-        if not step > 0.0:
+        if not 0.0 < step < np.inf:
             raise ValueError(f"time.step must be positive, got {step:g} s")
-        if not end >= 0.0:
+        if not 0.0 <= end < np.inf:
             raise ValueError(f"time.end must not be negative, got {end:g} s")
         self.system, self.step, self.end = system, step, end
         self.observers = tuple(observers)

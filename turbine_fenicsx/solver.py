@@ -54,7 +54,8 @@ class SolverOptions:
             and "iterative" for very many unknowns.
         tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
             each block; constraints take a hundredth of it.
-        stagnation: A residual that no longer decreases is taken as round-off if it is below this.
+        stagnation: A residual that no longer decreases is taken as round-off if it is below this,
+            or below the estimated round-off of the elastic forces.
         max_iterations: Largest number of Newton iterations.
         prefix: Prefix of the PETSc options.
 
@@ -190,14 +191,16 @@ class _BlockwiseConvergence:
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""
         reasons = PETSc.SNES.ConvergedReason
-        relative = self.step.relative_residuals(snes.getFunction()[0])
-        worst = float(np.max(relative / self._tolerances))
+        relative = self.step.relative_residuals(snes.getFunction()[0]) / self._tolerances
+        worst, beyond_round_off = (float(x) for x in relative.max(axis=1))
         self.history.append(worst)
         if not np.isfinite(worst):
             return int(reasons.DIVERGED_FNORM_NAN)
         if worst <= 1.0:
             return int(reasons.CONVERGED_FNORM_RELATIVE)
-        stagnant = iteration >= 2 and worst > 0.5 * self.history[-2]
+        if beyond_round_off <= 1.0 and worst > 0.5 * min(self.history[:-1], default=np.inf):
+            return int(reasons.CONVERGED_SNORM_RELATIVE)
+        stagnant = iteration >= 3 and worst > 0.5 * max(self.history[-3:-1])
         if stagnant and worst * self.options.tolerance <= self.options.stagnation:
             return int(reasons.CONVERGED_SNORM_RELATIVE)
         if worst > DIVERGENCE * self.history[0]:

@@ -58,8 +58,9 @@ class MultibodySystem:
         stress: Algorithmic stress of all flexible bodies; their exact discrete gradients if None.
 
     Raises:
-        TypeError: for a part of unknown kind.
-        ValueError: for a duplicate name, or a joint or coupling whose body is not among the parts.
+        TypeError: for a part of unknown kind, or a joint or coupling of the wrong kind of body.
+        ValueError: for a duplicate name, a joint or coupling whose body is not among the parts, a
+            load on an unknown joint, or an unknown angle form.
 
     Note:
         Collective over ``comm``.
@@ -74,6 +75,8 @@ class MultibodySystem:
     ) -> None:
         """Sort the parts and compile the blocks."""
         self.comm = comm
+        if angle_form not in FORMS:
+            raise ValueError(f"angle_form must be one of {sorted(FORMS)}, got {angle_form!r}")
         groups: dict[type, list[Any]] = {
             kind: [] for kind in (RigidBody, FlexibleBody, Coupling, Joint, Load)
         }
@@ -120,6 +123,7 @@ class MultibodySystem:
             )
             for block in self.flexible_blocks
         )
+        self.forces(0.0)  # loads on unknown joints are found here, not in the first step
         self._momenta = tuple(block.new_vector() for block in self.flexible_blocks)
 
     def initial_state(self) -> State:
@@ -215,6 +219,13 @@ class MultibodySystem:
         twice = sorted({n for n in names if names.count(n) > 1})
         if twice:
             raise ValueError(f"names must be unique, but {twice} occur more than once")
+        for joint in self.joints:
+            for body in joint.bodies:
+                _require(joint.name, body, RigidBody, "a rigid body or the ground")
+        for coupling in self.couplings:
+            _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
+            if not isinstance(coupling.flexible, FlexibleBody):
+                _require(coupling.name, coupling.flexible, FlexibleBody, "a flexible body")
         known = {id(b) for b in (*self.rigid_bodies, *self.flexible_bodies)} | {id(None)}
         pairs: list[tuple[str, tuple[Any, ...]]] = [(j.name, j.bodies) for j in self.joints]
         pairs += [(c.name, (c.flexible, c.rigid)) for c in self.couplings]
@@ -225,3 +236,10 @@ class MultibodySystem:
                     raise ValueError(
                         f"{name!r} refers to body {body!r}, which is not among the parts"
                     )
+
+
+def _require(name: str, body: Any, kind: type, words: str) -> None:
+    """Raise a TypeError unless a partner is None or of the right kind."""
+    if body is not None and not isinstance(body, kind):
+        partner = getattr(body, "name", body)
+        raise TypeError(f"{name!r} needs {words}, but {partner!r} is none")

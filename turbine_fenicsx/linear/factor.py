@@ -6,6 +6,9 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
+EXTRA_WORKSPACE = 60
+"""Per cent by which MUMPS may exceed its estimate of the work space where pivots are delayed."""
+
 
 class FreeSolver(Protocol):
     """Solves with A_II. All methods are collective.
@@ -45,6 +48,9 @@ class SparseFactor:
         pc.setType("cholesky" if symmetric else "lu")
         pc.setFactorSolverType("mumps")
         self._ksp.setFromOptions()
+        if pc.getFactorSolverType() == "mumps":
+            pc.setFactorSetUpSolverType()
+            pc.getFactorMatrix().setMumpsIcntl(14, EXTRA_WORKSPACE)
         self.iterations = 0
 
     def update(self) -> None:

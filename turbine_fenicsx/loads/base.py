@@ -36,4 +36,4 @@ class Load(Protocol):
     """
 
     def add_to(self, forces: Forces, time: float) -> None:
-        """Add this load at the given time [s]; raises KeyError for an unknown joint."""
+        """Add this load at the given time [s]; raises ValueError for an unknown joint."""

@@ -23,5 +23,5 @@ class JointTorque:
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the torque."""
         if self.joint not in forces.torques:
-            raise KeyError(f"no joint angle {self.joint!r}; there are {sorted(forces.torques)}")
+            raise ValueError(f"no joint angle {self.joint!r}; there are {sorted(forces.torques)}")
         forces.torques[self.joint] += self.torque(time)

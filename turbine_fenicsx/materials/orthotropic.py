@@ -70,7 +70,7 @@ def stiffness_matrix(
     Raises:
         ValueError: if it is not positive definite.
     """
-    if min(young) <= 0.0 or min(shear) <= 0.0:
+    if not all(0.0 < modulus < np.inf for modulus in (*young, *shear)):
         raise ValueError(
             f"material is not positive definite: Young's moduli {young} and shear moduli {shear} "
             "must be positive"
@@ -83,7 +83,7 @@ def stiffness_matrix(
             [-n13 / E1, -n23 / E2, 1.0 / E3],
         ]
     )
-    if np.linalg.eigvalsh(compliance * max(young))[0] <= 1e-12:
+    if not np.all(np.isfinite(poisson)) or np.linalg.eigvalsh(compliance * max(young))[0] <= 1e-12:
         raise ValueError(
             f"material is not positive definite: Poisson's ratios {poisson} are too large for "
             f"Young's moduli {young}"

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.turbine.parameters import PRINTED_ARMS, Inertia, TurbineParameters
@@ -22,6 +22,7 @@ from turbine_fenicsx.turbine.quantities import (
     Pascal,
     Seconds,
     Torque,
+    to_si,
 )
 
 Positive = Field(gt=0.0, allow_inf_nan=False)
@@ -66,11 +67,24 @@ class RigidBladeCase(NacelleCase):
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
 
 
+def _arm(value: Any) -> Any:
+    """Either "printed" or a positive length [m]."""
+    if value == "printed":
+        return value
+    try:
+        arm = float(to_si(value, "m"))
+    except (TypeError, ValueError):
+        arm = 0.0
+    if not 0.0 < arm < float("inf"):
+        raise ValueError('give "printed" or a length in m, greater than 0')
+    return arm
+
+
 class TurbineCase(Section):
     """Rigid parts; ``model`` decides whether the blades are rigid or flexible."""
 
     model: Literal["rigid", "hybrid"] = "hybrid"
-    blade_arm: Literal["printed"] | Annotated[Metres, Positive] = "printed"
+    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm)] = "printed"
     angle_form: Literal["regular", "paper"] = "regular"
     hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
     nacelle: NacelleCase = NacelleCase()
@@ -110,6 +124,10 @@ class MeshCase(Section):
     file: str | None = None
 
 
+Stiffness = Annotated[Pascal, Finite]
+Ratio = Annotated[float, Finite]
+
+
 class MaterialCase(Section):
     """Material of the blades: law, its constants [Pa, -] and density [kg/m^3]."""
 
@@ -117,11 +135,11 @@ class MaterialCase(Section):
         "transversely_isotropic"
     )
     density: Annotated[Density, Positive] = 1500.0
-    young: tuple[Pascal, Pascal, Pascal] = (45e9, 15e9, 15e9)
-    shear: tuple[Pascal, Pascal, Pascal] = (5.4e9, 5.4e9, 5.4e9)
-    poisson: tuple[float, float, float] = (0.3, 0.3, 0.3)
-    first_lame: Annotated[Pascal, Finite] = 3.9e9
-    shear_modulus: Annotated[Pascal, Finite] = 0.975e9
+    young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
+    shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
+    poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
+    first_lame: Stiffness = 3.9e9
+    shear_modulus: Stiffness = 0.975e9
 
     @model_validator(mode="after")
     def _check(self) -> MaterialCase:

@@ -114,6 +114,7 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         parts = rigid_turbine(p)
     else:
         mesh = load_mesh(case, comm)
+        _check_blades(mesh)
         names = [(mesh.cell_names[f"blade_{k}"], mesh.facet_names[f"root_{k}"]) for k in (1, 2, 3)]
         parts = hybrid_turbine(
             p,
@@ -152,6 +153,33 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         numbers = {mesh.cell_names[f"blade_{k + 1}"]: FIRST_BLADE + k for k in range(3)}
         cell_parts.append(_part_of_cells(mesh, numbers))
     return Turbine(system, tuple(surfaces), tuple(tips), tuple(cell_parts), mesh)
+
+
+def _check_blades(mesh: LoadedMesh) -> None:
+    """Each root must lie on its own blade, and no cell may be outside the blades. Collective.
+
+    Raises:
+        InputError: on all ranks.
+    """
+    comm, topology = mesh.mesh.comm, mesh.mesh.topology
+    blades = [mesh.cell_names[f"blade_{k}"] for k in (1, 2, 3)]
+    n_cells = len(_compat.geometry_nodes_of_cells(mesh.mesh))
+    tags = np.full(n_cells, -1)
+    tags[mesh.cell_tags.indices] = mesh.cell_tags.values
+    owned = tags[: topology.index_map(3).size_local]
+    strangers = comm.allreduce(int(np.count_nonzero(~np.isin(owned, blades))))
+    if strangers:
+        raise InputError(
+            f"{strangers} cells of the mesh belong to none of the groups blade_1, blade_2, blade_3"
+        )
+    topology.create_connectivity(2, 3)
+    cells_of = topology.connectivity(2, 3)
+    for k, blade in enumerate(blades, start=1):
+        facets = mesh.facet_tags.indices[mesh.facet_tags.values == mesh.facet_names[f"root_{k}"]]
+        wrong = sum(int(tags[cells_of.links(f)[0]] != blade) for f in facets)
+        wrong = comm.allreduce(wrong)
+        if wrong:
+            raise InputError(f"{wrong} faces of the group root_{k} do not lie on blade_{k}")
 
 
 def _part_of_cells(mesh: LoadedMesh, numbers: dict[int, int]) -> Array:

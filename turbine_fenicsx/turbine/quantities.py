@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d][^;,]*)")
 
 
 @cache
@@ -29,17 +32,21 @@ def to_si(value: Any, unit: str) -> Any:
     Raises:
         ValueError: for a string that is no quantity of this kind.
     """
+    hint = f'give a number in {unit} or a string such as "1 {unit}"'
+    if isinstance(value, bool):
+        raise ValueError(hint)
     if not isinstance(value, str):
         return value
     try:
         return float(value)
     except ValueError:
         pass
+    match = _NUMBER_AND_UNIT.fullmatch(value)
     try:
-        quantity = _registry().Quantity(value)
-        return float(quantity.to(unit).magnitude)
+        assert match is not None
+        return float(_registry().Quantity(float(match[1]), match[2]).to(unit).magnitude)
     except Exception:
-        raise ValueError(f'give a number in {unit} or a string such as "1 {unit}"') from None
+        raise ValueError(hint) from None
 
 
 def quantity(unit: str) -> Any:
