@@ -73,8 +73,10 @@ def _competitors() -> list[Competitor]:
         Competitor("ours-hybrid-default", "ours.py", ("--tolerance", "1e-12")),
         Competitor("ours-clamped", "ours.py", ("--model", "clamped")),
         Competitor("ours-turning", "ours.py", ("--model", "turning")),
+        Competitor("ours-iterative", "ours.py", ("--preconditioner", "iterative")),
         Competitor("ours-refactored", "ours.py", ("--preconditioner", "lu")),
         Competitor("ours-hybrid-2", "ours.py", ranks=2),
+        Competitor("ours-iterative-2", "ours.py", ("--preconditioner", "iterative"), ranks=2),
     ]
     for threads in (1, 2):
         tail = "" if threads == 1 else f"-{threads}"
@@ -95,7 +97,8 @@ def _competitors() -> list[Competitor]:
 COMPETITORS = {c.name: c for c in _competitors()}
 
 SETS = {
-    "growth": ("ours-hybrid",),
+    "growth": ("ours-hybrid", "ours-iterative"),
+    "large": ("ours-iterative",),
     "soft": ("fenicsx-cholesky", "ours-hybrid", "ours-refactored"),
 }
 """Who runs in the parts other than "compare", where all do."""
@@ -128,5 +131,8 @@ def run(command: list[str], limit: float) -> str:
         )
     except subprocess.TimeoutExpired:
         return f"not done after {limit:.0f} s"
-    words = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()[-1]
-    return f"{words} (code {done.returncode})" if done.returncode else ""
+    if not done.returncode:
+        return ""
+    lines = [x for x in f"{done.stdout}\n{done.stderr}".splitlines() if x.strip(" -=")]
+    words = [x for x in lines if "Error" in x] or lines or ["no message"]
+    return f"{words[-1]} (code {done.returncode})"

@@ -24,7 +24,7 @@ from turbine_fenicsx import _compat  # hides the differences between DOLFINx rel
 from turbine_fenicsx.meshing import load_msh
 
 DIRECT = {"ksp_type": "preonly", "pc_factor_mat_solver_type": "mumps"}
-KRYLOV = {"ksp_type": "cg", "ksp_rtol": 1e-3, "pc_type": "cholesky"}
+KRYLOV = {"ksp_type": "cg", "ksp_rtol": 1e-5, "pc_type": "cholesky"}
 LAG_FACTOR = {"snes_lag_preconditioner": -2, "snes_lag_preconditioner_persists": True}
 LAG_TANGENT = {"snes_lag_jacobian": -2, "snes_lag_jacobian_persists": True}
 METHODS = {

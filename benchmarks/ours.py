@@ -120,6 +120,7 @@ def main():
             set_up=set_up,
             steps=steps,
             iterations=[r.newton_iterations for r in reports],
+            krylov=[r.krylov_iterations for r in reports],
             tips=tips,
             memory=memory,
             ranks=comm.size,

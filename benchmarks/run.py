@@ -20,9 +20,9 @@ from competitors import COMPETITORS, HERE, PEERS, SETS, environment, run
 from problem import SIZES, parse_size, prepare
 from report import report
 
-PARTS = ("compare", "growth", "soft", "units", "small")
-SOFT_STEPS = 120
-"""2.4 s: soft blades are then deflected by half their length."""
+PARTS = ("compare", "growth", "soft", "large", "units", "small")
+SOFT_STEPS = 140
+"""2.8 s: soft blades are then deflected by half their length."""
 
 
 def machine() -> dict:
@@ -77,6 +77,10 @@ def jobs(args: argparse.Namespace) -> list[tuple[dict, list[str]]]:
     if "soft" in args.parts:
         for size in args.soft:
             add("soft", SETS["soft"], size, steps=SOFT_STEPS, material="soft")
+    if "large" in args.parts:
+        for size in filter(None, args.large):
+            add("growth", SETS["large"], size)
+            add("soft", SETS["large"], size, material="soft")
     if "units" in args.parts:
         about, path = problem(args.sizes[0], steps=args.steps)
         command = [sys.executable, str(HERE / "units.py"), path, result]
@@ -103,10 +107,11 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
 
     several("--parts", ",".join(PARTS), f"of {', '.join(PARTS)} (default: all)")
     several("--sizes", "70k,220k", f"for all codes; like 8x8x96, or {names} (70k,220k)")
-    several("--growth", "10k,30k,70k,220k,300k", "for the growth with the number of unknowns")
-    several("--soft", "10k", "for soft blades")
+    several("--growth", "10k,30k,70k,220k,300k", "for growth with unknowns (10k to 300k)")
+    several("--soft", "10k", "for soft blades (10k)")
+    several("--large", "", "for the iterative solver, stiff and soft; 1.2M takes 24 GB (none)")
     parser.add_argument("--only", default="", help="codes, comma-separated regular expressions")
-    parser.add_argument("--steps", type=int, default=10, help="time steps, the first 2 not counted")
+    parser.add_argument("--steps", type=int, default=12, help="time steps, the first 2 not counted")
     parser.add_argument("--repeat", type=int, default=3, help="turns; the fastest counts")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds a child may take")
     parser.add_argument("--out", type=Path, default=HERE / "out", help="folder for the results")

@@ -56,22 +56,23 @@ class Machine:
     """A small turbine with one blade: nacelle, hub, both bearings, and a soft beam on the hub.
 
     The hub turns about e3 with ``spin`` [rad/s]; the beam points along e1. Its first natural
-    period is some 0.5 s.
+    period is some 0.5 s. All masses and stiffnesses count in ``unit`` [kg].
     """
 
-    def __init__(self, comm, spin=0.0, cell="hexahedron", degree=1, law="svk"):
+    def __init__(self, comm, spin=0.0, cell="hexahedron", degree=1, law="svk", unit=1.0):
         self.comm = comm
         R = rotation_about(E1 + E2, 0.4)
-        self.nacelle = RigidBody("nacelle", 2.0, (0.3, 0.4, 0.5), directors=R)
-        self.hub = RigidBody(
-            "hub", 1.0, (0.2, 0.1, 0.05), position=-E3, directors=R.T, angular_velocity=spin * E3
-        )
+        euler, w = unit * np.array([0.3, 0.4, 0.5]), spin * E3
+        self.nacelle = RigidBody("nacelle", 2.0 * unit, euler, directors=R)
+        euler = unit * np.array([0.2, 0.1, 0.05])
+        self.hub = RigidBody("hub", unit, euler, -E3, R.T, angular_velocity=w)
         self.yaw = Revolute("yaw", None, self.nacelle, point=(0.0, 0.1, 0.0), axis=-E2)
         self.rotor = Revolute("rotor", self.nacelle, self.hub, point=self.hub.position, axis=E3)
         corners = [[0.5, -0.25, -1.2], [1.5, 0.25, -0.8]]
         cells = mesh.create_box(comm, corners, [2, 1, 1], getattr(mesh.CellType, cell))
-        material = {"svk": StVenantKirchhoff, "neo_hooke": NeoHooke}[law](1200.0, 800.0)
-        self.beam = FlexibleBody("beam", cells, material, 3.0, degree)
+        laws = {"svk": StVenantKirchhoff, "neo_hooke": NeoHooke}
+        material = laws[law](1200.0 * unit, 800.0 * unit)
+        self.beam = FlexibleBody("beam", cells, material, 3.0 * unit, degree)
         self.root = Coupling("root", self.beam, self.facets(0.5), self.hub)
 
     def facets(self, x1):

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.joints.augmented_angle import AngleForm, on_right_branch
+from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms, on_right_branch
 from turbine_fenicsx.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.rotations import Array
 
@@ -51,6 +51,18 @@ class RigidStep:
     dt_q_dot: Array
     impulse_q: Array
     impulse_T: Array
+
+
+class _Evaluation(NamedTuple):
+    """Functions of the unknowns: q_{n+1}, values y there, Jacobians at q_mid and q_{n+1}."""
+
+    x: RigidUnknowns
+    q1: Array
+    y1: Array
+    G: Array
+    G1: Array
+    a: AngleTerms
+    lam: Array
 
 
 class RigidBlock:
@@ -108,13 +120,7 @@ class RigidBlock:
             The residual R, shape (size,), and the sum of the absolute values of its terms,
             shape (size,), which tells how small R can be made in floating point.
         """
-        x = self.split(r)
-        q1, T1 = step.q + x.dq, step.angles + x.dT
-        G0, G1 = self._map.jacobian(step.q), self._map.jacobian(q1)
-        y0, y1 = self._map.value(step.q, G0), self._map.value(q1, G1)
-        G = 0.5 * (G0 + G1)
-        a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
-        lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
+        x, q1, y1, G, G1, a, lam = self._evaluate(step, r)
         R = np.concatenate(
             [
                 self.masses * (x.dq - step.dt_q_dot) + lam @ G - step.impulse_q,
@@ -137,13 +143,7 @@ class RigidBlock:
 
     def tangent(self, step: RigidStep, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
-        x = self.split(r)
-        q1, T1 = step.q + x.dq, step.angles + x.dT
-        G0, G1 = self._map.jacobian(step.q), self._map.jacobian(q1)
-        y0, y1 = self._map.value(step.q, G0), self._map.value(q1, G1)
-        G = 0.5 * (G0 + G1)
-        a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
-        lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
+        x, _, _, G, G1, a, lam = self._evaluate(step, r)
         K = np.zeros((self.size, self.size))
         q, T, mu, nu = self._parts
         K[q, q] = np.diag(self.masses) + 0.5 * self._map.hessian(lam)
@@ -159,6 +159,16 @@ class RigidBlock:
         K[nu, q] = a.Phi_c[:, None] * G1[self._c] + a.Phi_s[:, None] * G1[self._s]
         K[nu, T] = np.diag(a.Phi_T)
         return K
+
+    def _evaluate(self, step: RigidStep, r: Array) -> _Evaluation:
+        """Everything that residual and tangent have in common."""
+        x = self.split(r)
+        q1, T1 = step.q + x.dq, step.angles + x.dT
+        G0, G1 = self._map.jacobian(step.q), self._map.jacobian(q1)
+        y0, y1 = self._map.value(step.q, G0), self._map.value(q1, G1)
+        a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
+        lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
+        return _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam)
 
     def acceptable(self, step: RigidStep, r: Array) -> bool:
         """Whether the joint angles of a solution lie on the right branch."""

@@ -152,7 +152,7 @@ def test_summary_tells_versions_unknowns_and_costs(shortened, name):
     assert s["mean_krylov_iterations"] == pytest.approx(np.sum(h["krylov_iterations"]) / 5)
     assert s["angles_[rad]"]["rotor"] == h["angle_rotor_[rad]"][-1]
     parts = s["time_per_step_by_part_[s]"]
-    assert {"residual", "tangent", "linear set-up", "linear solve", "output"} <= parts.keys()
+    assert {"residual", "linear set-up", "linear solve", "output"} <= parts.keys()
     # where the time went adds up to the time, but for what is timed twice at the edges
     assert sum(parts.values()) == pytest.approx(s["time_per_step_[s]"], rel=0.05)
 
@@ -277,7 +277,8 @@ def test_fields_hold_all_times_arrays_and_parts(shortened, name):
     first, last = found[0], found[-1]
     # the turbine of the first picture: tips at 2.25 + 54 m, the upper one straight up
     assert first["bounds"][3] == pytest.approx(56.25, abs=1e-4)
-    assert first["displacement"] == first["velocity"] == first["stress"] == 0.0
+    assert first["displacement"] < 1e-12  # round-off of 56 m
+    assert first["velocity"] == first["stress"] == 0.0
     assert last["displacement"] > 0.0
     assert last["velocity"] > 0.0
     if hexahedra:
@@ -293,7 +294,7 @@ def test_fields_can_be_left_out(command_line, demo, tmp_path):
     )
     assert result.returncode == 0, result.stderr
     assert not [path for path in tmp_path.iterdir() if path.name.startswith("fields")]
-    assert "fields" not in result.stdout
+    assert "fields.xdmf" not in result.stdout
     header, _ = history(tmp_path)
     # stress is written with the fields only
     assert header == [*FIRST_COLUMNS, *HYBRID_COLUMNS, *LAST_COLUMNS]

@@ -49,7 +49,6 @@ def test_anything_but_a_time_is_no_time(text):
     assert sentence.startswith(f"time.step = {text!r}: give a number in s")
 
 
-@pytest.mark.xfail(strict=True, reason="pint drops commas and evaluates products")
 @pytest.mark.parametrize("text", ["1,5 s", "1.500,0 s", "s", "12 s ; 3", "2*3 s"])
 def test_text_that_is_not_one_number_and_one_unit_is_refused(text):
     # "1,5 s" is read as 15 s
@@ -196,23 +195,17 @@ def test_constants_of_other_laws_do_not_matter():
     Case.parse({"material": {"law": "neo_hooke", "poisson": [0.9, 0.9, 0.9]}})
 
 
-@pytest.mark.xfail(strict=True, reason="not-a-number and infinity reach the eigenvalue solver")
 @pytest.mark.parametrize("name", ["young", "shear", "poisson"])
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
 def test_constants_that_are_no_numbers_are_refused(name, wrong):
-    try:
-        (sentence,) = mistakes({"material": {name: [wrong, 0.3, 0.3]}})
-    except Exception as error:
-        raise AssertionError("no InputError") from error
-    assert sentence.startswith("material")
+    (sentence,) = mistakes({"material": {name: [wrong, 0.3, 0.3]}})
+    assert sentence.startswith(f"material.{name}")
 
 
-@pytest.mark.xfail(strict=True, reason="pydantic takes true for 1.0")
 def test_true_is_no_number():
     assert mistakes({"time": {"step": True}})
 
 
-@pytest.mark.xfail(strict=True, reason="only the first member of the union is named")
 @pytest.mark.parametrize("arm", [-1.0, "5 kg"])
 def test_wrong_arm_is_told_that_metres_are_allowed(arm):
     (sentence,) = mistakes({"turbine": {"blade_arm": arm}})

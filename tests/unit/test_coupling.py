@@ -111,6 +111,22 @@ def test_every_node_hangs_on_the_carrier_of_its_own_coupling(comm, machine):
     assert np.allclose(tip, 1.0, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.parametrize("carriers", [("hub",), ("hub", "nacelle"), (None, "hub"), (None,)])
+def test_rigid_extension_moves_contact_nodes_with_their_carriers(machine, carriers):
+    """And with a single carrier, all nodes."""
+    m, block, coupling = coupled(machine, carriers=carriers)
+    Y = coupling.rigid_extension(block.positions)
+    assert Y.shape == (3 * block.n_owned, 12 * len([c for c in carriers if c]))
+    assert np.array_equal(Y[coupling.dofs], coupling.B_local)
+    rest = np.delete(Y, coupling.dofs, axis=0)
+    if carriers == ("hub",):
+        dq = np.sin(np.arange(12.0))
+        expected = dq[:3] + m.hub.body_coordinates(block.positions) @ dq[3:].reshape(3, 3)
+        assert np.allclose((Y @ dq).reshape(-1, 3), expected, rtol=0, atol=4 * ROUND_OFF)
+    else:
+        assert np.count_nonzero(rest) == 0
+
+
 def test_two_couplings_may_share_a_carrier(machine):
     m, _, coupling = coupled(machine, carriers=("hub", "hub"))
     assert coupling.carriers == (m.hub,)

@@ -39,5 +39,5 @@ def test_forces_start_anew_each_time():
 
 
 def test_a_torque_on_an_unknown_joint_names_the_joints_there_are():
-    with pytest.raises(KeyError, match=r"no joint angle 'pitch'; there are \['rotor', 'yaw'\]"):
+    with pytest.raises(ValueError, match=r"no joint angle 'pitch'; there are \['rotor', 'yaw'\]"):
         JointTorque("pitch", Hat(1.0)).add_to(forces(), 0.0)

@@ -193,7 +193,6 @@ def test_the_end_must_not_be_negative(rotor, end):
         Simulation(rotor, 0.02, end)
 
 
-@pytest.mark.xfail(raises=pytest.fail.Exception, strict=True, reason="inf passes as positive")
 @pytest.mark.parametrize(("step", "end"), [(np.inf, 1.0), (0.02, np.inf)])
 def test_times_must_be_finite(rotor, step, end):
     """An infinite step ends the run at t = 0, an infinite end with an OverflowError."""

@@ -91,11 +91,19 @@ def test_trapezoidal_stress_fails_for_energy_as_well():
         assert_energy_is_balanced(r, DURATION, SOLVER_ACCURACY)
 
 
-@pytest.mark.xfail(
-    run=False, reason="no step without rigid bodies: the solver breaks, and PETSc with it at exit"
-)
 @pytest.mark.parametrize("law", ["st_venant_kirchhoff", "neo_hooke"])
-@pytest.mark.parametrize("preconditioner", ["frozen", "lu"])
+@pytest.mark.parametrize(
+    "preconditioner",
+    [
+        pytest.param(
+            "frozen",
+            marks=pytest.mark.xfail(
+                strict=True, reason="frozen.py: no carriers make no array of matrices"
+            ),
+        ),
+        "lu",
+    ],
+)
 def test_free_flexible_body_keeps_its_momenta_and_energy(law, preconditioner):
     # No rigid body at all: a beam thrown with spin and stretch, tumbling under gravity.
     body, _ = beam(LAWS[law](), "hexahedron", 1)
