@@ -231,14 +231,8 @@ def test_mesh_that_cannot_be_written_is_refused(command_line, demo, tmp_path, fi
     [
         "chord of wrong length",
         "missing groups",
-        pytest.param(
-            "roots on the wrong blades",
-            marks=pytest.mark.xfail(strict=True, reason="only build_turbine looks at the groups"),
-        ),
-        pytest.param(
-            "more than the blades",
-            marks=pytest.mark.xfail(strict=True, reason="only build_turbine looks at the groups"),
-        ),
+        "roots on the wrong blades",
+        "more than the blades",
     ],
 )
 def test_check_refuses_what_run_refuses(demo, meshes, tmp_path, capfd, mistake):

@@ -326,7 +326,20 @@ def test_numbers_do_not_depend_on_the_number_of_ranks(make, cell, degree, law):
         stress = block.cauchy_stress_norm(u)
         largest = comm.allreduce(np.max(stress, initial=0.0), op=MPI.MAX)
         found.append([R.norm(), product.norm(), energy(block, u), kinetic(block, v), largest])
+        found[-1].append(block.force_round_off)
     assert np.allclose(*found, rtol=1e-12, atol=0)  # sums in another order
+
+
+@all_kinds
+@all_laws
+def test_round_off_of_the_forces_is_of_the_size_that_is_estimated(make, cell, degree, law):
+    """A body turned by a small angle has no other forces than those of round-off."""
+    block = make(cell, degree, law)
+    u = nodal(block, affine(rotation_about((1, 2, 0.5), 0.02) - np.eye(3)))
+    zero = block.new_vector()
+    forces = residual(block, u, zero, zero, np.zeros(3)).norm() / HALF_DT2
+    # 1.2 to 3.8 times; all cells are turned alike, so that their errors do not average out
+    assert 0.1 <= forces / block.force_round_off <= 10.0
 
 
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])

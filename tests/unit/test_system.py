@@ -1,5 +1,7 @@
 """Claims about systems: what they accept, how they number, and their energies and momenta."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -16,10 +18,13 @@ BEAM_SIZE, BEAM_MASS, BEAM_CENTRE = np.array([1.0, 0.5, 0.4]), 3.0 * 0.2, np.arr
 
 
 def refused(comm, error, message, parts, **options):
-    """All ranks raise: one that did not would wait for the others for ever."""
-    with pytest.raises(error, match=message):
+    """All ranks raise the same: one that did not would wait for the others for ever."""
+    said = None
+    try:
         MultibodySystem(comm, parts, **options)
-    assert comm.allreduce(1) == comm.size
+    except error as raised:
+        said = str(raised)
+    assert all(re.search(message, str(words)) for words in comm.allgather(said))
 
 
 @pytest.mark.parametrize("part", ["steel", None, 3.0, object()])
@@ -57,20 +62,32 @@ def test_a_joint_or_coupling_to_a_body_outside_the_system_is_refused(comm, machi
 def test_a_joint_to_a_flexible_body_is_refused(comm, machine):
     m = machine()
     joint = Revolute("bad", m.beam, m.hub, (0, 0, -1), E3)
-    refused(comm, (TypeError, ValueError), "'bad'.*'beam'", [*m.parts, joint])
+    refused(
+        comm,
+        TypeError,
+        "'bad' needs a rigid body or the ground, but 'beam' is none",
+        [*m.parts, joint],
+    )
 
 
 def test_a_coupling_of_a_rigid_body_is_refused(comm, machine):
     m = machine()
     coupling = Coupling("bad", m.nacelle, m.facets(1.5), m.hub)
-    refused(comm, (TypeError, ValueError), "'bad'.*'nacelle'", [*m.parts, coupling])
+    refused(
+        comm, TypeError, "'bad' needs a flexible body, but 'nacelle' is none", [*m.parts, coupling]
+    )
 
 
 def test_a_coupling_carried_by_a_flexible_body_is_refused(comm, machine):
     m = machine()
     other = FlexibleBody("other", m.beam.mesh, m.beam.material, 1.0)
     coupling = Coupling("bad", m.beam, m.facets(1.5), other)
-    refused(comm, (TypeError, ValueError), "'bad'.*'other'", [*m.parts, other, coupling])
+    refused(
+        comm,
+        TypeError,
+        "'bad' needs a rigid body or the ground, but 'other' is none",
+        [*m.parts, other, coupling],
+    )
 
 
 def test_an_unknown_form_of_the_angle_is_refused_by_name(comm, machine):
@@ -116,8 +133,8 @@ def test_a_coupled_body_starts_with_the_velocity_of_its_carrier(comm, machine):
     v, at_rest = system.initial_state().v
     X = system.flexible_blocks[0].positions
     expected = np.array([1, 2, 3]) + np.cross([4, 5, 6], X - [0.3, 0, 0])
-    assert np.allclose(v.array_r.reshape(-1, 3), expected, rtol=0, atol=1e-14)
     assert at_rest.norm() == 0.0
+    assert np.allclose(v.array_r.reshape(-1, 3), expected, rtol=0, atol=1e-14)
 
 
 def test_loads_are_collected_with_gravity_apart(machine):
@@ -206,9 +223,9 @@ def test_constraint_error_is_the_largest_violation_of_any_kind_on_all_ranks(comm
     states["angle"].angles[1] = np.arcsin(1e-3)
     states["coupling"].u[0].array[coupling.dofs[:2]] = 1e-3
     for name, changed in states.items():
-        error = system.constraint_error(changed)
-        assert error == pytest.approx(1e-3, rel=1e-10), name
-        assert comm.allgather(error) == [error] * comm.size
+        errors = comm.allgather(system.constraint_error(changed))
+        assert errors == pytest.approx([1e-3] * comm.size, rel=1e-10), name
+        assert errors == errors[:1] * comm.size
     assert system.constraint_error(state) <= 2e-15
 
 

@@ -106,7 +106,8 @@ class FrozenElimination:
         state, dt = self._step.state, self._step.dt
         q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
         directors = [q[body].reshape(4, 3)[1:].T for body in coupling.carriers]
-        return np.array([polar_rotation(d[:, :, None])[:, :, 0] for d in directors])
+        rotations = [polar_rotation(d[:, :, None])[:, :, 0] for d in directors]
+        return np.array(rotations).reshape(-1, 3, 3)
 
 
 class _TurningBody:

@@ -93,9 +93,11 @@ def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
     layout = rotor_layout(case)
     try:
         path = case.mesh.file or cached_mesh(comm, blade_geometry(case), layout, mesh_options(case))
-        return load_msh(comm, path, layout.volume_groups, [f"root_{k}" for k in (1, 2, 3)])
+        mesh = load_msh(comm, path, layout.volume_groups, [f"root_{k}" for k in (1, 2, 3)])
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
+    _check_blades(mesh)
+    return mesh
 
 
 def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
@@ -114,7 +116,6 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         parts = rigid_turbine(p)
     else:
         mesh = load_mesh(case, comm)
-        _check_blades(mesh)
         names = [(mesh.cell_names[f"blade_{k}"], mesh.facet_names[f"root_{k}"]) for k in (1, 2, 3)]
         parts = hybrid_turbine(
             p,

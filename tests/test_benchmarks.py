@@ -1,0 +1,64 @@
+"""The benchmark harness at its smallest: two codes, one tiny mesh; and what the report refuses."""
+
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from mpi4py import MPI
+
+import pytest
+
+pytestmark = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts programs of its own")
+
+FOLDER = Path(__file__).parent.parent / "benchmarks"
+
+
+def record(code, tips, step=1.0, **more):
+    """What a competitor reports, in short."""
+    numbers = {"unknowns": 70_713, "steps": [9.0, 9.0, step], "iterations": [2, 2, 2]}
+    sizes = {"set_up": 1.0, "memory": 100.0, "ranks": 1, "threads": 1, "versions": {}, "turn": 0}
+    known = {"part": "compare", "size": "8x8x96", "code": code, "tips": tips}
+    return {**known, **numbers, **sizes, **more}
+
+
+def report(*records):
+    """Text of the report, and whether deflections agree."""
+    spec = importlib.util.spec_from_file_location("benchmark_report", FOLDER / "report.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    machine = {"processor": "any", "cores": 1, "load_before": 0.0, "date": "2012-01-01"}
+    return module.report({"machine": machine, "records": list(records)})
+
+
+def test_smallest_run_agrees_and_writes_all_files(tmp_path):
+    command = [sys.executable, str(FOLDER / "run.py"), "--parts", "compare", "--sizes", "2x2x4"]
+    command += ["--steps", "3", "--repeat", "1", "--only", "ours-hybrid|fenicsx-lu"]
+    done = subprocess.run([*command, "--out", str(tmp_path)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    records = json.loads((tmp_path / "results.json").read_text())["records"]
+    assert [r["code"] for r in records] == ["fenicsx-lu", "ours-hybrid"]
+    assert all(len(r["steps"]) == 3 and r["unknowns"] == 9 * 3 * 3 * 5 for r in records)
+    assert all(r["memory"] > 10 and "blas" in r for r in records)
+    assert "| ours-hybrid |" in (tmp_path / "report.md").read_text()
+    assert (tmp_path / "scaling.png").exists()
+
+
+def test_ratios_come_from_the_fastest_turn_of_codes_that_agree():
+    tips = [[0.0, 1.0, 0.0]] * 3
+    text, agree = report(
+        record("fenicsx-lu", tips, 20.0),
+        record("fenicsx-lu", tips, 12.0, turn=1),
+        record("ours-hybrid", tips, 1.0),
+    )
+    assert agree
+    assert "| full Newton + LU / ours, 70 k | at least 8 | 12 | met |" in text
+
+
+def test_other_deflections_give_no_ratio():
+    tips, wrong = [[0.0, 1.0, 0.0]] * 3, [[0.0, 1.01, 0.0]] * 3
+    text, agree = report(record("fenicsx-lu", tips, 20.0), record("ours-hybrid", wrong, 1.0))
+    assert not agree
+    assert "| full Newton + LU / ours, 70 k | at least 8 | not measured |" in text
+    assert "tips disagree" in text
