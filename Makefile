@@ -1,10 +1,10 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint clean
+.PHONY: help setup demo test lint bench bench-peers clean
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
 help: ## show this list
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
 
 setup: ## install what is missing, make .venv
 	@scripts/setup.sh
@@ -19,6 +19,12 @@ lint: setup ## ruff and mypy
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy turbine_fenicsx
+
+bench: setup ## run the benchmark into benchmarks/out, about two hours
+	.venv/bin/python benchmarks/run.py
+
+bench-peers: ## install CalculiX, NGSolve, Kratos and Exudyn to compare with
+	benchmarks/install_peers.sh
 
 clean: ## remove .venv, build and caches, but not out
 	rm -rf .venv build *.egg-info .pytest_cache .ruff_cache .mypy_cache

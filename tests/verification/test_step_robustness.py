@@ -18,9 +18,12 @@ from turbine_fenicsx import (
     Revolute,
     RigidBody,
     Simulation,
+    SolverOptions,
     StVenantKirchhoff,
 )
 from turbine_fenicsx.flexible_block import FlexibleBlock
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.model import build_turbine
 
 
 def driven_beam(torque):
@@ -71,24 +74,49 @@ def test_linear_solvers_agree(law):
         assert np.max(np.abs(other.total - reference.total)) < 1e-9 * reference.largest_energy
 
 
-@pytest.mark.parametrize(
-    ("law", "peak"),
-    [("neo_hooke", 4000.0), ("neo_hooke", 6000.0), ("transversely_isotropic", 6000.0)],
-)
-def test_slow_convergence_is_not_taken_for_round_off(law, peak):
-    # Quasi-Newton iterations may gain less than a factor of two at times; a step that ends there is
-    # not converged. With the exact tangent the same steps reach 1e-12.
+def worst_residual(system, dt, end, preconditioner):
+    """Largest relative residual that a step of a run ends with."""
     worst = []
 
     class Residuals(Record):
         def observe(self, snapshot):
             worst.append(snapshot.report.residual if snapshot.report else 0.0)
 
-    simulation = Simulation(free_machine(law, "hexahedron", 2, peak=peak), 0.02, 0.6, [Residuals()])
+    options = SolverOptions(preconditioner=preconditioner)
+    simulation = Simulation(system, dt, end, [Residuals()], options)
     simulation.run()
     simulation.solver.destroy()
+    return max(worst)
+
+
+# Quasi-Newton iterations may gain less than a factor of two at times; a step that ends there is not
+# converged. Round-off is what the exact tangent comes to rest at.
+
+
+@pytest.mark.parametrize(
+    ("law", "peak"),
+    [("neo_hooke", 4000.0), ("neo_hooke", 6000.0), ("transversely_isotropic", 6000.0)],
+)
+def test_slow_convergence_of_a_beam_is_not_taken_for_round_off(law, peak):
+    system = free_machine(law, "hexahedron", 2, peak=peak)
     # the tolerance is 1e-12; five times that leaves room for round-off proper
-    assert max(worst) < 5e-12
+    assert worst_residual(system, 0.02, 0.6, "frozen") < 5e-12
+
+
+@pytest.mark.xfail(strict=True, reason="steps of the frozen factor end at up to 8e-10")
+def test_slow_convergence_of_a_turbine_is_not_taken_for_round_off():
+    case = Case.parse(
+        {
+            "material": {"law": "st_venant_kirchhoff"},
+            "mesh": {"elements": [1, 1, 6], "degree": 2},
+            "loads": {"rotor_torque": -3.6e7, "duration": 0.32, "gravity": 0.0},
+        }
+    )
+    exact, frozen = (
+        worst_residual(build_turbine(case, comm).system, 0.02, 0.64, p) for p in ("lu", "frozen")
+    )
+    # measured 2e-11 and 8e-10
+    assert frozen < 5.0 * exact
 
 
 def test_strain_energy_of_quadratic_tetrahedra_is_never_negative():
