@@ -200,7 +200,7 @@ class _BlockwiseConvergence:
             return int(reasons.CONVERGED_FNORM_RELATIVE)
         if beyond_round_off <= 1.0 and worst > 0.5 * min(self.history[:-1], default=np.inf):
             return int(reasons.CONVERGED_SNORM_RELATIVE)
-        stagnant = iteration >= 3 and worst > 0.5 * max(self.history[-3:-1])
+        stagnant = iteration >= 4 and worst > 0.5 * max(self.history[-5:-1])
         if stagnant and worst * self.options.tolerance <= self.options.stagnation:
             return int(reasons.CONVERGED_SNORM_RELATIVE)
         if worst > DIVERGENCE * self.history[0]:

@@ -103,7 +103,6 @@ def test_slow_convergence_of_a_beam_is_not_taken_for_round_off(law, peak):
     assert worst_residual(system, 0.02, 0.6, "frozen") < 5e-12
 
 
-@pytest.mark.xfail(strict=True, reason="steps of the frozen factor end at up to 8e-10")
 def test_slow_convergence_of_a_turbine_is_not_taken_for_round_off():
     case = Case.parse(
         {
