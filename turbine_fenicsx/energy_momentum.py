@@ -96,7 +96,8 @@ class EnergyMomentumStep:
         half_dt2 = 0.5 * dt * dt
         forces = system.forces(state.time + 0.5 * dt)
         g = forces.acceleration
-        force_q = system.gravity_force(g)
+        self.weight = system.gravity_force(g)
+        force_q = self.weight.copy()
         for body, first in system.first_coordinate.items():
             force_q[first : first + 12] += forces.coordinates[body]
         self.force_q = force_q
@@ -256,8 +257,7 @@ class EnergyMomentumStep:
             out.v[i].axpby(2.0 / dt, -1.0, increment)
             mu_c[i].copy(out.coupling[i])
             out.coupling[i].scale(2.0 / dt**2)
-        gravity = self.system.gravity_force(self.system.forces(state.time).acceleration)
-        return float((self.force_q - gravity) @ dq + self.torque @ dT)
+        return float((self.force_q - self.weight) @ dq + self.torque @ dT)
 
     def _set_scales(self, scale: Array, squares: Array) -> None:
         """Combine the sizes of all terms into one number a block, equal on all ranks."""

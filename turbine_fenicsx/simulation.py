@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -104,12 +105,16 @@ class Simulation:
         balance = self.system.balance(state)
         initial, work, index = balance.total, 0.0, 0
         snapshot = self._snapshot(index, state, balance, initial, work, None, start)
-        try:
+        with ExitStack() as ending:
+            for observer in self.observers:
+                ending.callback(observer.finish)
             self._notify(snapshot)
             n_steps = int(np.ceil(self.end / self.step * (1.0 - 1e-12)))
             for k in range(1, n_steps + 1):
                 target = min(k * self.step, self.end)
                 dt = target - (k - 1) * self.step if k == n_steps else self.step
+                if abs(dt - self.step) < 1e-9 * self.step:
+                    dt = self.step  # or round-off would make another step size of the last one
                 pending = [dt]
                 while pending:
                     report = self._try(state, pending, spare)
@@ -124,9 +129,6 @@ class Simulation:
                         balance = self.system.balance(state)
                     snapshot = self._snapshot(index, state, balance, initial, work, report, start)
                     self._notify(snapshot)
-        finally:
-            for observer in self.observers:
-                observer.finish()
         return snapshot
 
     def _try(self, state: State, pending: list[float], out: State) -> StepReport | None:
