@@ -1,0 +1,65 @@
+"""What several commands share: exit codes, case arguments, errors."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+OK, WRONG_INPUT, NOT_CONVERGED, INTERRUPTED = 0, 2, 3, 130
+
+
+def add_case(parser: argparse.ArgumentParser) -> None:
+    """Arguments of a command that reads a case."""
+    parser.add_argument("case", metavar="CASE", help="case file (TOML)")
+    add_overrides(parser)
+
+
+def add_overrides(parser: argparse.ArgumentParser) -> None:
+    """The argument that changes keys of a case."""
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        metavar="KEY=VALUE",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="change keys of the case, for example --set time.end=1.0 time.step=0.01",
+    )
+
+
+def add_progress(parser: argparse.ArgumentParser) -> None:
+    """The argument that chooses the style of the progress on stderr."""
+    parser.add_argument(
+        "--progress", choices=("auto", "bar", "log", "none"), default="auto", help="on stderr"
+    )
+
+
+def load_case(options: argparse.Namespace, comm: Any) -> Any:
+    """Read the case on rank 0 for all."""
+    from turbine_fenicsx.parallel import on_rank0
+    from turbine_fenicsx.turbine.case import Case
+
+    return on_rank0(comm, lambda: Case.load(options.case, options.overrides))
+
+
+def need_dolfinx() -> None:
+    """Say in one sentence how to get DOLFINx if it is missing."""
+    try:
+        import dolfinx  # noqa: F401
+    except ImportError:
+        from turbine_fenicsx.errors import InputError
+
+        raise InputError(
+            f"DOLFINx is not installed for {sys.executable}; run `make setup` in the project and "
+            "use .venv/bin/turbine-fenicsx"
+        ) from None
+
+
+def fail(comm: Any, message: str, code: int) -> int:
+    """Print an error once and return the exit code."""
+    if comm.rank == 0:
+        print("\n".join(f"error: {line}" for line in message.splitlines()), file=sys.stderr)
+        sys.stderr.flush()
+    comm.Barrier()
+    return code

@@ -1,0 +1,36 @@
+"""Write the blade mesh of a case as a .msh file."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from turbine_fenicsx.commands._common import OK, add_case, load_case
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    add_case(parser)
+    parser.add_argument("-o", "--out", metavar="FILE", required=True, help="mesh file (.msh)")
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Write the mesh and print its size and quality."""
+    case = load_case(options, comm)
+    from turbine_fenicsx.errors import InputError
+    from turbine_fenicsx.meshing import build_rotor
+    from turbine_fenicsx.parallel import on_rank0
+    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
+
+    try:
+        report = on_rank0(
+            comm,
+            lambda: build_rotor(
+                blade_geometry(case), rotor_layout(case), mesh_options(case), options.out
+            ),
+        )
+    except (ValueError, OSError) as error:
+        raise InputError(str(error)) from None
+    if comm.rank == 0:
+        print(f"{options.out}\n{report}", flush=True)
+    return OK
