@@ -12,6 +12,7 @@ from typing import Any
 from petsc4py import PETSc
 
 import dolfinx.fem.petsc
+import dolfinx.jit
 import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,16 @@ from dolfinx import fem
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
     _handler.setLevel(logging.WARNING)
+
+
+_COMPILER_FLAGS = [
+    "-O3",
+    "-g0",
+    "-fassociative-math",
+    "-fno-math-errno",
+    "-fno-signed-zeros",
+    "-fno-trapping-math",
+]
 
 
 def vector_space(mesh: Any, degree: int) -> Any:
@@ -100,8 +111,19 @@ def gmsh_model_to_mesh(model: Any, comm: Any, gdim: int = 3) -> tuple[Any, Any, 
 
 
 def compile_form(form: Any) -> Any:
-    """Compiled form."""
-    return fem.form(form)
+    """Compiled form.
+
+    Unless the user has set compiler flags (dolfinx_jit_options.json), the compiler may use the laws
+    of algebra: a seventh faster, and only round-off changes. No flag ties the code to one
+    processor, because caches are shared.
+    """
+    if hasattr(dolfinx.jit, "get_options"):
+        name, options = "jit_options", dolfinx.jit.get_options()
+    else:
+        name, options = "jit_params", dolfinx.jit.get_parameters()
+    if options["cffi_extra_compile_args"] not in (["-O2"], ["-O2", "-g0"]):
+        return fem.form(form)
+    return fem.form(form, **{name: {"cffi_extra_compile_args": _COMPILER_FLAGS}})
 
 
 def cell_name(mesh: Any) -> str:

@@ -14,14 +14,13 @@ of X: a rejected step changes nothing.
 
 from __future__ import annotations
 
-from typing import Any
-
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
 from turbine_fenicsx.dense import solve_scaled
+from turbine_fenicsx.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.rigid_block import RigidStep
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.state import State
@@ -70,9 +69,10 @@ class EnergyMomentumStep:
         masses = system.rigid_block.masses.reshape(-1, 4, 3)
         largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
         self._inverse_masses = 1.0 / np.where(masses > 0.0, masses, largest).ravel()
+        self._arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
         self.rigid_tangent = np.zeros((self._n_r, self._n_r))
         self._gaps: tuple[Array, ...] = ()
-        self._scales = np.zeros(0)
+        self._terms = np.zeros(2 * k + n)
 
     def new_nested_vector(self) -> PETSc.Vec:
         """New nested vector with the layout of the unknowns, zero."""
@@ -144,10 +144,9 @@ class EnergyMomentumStep:
         du, mu_c, r = self.split(x)
         R_u, R_c, R_r = self.split(R)
         block = self.system.rigid_block
-        scale = np.zeros(block.size)
+        k = len(du)
         if self._n_r:
-            R_r.array[:], scale = block.residual(self.rigid_step, r.array_r)
-        squares = []
+            R_r.array[:], self._terms[2 * k :] = block.residual(self.rigid_step, r.array_r)
         for i, (f, c) in enumerate(
             zip(self.system.flexible_blocks, self.system.coupling_blocks, strict=True)
         ):
@@ -158,8 +157,7 @@ class EnergyMomentumStep:
             c.C.mult(du[i], R_c[i])
             c.B.multAdd(r, R_c[i], R_c[i])
             R_c[i].array[:] += self._gaps[i]
-            squares.append([f.term_scale(du[i]), float(np.sum(mu_c[i].array_r ** 2))])
-        self._set_scales(scale, np.array(squares).reshape(-1, 2))
+            self._terms[i], self._terms[k + i] = f.term_scale(du[i]), _square(mu_c[i])
 
     def tangent(self, x: PETSc.Vec) -> None:
         """Assemble the tangent at X into `tangent_matrix`."""
@@ -189,7 +187,7 @@ class EnergyMomentumStep:
         """
         if self._n_r:
             r.array[:] = solve_scaled(reduced, r.array_r)
-        return self.system.comm.bcast(np.array(r.array_r))
+        return self._on_all_ranks(r)
 
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
@@ -212,25 +210,23 @@ class EnergyMomentumStep:
             ranks.
         """
         R_u, R_c, R_r = self.split(R)
-        norms = [part.norm() for part in (*R_u, *R_c)]
-        r_norms = np.zeros(4)
+        n, k = self.system.rigid_block.size, len(R_u)
+        sums = np.zeros(4 * k + 2 * n)
+        sums[: 2 * k] = [_square(part) for part in (*R_u, *R_c)]
         if self._n_r:
-            parts = self.system.rigid_block.split(np.abs(R_r.array_r))
-            weights: list[Any] = [self._inverse_masses, 1.0, 1.0, 1.0]
-            r_norms[:] = [
-                float(np.max(w * part, initial=0.0)) for w, part in zip(weights, parts, strict=True)
-            ]
-        r_norms = self.system.comm.bcast(r_norms)
-        total = np.concatenate([norms, r_norms])
-        return np.stack([total, np.maximum(total - self._round_off, 0.0)]) / self._scales
+            sums[2 * k : 2 * k + n] = np.abs(R_r.array_r)
+        sums[2 * k + n :] = self._terms
+        sums = sum_over_ranks(self.system.comm, sums)
+        rigid = sums[2 * k : 2 * k + n]
+        rigid[: self._inverse_masses.size] *= self._inverse_masses
+        total = np.concatenate([np.sqrt(sums[: 2 * k]), self._largest(rigid)])
+        beyond_round_off = np.maximum(total - self._round_off, 0.0)
+        return np.array([total, beyond_round_off]) / self._scales(sums[2 * k + n :])
 
     def accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
-        ok = True
-        if self._n_r:
-            r = self.split(self.x)[2].array_r
-            ok = self.system.rigid_block.acceptable(self.rigid_step, r)
-        return bool(self.system.comm.bcast(ok))
+        r = self._on_all_ranks(self.split(self.x)[2])
+        return self.system.rigid_block.acceptable(self.rigid_step, r)
 
     def finish(self, out: State) -> float:
         """Write the state at t_{n+1} that belongs to X.
@@ -243,7 +239,7 @@ class EnergyMomentumStep:
         """
         state, dt = self.state, self.dt
         du, mu_c, r_part = self.split(self.x)
-        r = self.system.comm.bcast(np.array(r_part.array_r))
+        r = self._on_all_ranks(r_part)
         dq, dT, mu, nu = self.system.rigid_block.split(r)
         out.time = state.time + dt
         out.q = state.q + dq
@@ -259,22 +255,29 @@ class EnergyMomentumStep:
             out.coupling[i].scale(2.0 / dt**2)
         return float((self.force_q - self.weight) @ dq + self.torque @ dT)
 
-    def _set_scales(self, scale: Array, squares: Array) -> None:
-        """Combine the sizes of all terms into one number a block, equal on all ranks."""
-        comm, system = self.system.comm, self.system
-        if squares.size:
-            squares = comm.allreduce(squares)
-        force = np.sqrt(squares[:, 1].sum())
-        rigid = np.ones(4)
-        if self._n_r:
-            parts = system.rigid_block.split(scale)
-            arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
-            forces = parts[0] + force * arms
-            rigid[0] = np.max(self._inverse_masses * forces, initial=0.0)
-            rigid[1] = np.max(parts[1], initial=0.0) + np.max(forces, initial=0.0)
-            rigid[2:] = [np.max(part, initial=0.0) for part in parts[2:]]
-        rigid = comm.bcast(rigid)
-        u = np.sqrt(squares.sum(axis=1))
-        c = np.full(len(squares), self._lever)
-        scales = np.concatenate([u, c, rigid])
-        self._scales = np.where(scales > 0.0, scales, 1.0)
+    def _scales(self, terms: Array) -> Array:
+        """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""
+        k = len(self.system.flexible_blocks)
+        inertia, coupling, rigid = terms[:k], terms[k : 2 * k], terms[2 * k :]
+        n_q = self._inverse_masses.size
+        forces = rigid[:n_q] + np.sqrt(coupling.sum()) * self._arms
+        largest = self._largest(rigid)
+        largest[0] = np.max(self._inverse_masses * forces, initial=0.0)
+        largest[1] += np.max(forces, initial=0.0)
+        scales = np.concatenate([np.sqrt(inertia + coupling), np.full(k, self._lever), largest])
+        return np.where(scales > 0.0, scales, 1.0)
+
+    def _largest(self, rigid: Array) -> Array:
+        """Largest entry of each of the four parts of a rigid vector; zero for an empty part."""
+        parts = self.system.rigid_block.split(rigid)
+        return np.array([np.max(part, initial=0.0) for part in parts])
+
+    def _on_all_ranks(self, r: PETSc.Vec) -> Array:
+        """The rigid part of a vector, a copy on every rank."""
+        values = np.array(r.array_r) if self._n_r else np.empty(self.system.rigid_block.size)
+        return from_rank0(self.system.comm, values)
+
+
+def _square(vector: PETSc.Vec) -> float:
+    """Sum of the squares of this rank's entries."""
+    return float(np.dot(vector.array_r, vector.array_r))

@@ -109,6 +109,8 @@ class FlexibleBlock:
         ones.set(1.0)
         self.momentum(ones, ones)
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
+        self._masses = np.repeat(np.abs(self.nodal_mass), 3)
+        self._fixed_terms = np.zeros_like(self._masses)
         ones.destroy()
 
     def new_vector(self) -> PETSc.Vec:
@@ -128,6 +130,8 @@ class FlexibleBlock:
         self._dt_v.x.array[:] *= dt
         self._half_dt2.value = 0.5 * dt * dt
         self._gravity.value[:] = gravity
+        dt_v = np.abs(self._dt_v.x.array[: 3 * self.n_owned])
+        self._fixed_terms = self._masses * (dt_v + 0.5 * dt * dt * np.linalg.norm(gravity))
 
     def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
         """Assemble the residual [kg m] for the increment du into R."""
@@ -201,11 +205,8 @@ class FlexibleBlock:
 
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the inertia and gravity terms of the residual."""
-        n, m = 3 * self.n_owned, np.abs(self.nodal_mass)
-        dt_v = self._dt_v.x.array[:n].reshape(-1, 3)
-        weight = self._half_dt2.value * np.linalg.norm(self._gravity.value)
-        terms = np.abs(du.array_r.reshape(-1, 3)) + np.abs(dt_v) + weight
-        return float(np.sum((m[:, None] * terms) ** 2))
+        terms = self._masses * np.abs(du.array_r) + self._fixed_terms
+        return float(np.dot(terms, terms))
 
     def _force_round_off(self) -> float:
         """Norm of the round-off of the elastic forces [N], from the tangent for dt^2/2 = 1.

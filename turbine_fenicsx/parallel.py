@@ -6,7 +6,37 @@ from typing import Any, TypeVar
 
 from mpi4py import MPI
 
+import numpy as np
+import numpy.typing as npt
+
 T = TypeVar("T")
+Array = npt.NDArray[np.float64]
+
+
+def sum_over_ranks(comm: MPI.Intracomm, values: Array) -> Array:
+    """Sum of one array of each rank, on every rank; the array itself if there is only one rank.
+
+    Args:
+        comm: Communicator.
+        values: Contiguous, of the same shape on all ranks.
+    """
+    if comm.size == 1:
+        return values
+    total = np.empty_like(values)
+    comm.Allreduce(values, total)
+    return total
+
+
+def from_rank0(comm: MPI.Intracomm, values: Array) -> Array:
+    """Overwrite an array with that of rank 0, and return it.
+
+    Args:
+        comm: Communicator.
+        values: Contiguous, of the same shape on all ranks.
+    """
+    if comm.size > 1:
+        comm.Bcast(values)
+    return values
 
 
 def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:

@@ -66,7 +66,9 @@ class _Evaluation(NamedTuple):
 
 
 class RigidBlock:
-    """Residual and tangent of the rigid block; pure functions of the step and the unknowns.
+    """Residual and tangent of the rigid block; functions of the step and the unknowns alone.
+
+    What residuals and tangents share is remembered for the step and the unknowns seen last.
 
     Args:
         masses: Diagonal of the mass matrix, shape (n_q,).
@@ -98,6 +100,10 @@ class RigidBlock:
         self._parts = [slice(e - n, e) for e, n in zip(ends, (n_q, n_T, n_g, n_T), strict=True)]
         self.size = int(ends[-1])
         self.n_q, self.n_angles, self.n_constraints = n_q, n_T, n_g
+        self._mass_matrix = np.zeros((self.size, self.size))
+        np.fill_diagonal(self._mass_matrix[:n_q, :n_q], masses)
+        self._start: tuple[RigidStep | None, Array, Array] = (None, np.zeros(0), np.zeros(0))
+        self._last: tuple[Array, _Evaluation | None] = (np.zeros(0), None)
 
     def split(self, r: Array) -> RigidUnknowns:
         """Views of the parts of r, shape (size,)."""
@@ -144,9 +150,9 @@ class RigidBlock:
     def tangent(self, step: RigidStep, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
         x, _, _, G, G1, a, lam = self._evaluate(step, r)
-        K = np.zeros((self.size, self.size))
+        K = self._mass_matrix.copy()
         q, T, mu, nu = self._parts
-        K[q, q] = np.diag(self.masses) + 0.5 * self._map.hessian(lam)
+        K[q, q] += 0.5 * self._map.hessian(lam)
         K[q, T] = (
             (a.g_c_T * x.nu)[:, None] * G[self._c] + (a.g_s_T * x.nu)[:, None] * G[self._s]
         ).T
@@ -162,13 +168,24 @@ class RigidBlock:
 
     def _evaluate(self, step: RigidStep, r: Array) -> _Evaluation:
         """Everything that residual and tangent have in common."""
+        if self._start[0] is not step:
+            G0 = self._map.jacobian(step.q)
+            self._start = (step, G0, self._map.value(step.q, G0))
+            self._last = (r, None)
+        last_r, last = self._last
+        if last is not None and np.array_equal(last_r, r):
+            return last
+        _, G0, y0 = self._start
+        r = r.copy()
         x = self.split(r)
         q1, T1 = step.q + x.dq, step.angles + x.dT
-        G0, G1 = self._map.jacobian(step.q), self._map.jacobian(q1)
-        y0, y1 = self._map.value(step.q, G0), self._map.value(q1, G1)
+        G1 = self._map.jacobian(q1)
+        y1 = self._map.value(q1, G1)
         a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
         lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
-        return _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam)
+        found = _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam)
+        self._last = (r, found)
+        return found
 
     def acceptable(self, step: RigidStep, r: Array) -> bool:
         """Whether the joint angles of a solution lie on the right branch."""

@@ -202,7 +202,7 @@ class _BlockwiseConvergence:
             return int(reasons.DIVERGED_FNORM_NAN)
         if worst <= 1.0:
             return int(reasons.CONVERGED_FNORM_RELATIVE)
-        if beyond_round_off <= 1.0 and worst > 0.5 * min(self.history[:-1], default=np.inf):
+        if beyond_round_off <= 1.0 and worst > 0.03 * min(self.history[:-1], default=np.inf):
             return int(reasons.CONVERGED_SNORM_RELATIVE)
         stagnant = iteration >= 4 and worst > 0.5 * max(self.history[-5:-1])
         if stagnant and worst * self.options.tolerance <= self.stagnation:

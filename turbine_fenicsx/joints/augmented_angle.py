@@ -48,15 +48,19 @@ AngleForm = Callable[[Array, Array, Array, Array, Array, Array], AngleTerms]
 
 def sinc(x: Array) -> Array:
     """sin(x)/x, 1 at x = 0."""
-    return np.sinc(x / np.pi)
+    safe = np.where(x == 0.0, 1.0, x)
+    return np.where(x == 0.0, 1.0, np.sin(safe) / safe)
 
 
 def sinc_derivative(x: Array) -> Array:
     """Derivative of `sinc`: (cos x - sinc x)/x, by its series near zero."""
-    small = np.abs(x) < 1e-2
+    small = np.abs(x) < 0.1
+    y = x * x
+    series = -x * (1 / 3 - y * (1 / 30 - y * (1 / 840 - y * (1 / 45360 - y / 3991680))))
+    if small.all():
+        return series
     safe = np.where(small, 1.0, x)
-    series = x * (-1.0 / 3.0 + x**2 * (1.0 / 30.0 - x**2 / 840.0))
-    return np.where(small, series, (np.cos(safe) - sinc(safe)) / safe)
+    return np.where(small, series, (np.cos(safe) - np.sin(safe) / safe) / safe)
 
 
 def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.linear.elimination import Elimination
-from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.linear.factor import SymmetricFactor
 from turbine_fenicsx.linear.frozen import FrozenElimination
 from turbine_fenicsx.linear.iterative import SectionMultigrid
 from turbine_fenicsx.linear.monolithic import MonolithicLU
@@ -17,7 +17,7 @@ def frozen(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
     name = f"{prefix}free_"
-    solver = FrozenElimination(step, lambda f, c, A, free: SparseFactor(A, name, symmetric=True))
+    solver = FrozenElimination(step, lambda f, c, A, free: SymmetricFactor(A, name))
     return QuasiNewton(step, solver)
 
 

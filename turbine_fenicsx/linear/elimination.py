@@ -22,6 +22,7 @@ from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.factor import FreeSolver, SparseFactor
+from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
 
@@ -146,7 +147,7 @@ class BodyElimination:
             self._solver.solve(self._b_I, self._x_I)
             self._Z[self._free, k] -= self._x_I.array_r
             schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
-        self.schur = self._comm.allreduce(schur)
+        self.schur = sum_over_ranks(self._comm, schur)
 
     def eliminate(self, b_u: Array, b_c: Array, w: Array) -> Array:
         """Compute w, overwritten, and P^T (A w - b_u), summed over all ranks."""
@@ -157,7 +158,7 @@ class BodyElimination:
         w[self._contact] = -b_c
         w[self._free] = self._x_I.array_r
         forces = self._contact_forces(w) - b_u[self._contact]
-        return self._comm.allreduce(self._B.T @ forces)
+        return sum_over_ranks(self._comm, self._B.T @ forces)
 
     def substitute(self, motion: Array, b_u: Array, u: Array) -> Array:
         """Add Z r to w in u, for the motion r of the carriers, and return the multipliers."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
 
 from turbine_fenicsx import _compat
@@ -23,19 +25,28 @@ class NodeFrames:
         """Compute the weights of the best affine maps."""
         self._flexible = flexible
         n_cells = flexible.body.mesh.topology.index_map(3).size_local
+        n_nodes = len(flexible.local_positions)
         self._cells = _compat.dofs_of_cells(flexible.space)[:n_cells]
         X = flexible.local_positions[self._cells]
         X = X - X.mean(axis=1, keepdims=True)
         self._weights = X @ np.linalg.inv(np.swapaxes(X, 1, 2) @ X)
-        self._n_local = len(flexible.local_positions)
-        ones = np.bincount(self._cells.ravel(), minlength=self._n_local).astype(float)
-        self._count = flexible.sum_at_owners(np.repeat(ones[:, None], 3, axis=1))[:, 0]
+        count = np.bincount(self._cells.ravel(), minlength=n_nodes)
+        # Cells of each node, one table row a cell; shorter lists end with a cell of zeros.
+        self._cells_of_node = np.full((count.max(initial=0), n_nodes), n_cells)
+        order = np.argsort(self._cells.ravel(), kind="stable")
+        nodes = self._cells.ravel()[order]
+        place = np.arange(nodes.size) - np.repeat(np.cumsum(count) - count, count)
+        self._cells_of_node[place, nodes] = order // self._cells.shape[1]
+        counts = np.repeat(count[:, None].astype(float), 3, axis=1)
+        self._count = flexible.sum_at_owners(counts)[:, 0]
 
-    def rotations(self, u: Array) -> Array:
+    def rotations(self, u: PETSc.Vec, du: PETSc.Vec | None = None, part: float = 0.0) -> Array:
         """Rotations at the owned nodes.
 
         Args:
-            u: Displacements of all local nodes, ghosts included, shape (nodes, 3) [m].
+            u: Displacements [m].
+            du: Increments of which a part is added, if given.
+            part: That part.
 
         Returns:
             R, shape (3, 3, n_owned), the node last so that products run over long rows.
@@ -43,39 +54,41 @@ class NodeFrames:
         Note:
             Collective.
         """
-        n_nodes = self._cells.shape[1]
-        grad_u = np.swapaxes(u[self._cells], 1, 2) @ self._weights
-        F = np.empty((3, 3, self._flexible.n_owned))
-        for j in range(3):
-            column = np.column_stack(
-                [
-                    np.bincount(
-                        self._cells.ravel(),
-                        np.repeat(grad_u[:, i, j], n_nodes),
-                        minlength=self._n_local,
-                    ).astype(float)
-                    for i in range(3)
-                ]
-            )
-            F[:, j] = self._flexible.sum_at_owners(column).T / self._count
-            F[j, j] += 1.0
-        return polar_rotation(F)
+        x = self._flexible.nodal_values(u)
+        if du is not None:
+            x += part * self._flexible.nodal_values(du)
+        grad_u = np.zeros((len(self._cells) + 1, 9))
+        np.matmul(
+            np.swapaxes(x[self._cells], 1, 2), self._weights, out=grad_u[:-1].reshape(-1, 3, 3)
+        )
+        total = np.zeros((len(x), 9))
+        for cells in self._cells_of_node:
+            total += grad_u[cells]
+        F = np.empty((9, self._flexible.n_owned))
+        for k in range(0, 9, 3):
+            F[k : k + 3] = self._flexible.sum_at_owners(total[:, k : k + 3]).T / self._count
+        F[::4] += 1.0
+        return polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
 
 
-def polar_rotation(F: Array, iterations: int = 5) -> Array:
+def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
     """Orthogonal factor of F = R U by Newton-Schulz iteration, for many F at once.
 
     Args:
         F: Shape (3, 3, n), not far from orthogonal.
-        iterations: Each squares the error; five give round-off for stretches of up to a quarter.
+        tolerance: Accuracy of R. Each iteration squares the error; after five it is round-off for
+            stretches of up to a quarter, and no more are made.
 
     Returns:
-        R, shape (3, 3, n). It need only be near for a preconditioner.
+        R, shape (3, 3, n).
     """
     R = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
-    for _ in range(iterations):
+    for _ in range(5):
         C = np.einsum("kin,kjn->ijn", R, R)
+        error = np.max(np.abs(C - np.eye(3)[:, :, None]), initial=0.0)
         R = 1.5 * R - 0.5 * np.einsum("ikn,kjn->ijn", R, C)
+        if error**2 < tolerance:
+            break
     return R
 
 

@@ -49,6 +49,9 @@ class FrozenElimination:
             _TurningBody(f, c, make_solver)
             for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
         ]
+        self._grids = [
+            np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
+        ]
         self._dt = 0.0
         self._reduced: Array = np.zeros((0, 0))
 
@@ -69,8 +72,8 @@ class FrozenElimination:
         self._step.update_rigid_tangent(x)
         reduced = self._step.rigid_tangent.copy()
         if reduced.size:
-            for body in self._bodies:
-                reduced[np.ix_(body.coupling.columns, body.coupling.columns)] += body.schur()
+            for body, grid in zip(self._bodies, self._grids, strict=True):
+                reduced[grid] += body.schur
         self._reduced = reduced
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -111,7 +114,12 @@ class FrozenElimination:
 
 
 class _TurningBody:
-    """The frozen elimination of one flexible body and its frames."""
+    """The frozen elimination of one flexible body and its frames.
+
+    Attributes:
+        coupling: The couplings of the body.
+        schur: The Schur complement, turned with the carriers.
+    """
 
     def __init__(
         self, flexible: FlexibleBlock, coupling: CouplingBlock, make_solver: SolverMaker
@@ -127,6 +135,8 @@ class _TurningBody:
         self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
         self._reference = self._left = self._right = identity
+        self._contact = identity[:, :, coupling.nodes]
+        self.schur: Array = np.zeros((0, 0))
         self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
 
     @property
@@ -138,15 +148,14 @@ class _TurningBody:
         """Factorise the tangent at rest in u; the frames of this moment are the reference."""
         self._flexible.assemble_tangent(self._at_rest)
         self._elimination.factorise()
-        self._reference = self._frames.rotations(self._flexible.nodal_values(u))
+        self._reference = self._frames.rotations(u)
         self._carriers_0 = carriers
 
     def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
         """Set the rotations between the factorised state and the present step."""
-        start, increment = self._flexible.nodal_values(u), self._flexible.nodal_values(du)
         self._left, self._right = (
-            np.einsum("ikn,jkn->ijn", self._frames.rotations(x), self._reference)
-            for x in (start + 0.5 * increment, start + increment)
+            np.einsum("ikn,jkn->ijn", self._frames.rotations(u, du, part), self._reference)
+            for part in (0.5, 1.0)
         )
         self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
         for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
@@ -155,27 +164,23 @@ class _TurningBody:
                 R = self._carriers[self.coupling.carriers.index(coupling.rigid)]
             nodes = self.coupling.nodes[rows]
             self._left[:, :, nodes] = self._right[:, :, nodes] = R[:, :, None]
-
-    def schur(self) -> Array:
-        """The Schur complement turned with the carriers."""
-        n = self._carriers.shape[0]
+        self._contact = self._left[:, :, self.coupling.nodes]
+        R, n = self._carriers, len(self._carriers)
         S = self._elimination.schur.reshape(n, 4, 3, n, 4, 3)
-        R = self._carriers
-        return np.einsum("aij,asjbtk,blk->asibtl", R, S, R).reshape(12 * n, 12 * n)
+        self.schur = np.einsum("aij,asjbtk,blk->asibtl", R, S, R).reshape(12 * n, 12 * n)
 
     def eliminate(self, b_u: Array, b_c: Array) -> Array:
         """Compute w in the frames, and the forces on the carriers in space."""
         self._b_u = turn(self._left, b_u, inverse=True)
-        contact = self._left[:, :, self.coupling.nodes]
-        forces = self._elimination.eliminate(self._b_u, turn(contact, b_c, inverse=True), self._w)
+        b_c = turn(self._contact, b_c, inverse=True)
+        forces = self._elimination.eliminate(self._b_u, b_c, self._w)
         return self._turn_carriers(forces, self._carriers)
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
         """Displacements and multipliers in space for the motion of the carriers in space."""
         in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers, 1, 2))
         mu = self._elimination.substitute(in_frames, self._b_u, self._w)
-        contact = self._left[:, :, self.coupling.nodes]
-        return turn(self._right, self._w), turn(contact, mu)
+        return turn(self._right, self._w), turn(self._contact, mu)
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.frozen import FrozenElimination
+from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
 
@@ -79,7 +80,7 @@ class QuasiNewton:
         n = len(self._steps)
         weighted = self._weights * z
         local = np.array([*(s @ weighted for s in self._steps), z @ weighted])
-        dots = self._comm.allreduce(local)
+        dots = sum_over_ranks(self._comm, local)
         G = self._products
         # z = z_0 + sum_j c_j s_{j+1}; t_j is its product with s_j for all j, kept up to date.
         t, c = dots[:n].copy(), np.zeros(max(n - 1, 0))
