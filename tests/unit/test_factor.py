@@ -1,0 +1,53 @@
+"""Claims about the sparse factors of symmetric matrices."""
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.linear.factor import SymmetricFactor
+
+
+def tridiagonal(comm, n, diagonal):
+    """Symmetric matrix with eigenvalues diagonal - 2 cos(k pi/(n + 1))."""
+    A = PETSc.Mat().createAIJ((n, n), nnz=3, comm=comm)
+    start, end = A.getOwnershipRange()
+    for i in range(start, end):
+        A[i, i] = diagonal
+        for j in (i - 1, i + 1):
+            if 0 <= j < n:
+                A[i, j] = -1.0
+    A.assemble()
+    return A
+
+
+def error_of_solution(factor, A):
+    x, b = A.createVecs()
+    start, end = x.getOwnershipRange()
+    x.array[:] = np.sin(1.0 + np.arange(start, end))
+    expected = x.copy()
+    A.mult(x, b)
+    factor.solve(b, x)
+    x.axpy(-1.0, expected)
+    return x.norm() / expected.norm()
+
+
+@pytest.mark.parametrize("diagonal", [2.5, 0.7])
+def test_solves_whether_positive_definite_or_not(comm, diagonal):
+    # 0.7 lies in the middle of the spectrum: L L^T does not exist
+    A = tridiagonal(comm, 500, diagonal)
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < 1e-10
+    factor.destroy()
+
+
+def test_follows_a_matrix_that_loses_positive_definiteness(comm):
+    A = tridiagonal(comm, 500, 2.5)
+    factor = SymmetricFactor(A, "test_")
+    for shift in (0.0, -1.8, 1.8):
+        A.shift(shift)
+        factor.update()
+        assert error_of_solution(factor, A) < 1e-10
+    assert factor.iterations >= 3
+    factor.destroy()
