@@ -1,0 +1,133 @@
+"""Root loads of the blades against d'Alembert: they are what changes the blades' momenta."""
+
+import numpy as np
+import pytest
+from runs import comm
+
+from turbine_fenicsx.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation import Simulation
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.channels import BladeSensors, blade_axes
+from turbine_fenicsx.turbine.model import build_turbine, rotor_layout, solver_options
+
+LOADS = {"rotor_torque": -3.6e7, "yaw_torque": -3.6e6, "duration": 0.12, "gravity": 9.81}
+CASES = {
+    "stiff": {"mesh": {"elements": [2, 2, 12]}, "material": {"law": "transversely_isotropic"}},
+    "neo-Hooke, quadratic tetrahedra": {
+        "mesh": {"cell": "tetrahedron", "elements": [1, 1, 2], "degree": 2},
+        "material": {"law": "neo_hooke"},
+        "blade": {"length": 20.0, "chord": [2.5, 2.5, 2.0], "thickness": [2.5, 2.5, 2.0]},
+    },
+}
+# The solver leaves residuals of 1e-12 of the terms of its equations; these are sums over nodes.
+TOLERANCE = 1e-11
+GRAVITY = np.array([0.0, -9.81, 0.0])
+
+
+class Blades:
+    """Momenta of each blade, moments of its nodes' masses, and the root loads; an observer."""
+
+    def __init__(self, case, turbine):
+        system, layout = turbine.system, rotor_layout(case)
+        self.system, self.hub = system, system.rigid_bodies[1]
+        (self.block,) = system.flexible_blocks
+        spans = np.array([layout.frame(k)[0] for k in (1, 2, 3)])
+        self.nearest = np.argmax((self.block.positions - layout.centre) @ spans.T, axis=1)
+        self.roots = np.asarray(layout.centre) + case.blade.hub_radius * spans
+        pairs = list(zip(system.couplings, self.roots, strict=True))
+        self.reactions = Reactions(system, [Reaction(c, r) for c, r in pairs])
+        self.sensors = BladeSensors(case, turbine)
+        self.p, self.L, self.x, self.arms, self.loads, self.in_blade = [], [], [], [], [], []
+        self.times, self.directors = [], []
+        self.mass = self.per_blade(self.block.nodal_mass)
+
+    def per_blade(self, values):
+        """Sums of nodal values over the nodes of each blade."""
+        return comm.allreduce(np.array([values[self.nearest == k].sum(axis=0) for k in range(3)]))
+
+    def observe(self, s):
+        momentum = self.block.new_vector()
+        self.block.momentum(s.state.v[0], momentum)
+        p = momentum.array_r.reshape(-1, 3).copy()
+        momentum.destroy()
+        x = self.block.positions + s.state.u[0].array_r.reshape(-1, 3)
+        self.p.append(self.per_blade(p))
+        self.L.append(self.per_blade(np.cross(x, p)))
+        self.x.append(self.per_blade(self.block.nodal_mass[:, None] * x))
+        phi, *d = self.system.coordinates_of(s.state.q)[self.hub].reshape(4, 3)
+        self.arms.append(phi + self.hub.body_coordinates(self.roots) @ np.array(d))
+        self.directors.append(np.array(d))
+        self.loads.append(self.reactions.at(s).copy())
+        root = self.sensors.history_channels()[1]
+        self.in_blade.append(np.reshape(root.values(s), (3, 2, 3)))
+        self.times.append(s.state.time)
+
+    def finish(self):
+        self.dt = np.diff(self.times)[:, None, None]
+        for name in ("p", "L", "x", "arms", "loads", "in_blade", "directors"):
+            setattr(self, name, np.array(getattr(self, name)))
+
+
+def mean(x):
+    """Means over the steps."""
+    return 0.5 * (x[1:] + x[:-1])
+
+
+def size_of_inertia(blades, momentum):
+    """Largest of the inertia terms M (x_{n+1} - x_n - dt v_n) 2/dt^2 of the equations of motion."""
+    return 2.0 * np.max(np.abs(momentum[1:]) / blades.dt)
+
+
+@pytest.fixture(scope="module", params=CASES)
+def blades(request):
+    """Steps during the torques and after, the last one shorter."""
+    case = Case.parse({"loads": LOADS, **CASES[request.param]})
+    turbine = build_turbine(case, comm)
+    blades = Blades(case, turbine)
+    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], solver_options(case))
+    simulation.run()
+    simulation.solver.destroy()
+    assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
+    return blades
+
+
+def test_root_force_and_weight_change_the_momentum(blades):
+    force = -blades.loads[1:, :, 0]  # on the blade
+    weight = blades.mass[:, None] * GRAVITY
+    change = np.diff(blades.p, axis=0) / blades.dt
+    assert np.max(np.abs(force)) > np.max(np.abs(weight))
+    scale = np.max(np.abs(force)) + size_of_inertia(blades, blades.p)
+    # measured 1.6e-12 and 7e-14
+    assert np.max(np.abs(force + weight - change)) <= TOLERANCE * scale
+
+
+def test_root_moment_and_weight_change_the_angular_momentum(blades):
+    """About the origin, a fixed point: the root force has the lever arm of the root's mean."""
+    force, moment = -blades.loads[1:, :, 0], -blades.loads[1:, :, 1]
+    weight = np.cross(mean(blades.x), GRAVITY)
+    change = np.diff(blades.L, axis=0) / blades.dt
+    assert np.max(np.abs(change)) > 0.1 * np.max(np.abs(moment))
+    scale = np.max(np.abs(moment)) + size_of_inertia(blades, blades.L)
+    error = moment + np.cross(mean(blades.arms), force) + weight - change
+    # measured 1.2e-12 and 3e-14
+    assert np.max(np.abs(error)) <= TOLERANCE * scale
+
+
+def test_loads_in_the_frame_of_the_blade_are_the_same_vectors(blades):
+    """Turned by the hub's rotation half way between both ends of the step."""
+    R0, R1 = blades.directors[:-1], blades.directors[1:]  # directors as rows
+    U, _, V = np.linalg.svd(mean(blades.directors))
+    R = U @ V
+    first_half = R @ R0.transpose(0, 2, 1)
+    assert np.max(np.abs(R1 - first_half @ R)) < 1e-14
+    for k in range(3):
+        span = blades.roots[k] - blades.hub.position
+        A = blade_axes(span / np.linalg.norm(span), np.array([0.0, 0.0, 1.0]))
+        assert np.allclose(A @ A.T, np.eye(3), atol=1e-15) and np.linalg.det(A) > 0
+        expected = np.einsum("sld,sid,ai->sla", blades.loads[1:, k], R, A)
+        scale = np.max(np.abs(blades.loads[1:, k]), axis=(0, 2))[:, None]
+        assert np.max(np.abs(blades.in_blade[1:, k] - expected) / scale) < 1e-14
+
+
+def test_loads_are_zero_before_the_first_step(blades):
+    assert not np.any(blades.loads[0]) and not np.any(blades.in_blade[0])

@@ -1,0 +1,121 @@
+"""Time series of a turbine: which columns ``history.csv`` and ``history.out`` have.
+
+The frame of a blade is that of OpenFAST, with the origin at the centre of the root and fixed to the
+hub (the blades of the hybrid turbine do not pitch): x points downwind along the shaft, z along the
+span to the tip, and y = z x x to the trailing edge of a rotor that turns clockwise, seen from
+upwind. Root loads are those that the blade exerts on the hub.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from turbine_fenicsx.observers.history import Channel
+from turbine_fenicsx.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.observers.shared_sum import SharedSum
+from turbine_fenicsx.observers.tips import Tips, tip_channel
+from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.simulation import Snapshot
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.model import Turbine, rotor_layout
+from turbine_fenicsx.turbine.rigid import PITCH_SIGNS
+
+CONVENTIONS = (
+    "Azimuth is 0 when blade 2 points up, 120 deg when blade 1 does (AzimB1Up = 120 deg); RotSpeed "
+    "and Root loads are means of the step that ends at the time of the row"
+)
+"""Line in the head of ``history.out``."""
+
+
+class BladeSensors:
+    """Root loads and tip deflections of the flexible blades; none on the rigid turbine.
+
+    Args:
+        case: The case.
+        turbine: Its turbine.
+
+    Attributes:
+        names: Number of each blade that is measured, from "1".
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, case: Case, turbine: Turbine) -> None:
+        """Place the sensors."""
+        system, layout = turbine.system, rotor_layout(case)
+        roots, tips = [], []
+        for k, (coupling, tip) in enumerate(
+            zip(system.couplings, turbine.tips, strict=True), start=1
+        ):
+            axes = blade_axes(layout.frame(k)[0], np.asarray(layout.axis))
+            root = np.asarray(layout.centre) + case.blade.hub_radius * axes[2]
+            roots.append(Reaction(coupling, root, axes))
+            tips.append(replace(tip, axes=axes))
+        self.names = tuple(tip.name for tip in tips)
+        sums = SharedSum(system.comm)
+        self._roots, self._tips = Reactions(system, roots, sums), Tips(system, tips, sums)
+
+    def history_channels(self) -> list[Channel]:
+        """Lengths of the tip deflections, root forces and moments in the frames of the blades."""
+        columns = tuple(
+            f"root_{kind}_{k}_{axis}_[{unit}]"
+            for k in self.names
+            for kind, unit in (("force", "N"), ("moment", "Nm"))
+            for axis in "xyz"
+        )
+        return [
+            tip_channel(self._tips),
+            Channel(columns, lambda s: list(self._roots.at(s).ravel())),
+        ]
+
+    def openfast_channels(self) -> list[Channel]:
+        """TipD?b (blade coordinates), RootF?b and RootM?b of each blade."""
+        tips = tuple(f"TipD{axis}b{k}_[m]" for k in self.names for axis in "xyz")
+        roots = tuple(
+            f"Root{kind}{axis}b{k}_[{unit}]"
+            for k in self.names
+            for kind, unit in (("F", "kN"), ("M", "kN-m"))
+            for axis in "xyz"
+        )
+        return [
+            Channel(tips, lambda s: list(self._tips.at(s).ravel())),
+            Channel(roots, lambda s: list(1e-3 * self._roots.at(s).ravel())),
+        ]
+
+
+def blade_axes(span: Array, axis: Array) -> Array:
+    """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
+
+    Args:
+        span: Direction of the span, shape (3,).
+        axis: Direction of the shaft, downwind, shape (3,).
+    """
+    x = axis / np.linalg.norm(axis)
+    return np.array([x, np.cross(span, x), span])
+
+
+def openfast_channels(turbine: Turbine, blades: BladeSensors) -> list[Channel]:
+    """Columns of ``history.out`` after the time from left to right.
+
+    Azimuth [0, 360) and rotor speed count positive about the shaft, downwind; the nacelle's yaw
+    about the upward vertical, opposite to the paper's; pitch, as in OpenFAST, about the span from
+    tip to root (0 without pitch bearings). The rigid turbine has these columns only.
+    """
+    names = turbine.system.angle_names
+    rotor, yaw = names.index("rotor"), names.index("yaw")
+    pitch = [(f"pitch_{k}", sign) for k, sign in enumerate(PITCH_SIGNS, start=1)]
+    bearings = [(names.index(name), -sign) for name, sign in pitch if name in names]
+
+    def values(s: Snapshot) -> Sequence[float]:
+        degrees = np.degrees(s.state.angles)
+        pitches = [sign * degrees[k] for k, sign in bearings] or [0.0] * len(pitch)
+        rpm = float(s.state.angle_rates[rotor]) * 30.0 / np.pi
+        return [float(degrees[rotor]) % 360.0, rpm, -float(degrees[yaw]), *pitches]
+
+    columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")
+    pitches = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(pitch) + 1))
+    return [Channel((*columns, *pitches), values), *blades.openfast_channels()]
