@@ -1,15 +1,14 @@
-"""Figures of a run, drawn from its ``history.csv`` alone.
+"""Diagrams of runs, drawn from their ``history.csv`` alone.
 
-Columns are named ``quantity_[unit]``; which joint angles and tips there are differs between models
-and is found in the header. Matplotlib is an extra and is imported when a figure is drawn. Figures
-are made without pyplot, so that nothing global changes and no display is needed.
+Which joint angles and tips there are differs between models and is found in the header of the file.
+Colours tell quantities apart, line styles runs; where there is one quantity only, colours and
+markers tell runs apart as well. Matplotlib is an extra and is imported when a figure is drawn.
+Figures are made without pyplot, so that nothing global changes and no display is needed.
 """
 
-import csv
 import os
-import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,14 +16,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.output_folder import TimeSeries, read_history
+
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Colours of Okabe and Ito, which colour-blind readers can tell apart."""
 
-_LINE_STYLES = ("-", "--", ":", "-.")
+PAPER_TOLERANCE = 1e-7
+"""Of the paper's Newton iterations; its figures compare changes per step with it [kJ, kNms]."""
+
+_LINE_STYLES = ("-", "--", ":", "-.", (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
+_MARKERS = ("o", "s", "^", "D", "v", "P")
 _STYLE = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
     "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -41,94 +48,113 @@ _STYLE = {
     "legend.columnspacing": 1.0,
     "legend.handlelength": 1.2,
     "legend.handletextpad": 0.5,
+    "pdf.fonttype": 42,  # outlines of letters that journals accept
     "savefig.dpi": 200,
 }
-_COLUMN = re.compile(r"(?P<quantity>.+)_\[(?P<unit>.+)\]$")
 
 
 @dataclass(frozen=True)
-class TimeSeries:
-    """Time series of one run.
+class Look:
+    """How a run appears in a panel.
 
     Args:
-        name: Shown in legends when several runs share a figure.
-        columns: Column of ``history.csv`` to its values, each of shape (n_rows,).
+        style: Line style.
+        marker: Marker of single points.
+        color: Colour where there is one quantity only.
+        alone: Whether it is the only run in the figure.
+        tolerance: Height of the tolerance line [kJ, kNms].
+        degrees: Angles in degrees instead of radians.
     """
 
-    name: str
-    columns: dict[str, NDArray[np.float64]]
-
-    def __getitem__(self, column: str) -> NDArray[np.float64]:
-        """Values of one column, shape (n_rows,)."""
-        if column not in self.columns:
-            raise ValueError(f"history of '{self.name}' has no column '{column}'")
-        return self.columns[column]
-
-    def named(self, start: str) -> dict[str, NDArray[np.float64]]:
-        """Columns whose name begins with ``start``, under the rest of their name, without unit."""
-        found = {}
-        for column, values in self.columns.items():
-            match = _COLUMN.match(column)
-            if match and match["quantity"].startswith(start):
-                found[match["quantity"].removeprefix(start)] = values
-        return found
+    style: Any = "-"
+    marker: str = "o"
+    color: str = PALETTE[0]
+    alone: bool = True
+    tolerance: float = PAPER_TOLERANCE
+    degrees: bool = False
 
 
-def read_history(path: str | os.PathLike[str]) -> TimeSeries:
-    """Read ``history.csv``; a last row that a crash has cut off is left out.
-
-    Args:
-        path: CSV file with one header line; empty fields become NaN.
-
-    Returns:
-        The time series, named after the folder of the file.
-
-    Raises:
-        OSError: if the file cannot be read.
-        ValueError: if it holds no complete row, or something else than numbers.
-    """
-    path = Path(path)
-    with open(path, newline="", encoding="utf-8") as file:
-        lines = list(csv.reader(file))
-    header = lines[0] if lines else []
-    rows = [line for line in lines[1:] if len(line) == len(header)]
-    if not rows:
-        raise ValueError(f"{path} holds no rows")
-    try:
-        values = np.array([[float(x) if x.strip() else np.nan for x in row] for row in rows])
-    except ValueError as problem:
-        raise ValueError(f"{path}: {problem}") from None
-    columns = {name.strip(): values[:, i] for i, name in enumerate(header)}
-    return TimeSeries(path.resolve().parent.name, columns)
+Panel = Callable[[Any, TimeSeries, Look], None]
 
 
-def plot_history(
-    csv_paths: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    out_path: str | os.PathLike[str],
-) -> Path:
-    """Draw energies, conservation, angles, angular momentum and tip deflections of runs.
+def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
+    """The diagrams that runs have something to show in: name of the figure to its panels."""
+    found: dict[str, tuple[Panel, ...]] = {
+        "energy": (_energies, _small_energies, _energy_steps, _energy_error),
+        "angular_momentum": (_angular_momentum, _momentum_steps),
+        "angles": (_angles,),
+    }
+    if any(run.named("tip_deflection_") for run in runs):
+        found["tip_deflections"] = (_tip_deflections,)
+    return found
+
+
+def draw(
+    runs: Sequence[TimeSeries],
+    panels: Sequence[Panel],
+    paths: Iterable[str | os.PathLike[str]],
+    *,
+    tolerance: float = PAPER_TOLERANCE,
+    degrees: bool = False,
+) -> list[Path]:
+    """Draw runs on top of each other in panels, two side by side, and save the figure.
 
     Args:
-        csv_paths: One ``history.csv`` or several, which then differ by line style.
-        out_path: Figure; its suffix decides the format (png, pdf, svg).
+        runs: Time series, at most six.
+        panels: Panels, for example from `figures`.
+        paths: Files to write; the suffix decides the format (png, pdf, svg).
+        tolerance: Height of the tolerance line [kJ, kNms].
+        degrees: Angles in degrees instead of radians.
 
     Returns:
-        ``out_path``.
+        The files.
 
     Raises:
         ImportError: if Matplotlib is missing.
-        OSError: if a file cannot be read or written.
-        ValueError: if a file holds no rows or lacks a column.
+        InputError: if there are too many runs, a column is missing or a file cannot be written.
     """
-    if isinstance(csv_paths, str | os.PathLike):
-        csv_paths = [csv_paths]
-    runs = [read_history(path) for path in csv_paths]
-    panels = [_energies, _energy_steps, _energy_error, _angles, _angular_momentum]
-    if any(run.named("tip_deflection_") for run in runs):
-        panels.append(_tip_deflections)
-    else:
-        panels.append(_constraint_error)
-    return _draw(runs, panels, out_path, n_columns=2)
+    if len(runs) > len(PALETTE):
+        raise InputError(f"{len(runs)} runs are too many for one figure, {len(PALETTE)} fit")
+    try:
+        with warnings.catch_warnings():
+            # A second Matplotlib, from the system, makes the 3D axes unusable; none are used.
+            warnings.filterwarnings("ignore", message="Unable to import Axes3D")
+            import matplotlib
+            from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("figures need Matplotlib: pip install matplotlib") from None
+    looks = [
+        Look(style, marker, color, len(runs) == 1, tolerance, degrees)
+        for style, marker, color in zip(_LINE_STYLES, _MARKERS, PALETTE, strict=True)
+    ][: len(runs)]
+    n_columns = min(2, len(panels))
+    n_rows = -(-len(panels) // n_columns)
+    start = min(run["time_[s]"][0] for run in runs)
+    end = max(run["time_[s]"][-1] for run in runs)
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
+        for i, panel in enumerate(panels):
+            axes = figure.add_subplot(n_rows, n_columns, i + 1)
+            for run, look in zip(runs, looks, strict=True):
+                panel(axes, run, look)
+            axes.set_xlabel("time [s]")
+            if end > start:
+                axes.set_xlim(start, end)
+            if axes.get_yscale() == "log":
+                _room_above(axes, tolerance)
+            else:
+                _factor_into_label(axes)
+            _quantity_legend(axes, [run.name for run in runs])
+        if len(runs) > 1:
+            _run_legend(figure, runs, looks)
+        for path in paths:
+            try:
+                figure.savefig(path)
+            except OSError as error:
+                raise InputError(
+                    f"cannot write {os.fspath(path)!r}: {error.strerror or error}"
+                ) from None
+    return [Path(path) for path in paths]
 
 
 def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
@@ -143,115 +169,169 @@ def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) 
 
     Raises:
         ImportError: if Matplotlib is missing.
-        OSError: if a file cannot be read or written.
-        ValueError: if the history holds no rows or lacks a column.
+        InputError: if a file cannot be read or written, holds no rows or lacks a column.
     """
-    return _draw([read_history(csv_path)], [_energies, _angles], png, n_columns=2)
+    return draw([read_history(csv_path)], [_energies, _angles], [png])[0]
 
 
-def _draw(
-    runs: Sequence[TimeSeries],
-    panels: Sequence[Callable[[Any, TimeSeries, str, str], None]],
-    out: str | os.PathLike[str],
-    n_columns: int,
-) -> Path:
-    """Lay out panels, draw every run in each, save."""
-    try:
-        with warnings.catch_warnings():
-            # A second Matplotlib, from the system, makes the 3D axes unusable; none are used.
-            warnings.filterwarnings("ignore", message="Unable to import Axes3D")
-            import matplotlib
-            from matplotlib.figure import Figure
-            from matplotlib.lines import Line2D
-    except ImportError:
-        raise ImportError("figures need Matplotlib: pip install matplotlib") from None
-    n_rows = -(-len(panels) // n_columns)
-    styles = [_LINE_STYLES[i % len(_LINE_STYLES)] for i in range(len(runs))]
-    start = min(run["time_[s]"][0] for run in runs)
-    end = max(run["time_[s]"][-1] for run in runs)
-    with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
-        for i, panel in enumerate(panels):
-            axes = figure.add_subplot(n_rows, n_columns, i + 1)
-            for run, style, color in zip(runs, styles, PALETTE * len(runs), strict=False):
-                panel(axes, run, style, color)
-            axes.set_xlabel("time [s]")
-            if end > start:
-                axes.set_xlim(start, end)
-            handles, labels = axes.get_legend_handles_labels()
-            unique = dict(zip(labels, handles, strict=True))
-            if len(unique) > 1:
-                axes.legend(
-                    [Line2D([], [], color=line.get_color(), lw=2.0) for line in unique.values()],
-                    list(unique),
-                    loc="lower right",
-                    bbox_to_anchor=(1.0, 1.0),
-                    ncols=len(unique) if len(unique) < 5 else 3,
-                )
-        if len(runs) > 1:
-            lines = [Line2D([], [], color="#333333", linestyle=style) for style in styles]
-            names = [run.name for run in runs]
-            figure.legend(lines, names, loc="upper center", ncols=4, handlelength=3.0)
-            above = 0.12 + 0.17 * -(-len(runs) // 4)
-            figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - above / (2.9 * n_rows)))
-        figure.savefig(out)
-    return Path(out)
+def _room_above(axes: Any, tolerance: float) -> None:
+    """Extend a logarithmic panel upwards until the words on the tolerance line have room."""
+    bottom, top = np.log10(axes.get_ylim())
+    axes.set_ylim(top=10.0 ** max(top, np.log10(tolerance) + 0.1 * (top - bottom)))
 
 
-def _energies(axes: Any, run: TimeSeries, style: str, color: str) -> None:
+def _factor_into_label(axes: Any) -> None:
+    """Very small or large numbers: the power of ten goes into the brackets of the unit."""
+    largest = max(abs(y) for y in axes.get_ylim())
+    if 1e-3 <= largest < 1e5:
+        return
+    exponent = 3 * int(np.floor(np.log10(largest) / 3.0))
+    axes.yaxis.set_major_formatter(lambda y, _: f"{y / 10.0**exponent:g}".replace("-", "\u2212"))
+    quantity, unit = axes.get_ylabel().rsplit("[", 1)
+    axes.set_ylabel(f"{quantity}[$10^{{{exponent}}}$ {unit}")
+
+
+def _quantity_legend(axes: Any, names: Sequence[str]) -> None:
+    """Legend above the panel, right of its title: colours of quantities, but not of runs."""
+    from matplotlib.lines import Line2D
+
+    handles, labels = axes.get_legend_handles_labels()
+    unique = {n: line for n, line in zip(labels, handles, strict=True) if n not in names}
+    if len(unique) > 1:
+        axes.legend(
+            [Line2D([], [], color=line.get_color(), lw=2.0) for line in unique.values()],
+            list(unique),
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=len(unique) if len(unique) < 5 else 3,
+        )
+
+
+def _run_legend(figure: Any, runs: Sequence[TimeSeries], looks: Sequence[Look]) -> None:
+    """Legend at the top of the figure: line styles of runs, and markers where a panel has them."""
+    from matplotlib.lines import Line2D
+
+    names = [run.name for run in runs]
+    marked = any(line.get_label() in names for axes in figure.axes for line in axes.get_lines())
+    lines = [
+        Line2D(
+            [],
+            [],
+            color="#333333",
+            linestyle=look.style,
+            marker=look.marker if marked else "",
+            markerfacecolor=look.color,
+            markeredgecolor=look.color,
+            markersize=5.0,
+        )
+        for look in looks
+    ]
+    width, height = figure.get_size_inches()
+    entry = 0.65 + 0.075 * max(len(name) for name in names)  # about its width [in]
+    columns = int(np.clip(width / entry, 1, len(runs)))
+    figure.legend(lines, names, loc="upper center", ncols=columns, handlelength=3.5)
+    above = 0.1 + 0.17 * -(-len(runs) // columns)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - above / height))
+
+
+def _line(axes: Any, run: TimeSeries, y: NDArray[np.float64], look: Look, **how: Any) -> None:
+    """A line over time; a single row, which would be invisible, becomes a point."""
+    marker = look.marker if len(y) == 1 else ""
+    axes.plot(run["time_[s]"], y, linestyle=look.style, marker=marker, **how)
+
+
+def _dots(axes: Any, run: TimeSeries, values: NDArray[np.float64], look: Look, **how: Any) -> None:
+    """Changes per step over many decades with the tolerance; zeros are not shown."""
+    shown = np.where(values > 0.0, values, np.nan)
+    axes.set_yscale("log")
+    axes.plot(run["time_[s]"], shown, linestyle="", marker=look.marker, ms=2.0, mew=0.0, **how)
+    if not axes.texts:
+        axes.axhline(look.tolerance, color="#333333", lw=1.0, ls=(0, (6, 3)))
+        axes.annotate(
+            f"tolerance {_power(look.tolerance)}",
+            (1.0, look.tolerance),
+            (-2.0, 3.0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            ha="right",
+            fontsize=9.0,
+        )
+
+
+def _power(x: float) -> str:
+    """A positive number as a power of ten."""
+    mantissa, exponent = f"{x:.3g}".split("e") if "e" in f"{x:.3g}" else (f"{x:.3g}", "")
+    if not exponent:
+        return mantissa
+    factor = "" if mantissa == "1" else rf"{mantissa} \times "
+    return f"${factor}10^{{{int(exponent)}}}$"
+
+
+def _energies(axes: Any, run: TimeSeries, look: Look) -> None:
     """Total energy and its parts [kJ]."""
-    t = run["time_[s]"]
-    axes.plot(t, run["total_energy_[J]"] / 1e3, style, color="black", lw=2.4, label="total")
-    for name, part_color in zip(("kinetic", "strain", "potential"), PALETTE, strict=False):
-        axes.plot(t, run[f"{name}_energy_[J]"] / 1e3, style, color=part_color, label=name)
+    _line(axes, run, run["total_energy_[J]"] / 1e3, look, color="black", lw=2.4, label="total")
+    for name, color in zip(("kinetic", "strain", "potential"), PALETTE, strict=False):
+        _line(axes, run, run[f"{name}_energy_[J]"] / 1e3, look, color=color, label=name)
     axes.set(title="Energies", ylabel="energy [kJ]")
 
 
-def _energy_steps(axes: Any, run: TimeSeries, style: str, color: str) -> None:
-    """What each step adds to the energy beyond the work of the loads [J]."""
-    change = np.abs(np.diff(run["total_energy_[J]"] - run["external_work_[J]"]))
-    _dots(axes, run, np.concatenate([[0.0], change]), color)
-    axes.set(title="Energy error per step", ylabel=r"$|\Delta H - \Delta W|$ [J]")
+def _small_energies(axes: Any, run: TimeSeries, look: Look) -> None:
+    """Strain and potential energy on a scale of their own [kJ]."""
+    for name, color in zip(("strain", "potential"), PALETTE[1:], strict=False):
+        _line(axes, run, run[f"{name}_energy_[J]"] / 1e3, look, color=color, label=name)
+    axes.set(title="Strain and potential", ylabel="energy [kJ]")
 
 
-def _energy_error(axes: Any, run: TimeSeries, style: str, color: str) -> None:
-    """Total energy minus initial energy minus work [J]."""
-    axes.plot(run["time_[s]"], run["energy_error_[J]"], color=color, label=run.name)
-    axes.set(title="Energy error", ylabel=r"$H - H_0 - W$ [J]")
+def _energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
+    """What each step adds to the energy beyond the work of the loads [kJ]."""
+    change = np.diff(run["total_energy_[J]"] - run["external_work_[J]"], prepend=np.nan)
+    _dots(axes, run, np.abs(change) / 1e3, look, color=look.color, label=run.name)
+    axes.set(title="Energy error per step", ylabel=r"$|\Delta H - \Delta W|$ [kJ]")
 
 
-def _angles(axes: Any, run: TimeSeries, style: str, color: str) -> None:
-    """Joint angles [rad]."""
-    for (name, angle), own_color in zip(run.named("angle_").items(), PALETTE * 9, strict=False):
-        axes.plot(run["time_[s]"], angle, style, color=own_color, label=name.replace("_", " "))
-    axes.set(title="Joint angles", ylabel="angle [rad]")
+def _energy_error(axes: Any, run: TimeSeries, look: Look) -> None:
+    """Total energy minus initial energy minus work [kJ]."""
+    error = run["energy_error_[J]"] / 1e3
+    _line(axes, run, error, look, color=look.color, label=run.name)
+    axes.set(title="Energy error since the start", ylabel=r"$H - H_0 - W$ [kJ]")
 
 
-def _angular_momentum(axes: Any, run: TimeSeries, style: str, color: str) -> None:
+def _angles(axes: Any, run: TimeSeries, look: Look) -> None:
+    """Joint angles [rad] or [deg]."""
+    unit, factor = ("°", 180.0 / np.pi) if look.degrees else ("rad", 1.0)
+    for (name, angle), color in zip(run.named("angle_").items(), PALETTE * 9, strict=False):
+        _line(axes, run, factor * angle, look, color=color, label=name.replace("_", " "))
+    axes.set(title="Joint angles", ylabel=f"angle [{unit}]")
+
+
+def _angular_momentum(axes: Any, run: TimeSeries, look: Look) -> None:
     """Angular momentum about the origin [kNms]."""
-    for axis, own_color in zip("123", PALETTE, strict=False):
+    for axis, color in zip("123", PALETTE, strict=False):
         values = run[f"angular_momentum_{axis}_[Nms]"] / 1e3
-        axes.plot(run["time_[s]"], values, style, color=own_color, label=f"$L_{axis}$")
+        _line(axes, run, values, look, color=color, label=f"$L_{axis}$")
     axes.set(title="Angular momentum", ylabel="about the origin [kNms]")
 
 
-def _tip_deflections(axes: Any, run: TimeSeries, style: str, color: str) -> None:
+def _momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
+    """What each step adds to the angular momentum [kNms].
+
+    The tower holds nacelle and weights, so that only the vertical component has to stay; of
+    several runs it is the only one shown.
+    """
+    for axis, color in zip("123", PALETTE, strict=False):
+        if look.alone or axis == "2":
+            change = np.diff(run[f"angular_momentum_{axis}_[Nms]"], prepend=np.nan) / 1e3
+            how = {"color": color, "label": rf"$\Delta L_{axis}$"}
+            if not look.alone:
+                how = {"color": look.color, "label": run.name}
+            _dots(axes, run, np.abs(change), look, **how)
+    shown = "i" if look.alone else "2"
+    axes.set(title="Change per step", ylabel=rf"$|\Delta L_{shown}|$ [kNms]")
+
+
+def _tip_deflections(axes: Any, run: TimeSeries, look: Look) -> None:
     """Deflections of the blade tips in their root frames [m]."""
     tips = run.named("tip_deflection_")
-    for (name, tip), own_color in zip(tips.items(), PALETTE * 9, strict=False):
-        axes.plot(run["time_[s]"], tip, style, color=own_color, label=f"blade {name}")
+    for (name, tip), color in zip(tips.items(), PALETTE * 9, strict=False):
+        _line(axes, run, tip, look, color=color, label=f"blade {name}")
     axes.set(title="Tip deflections", ylabel="in the root frame [m]")
-
-
-def _constraint_error(axes: Any, run: TimeSeries, style: str, color: str) -> None:
-    """Largest violation of a constraint [-]."""
-    _dots(axes, run, run["constraint_error_[-]"], color)
-    axes.set(title="Constraint error", ylabel="largest violation [-]")
-
-
-def _dots(axes: Any, run: TimeSeries, values: NDArray[np.float64], color: str) -> None:
-    """Values over many decades; zeros are not shown."""
-    shown = np.where(values > 0.0, values, np.nan)
-    axes.plot(run["time_[s]"], shown, ".", ms=2.5, mew=0.0, color=color, label=run.name)
-    if np.isfinite(shown).any():
-        axes.set_yscale("log")

@@ -1,0 +1,124 @@
+"""The commands that look at an output folder."""
+
+import importlib.util
+import re
+
+import numpy as np
+import pytest
+from outputs import history, turbine, write
+
+from turbine_fenicsx.cli import main
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
+    pytest.mark.skipif(
+        any(importlib.util.find_spec(name) is None for name in ("matplotlib", "pyvista")),
+        reason="Matplotlib or PyVista, which draw, is missing",
+    ),
+]
+
+
+@pytest.fixture
+def out(tmp_path):
+    """An output folder."""
+    write(tmp_path / "run" / "history.csv", history(n=9))
+    turbine(tmp_path / "run" / "fields.xdmf")
+    return tmp_path / "run"
+
+
+def test_plot_writes_png_and_pdf_into_the_first_folder_and_prints_them(out, capfd):
+    other = write(out.parent / "other" / "history.csv", history(n=5)).parent
+    assert main(["plot", str(out), str(other)]) == 0
+    names = ("energy", "angular_momentum", "angles", "tip_deflections")
+    paths = [out / f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")]
+    assert capfd.readouterr().out.splitlines() == [str(path) for path in paths]
+    assert all(path.stat().st_size > 5000 for path in paths)
+    assert not list(other.glob("*.png"))
+
+
+def test_plot_puts_all_together_on_request(out, capfd, tmp_path):
+    target = tmp_path / "new"
+    options = ["--together", "--format", "svg", "-o", str(target), "--angles", "deg"]
+    assert main(["plot", str(out), *options]) == 0
+    assert capfd.readouterr().out == f"{target}/diagrams.svg\n"
+    assert [path.name for path in target.iterdir()] == ["diagrams.svg"]
+
+
+def test_results_are_printed_once_on_two_ranks(command_line, out):
+    result = command_line("report", out, "--no-pictures", ranks=2)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == f"{out}/report.html\n"
+    assert (out / "report.html").read_text().startswith("<!DOCTYPE html>")
+    wrong = command_line("render", out, "--times", "0,7", ranks=2)
+    assert wrong.returncode == 2
+    assert wrong.stderr.count("error: t = 7 s is outside of the run") == 1
+
+
+def test_render_draws_the_last_time_in_the_range_asked_for(out, capfd):
+    from PIL import Image
+
+    code = main(["render", str(out), "--range", "0,80"])  # MPa, twice the largest stress
+    printed = capfd.readouterr()
+    if "no graphics library" in printed.err:
+        pytest.skip(printed.err)
+    assert code == 0
+    assert printed.out == f"{out}/turbine_t1.png\n"
+    image = np.asarray(Image.open(out / "turbine_t1.png"), dtype=int)[:1000]  # without the legend
+    teal, yellow = (  # middle and end of viridis
+        ((image - colour) ** 2).sum(axis=-1).min() for colour in ((33, 145, 140), (253, 231, 37))
+    )
+    assert teal < 6000 < yellow
+
+
+@pytest.mark.parametrize("command", ["plot", "render", "report"])
+def test_help_explains_every_option(command, capfd):
+    with pytest.raises(SystemExit) as end:
+        main([command, "--help"])
+    assert end.value.code == 0
+    text = capfd.readouterr().out
+    options = {
+        "plot": ("--out", "--format", "--together", "--angles", "--tolerance", "kNms"),
+        "render": ("--times", "--movie", "--scale", "--view", "--field", "--range", "rigid motion"),
+        "report": ("--out", "--times", "--scale", "--no-pictures"),
+    }[command]
+    assert all(option in text for option in options)
+
+
+MISTAKES = {
+    "no folder": (["plot", "{none}"], "no output folder"),
+    "no history": (["plot", "{empty}"], "cannot read .*history.csv.*No such file"),
+    "folder given twice": (["plot", "{out}", "{out}"], "given twice"),
+    "broken history": (["plot", "{broken}"], "history.csv: row 1: .*'now'"),
+    "tolerance of zero": (["plot", "{out}", "--tolerance", "0"], "greater than 0"),
+    "plot on a file": (["plot", "{out}", "-o", "{out}/history.csv"], "cannot write to"),
+    "render no folder": (["render", "{none}"], "no output folder"),
+    "no fields": (["render", "{empty}"], "there is no .*fields.xdmf"),
+    "broken fields": (["render", "{broken}"], "fields.xdmf is not the field output"),
+    "time outside": (["render", "{out}", "--times", "0,1.5"], "t = 1.5 s is outside"),
+    "time that is none": (["render", "{out}", "--times", "0;1"], "--times 0;1: give numbers"),
+    "negative scale": (["render", "{out}", "--scale", "-1"], "--scale -1: must be"),
+    "no speed": (["render", "{out}", "--movie", "a.mp4", "--speed", "0"], "--speed 0: must be"),
+    "range upside down": (["render", "{out}", "--range", "3,1"], "a low and a higher number"),
+    "movie of another kind": (["render", "{out}", "--movie", "a.gif"], "ends in .mp4"),
+    "render on a file": (["render", "{out}", "-o", "{out}/history.csv"], "cannot write to"),
+    "movie below a file": (["render", "{out}", "--movie", "{out}/history.csv/a.mp4"], "cannot wr"),
+    "report no folder": (["report", "{none}"], "no output folder"),
+    "report no history": (["report", "{empty}"], "cannot read .*history.csv"),
+    "report on a folder": (["report", "{out}", "--no-pictures", "-o", "{empty}"], "cannot write"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake_is_one_sentence_and_exit_code_2(out, capfd, mistake):
+    arguments, words = MISTAKES[mistake]
+    folders = {name: out.parent / name for name in ("none", "empty", "broken")}
+    folders["empty"].mkdir()
+    folders["broken"].mkdir()
+    (folders["broken"] / "history.csv").write_text("time_[s]\nnow\n")
+    (folders["broken"] / "fields.xdmf").write_text("no XML")
+    assert main([argument.format(out=out, **folders) for argument in arguments]) == 2
+    printed = capfd.readouterr()
+    (line,) = printed.err.splitlines()
+    assert line.startswith("error: ")
+    assert re.search(words, line), line
+    assert printed.out == ""

@@ -1,0 +1,88 @@
+"""Files as a run writes them, without a run: time series, and fields of a turbine of boxes."""
+
+import csv
+from pathlib import Path
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.observers.xdmf import XdmfSeries
+from turbine_fenicsx.rotations import E3, rotation_about
+
+ANGLES = ("yaw", "rotor")
+HUB_CENTRE = np.array([0.0, 0.0, -5.0])
+SPIN = 0.4
+"""Of the turbine of boxes about e3 [rad/s]."""
+
+
+def history(n_tips: int = 3, angles: tuple[str, ...] = ANGLES, n: int = 61) -> dict:
+    """Columns of a run: torque up to 3 s, then free rotation with vibrating blades."""
+    t = np.linspace(0.0, 12.0, n)
+    speed = -1.12 * np.minimum(t / 3.0, 1.0) ** 2
+    work = 15e6 * speed**2
+    strain = 4e5 * np.sin(6.0 * t) ** 2
+    error = 1e-4 * np.sin(40.0 * t)
+    momentum = np.outer([0.0, 1e-6, 5e7], speed)
+    return {
+        "time_[s]": t,
+        "kinetic_energy_[J]": work - strain,
+        "strain_energy_[J]": strain,
+        "potential_energy_[J]": np.full(n, -56e3),
+        "total_energy_[J]": work - 56e3 + error,
+        "external_work_[J]": work,
+        "energy_error_[J]": error,
+        **{f"linear_momentum_{i + 1}_[kgm/s]": momentum[i] for i in range(3)},
+        **{f"angular_momentum_{i + 1}_[Nms]": momentum[i] for i in range(3)},
+        **{f"angle_{name}_[rad]": (i + 1) * speed * t for i, name in enumerate(angles)},
+        **{f"tip_deflection_{i + 1}_[m]": np.sin(6.0 * t + i) for i in range(n_tips)},
+        "constraint_error_[-]": np.full(n, 1e-15),
+        "newton_iterations": np.full(n, 3),
+        "krylov_iterations": np.zeros(n),
+        "wall_time_[s]": t,
+    }
+
+
+def write(path: Path, columns: dict, end: str = "") -> Path:
+    """Write ``history.csv``, and ``end`` after its last row."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+        file.write(end)
+    return path
+
+
+def turbine(path: Path, times: tuple[float, ...] = (0.0, 1.0), bend: float = 2.0) -> Path:
+    """Boxes for nacelle and hub and three needles for blades, on a hub that turns.
+
+    The tips bend by ``bend`` times the time [m] along e3, stress grows in proportion.
+    """
+    cube = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
+    faces = np.array([(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6)])
+    hexahedron = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
+    blade = cube * (1.0, 27.0, 0.5) + (0.0, 29.25, 0.0)
+    points = [2.0 * cube, 2.0 * cube + HUB_CENTRE]
+    for k in range(3):
+        points.append(blade @ rotation_about(E3, 2.0 * np.pi / 3.0 * k).T + HUB_CENTRE)
+    cells = [
+        ("quadrilateral", np.concatenate([faces, faces + 8])),
+        ("hexahedron", np.concatenate([hexahedron + 8 * i for i in (2, 3, 4)])),
+    ]
+    X = np.concatenate(points)
+    tips = np.linalg.norm(X - HUB_CENTRE, axis=1) > 50.0
+    part = np.array([0] * 4 + [1] * 4 + [2, 3, 4])
+    series = XdmfSeries(MPI.COMM_SELF, path, cells, len(X), cell_data={"part": part})
+    for t in times:
+        x = X.copy()
+        x[8:] = (x[8:] - HUB_CENTRE) @ turned(t).T + HUB_CENTRE
+        x[tips] += bend * t * E3
+        stress = 1e7 * t * np.where(part >= 2, part, 0.0)
+        series.write(t, x, {"displacement": x - X}, {"cauchy_stress_norm": stress})
+    return path
+
+
+def turned(t: float) -> np.ndarray:
+    """Rotation of the hub of the turbine of boxes, shape (3, 3)."""
+    return rotation_about(E3, SPIN * t)

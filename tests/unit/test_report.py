@@ -1,0 +1,150 @@
+"""The page about a run stands alone and says what the output folder says."""
+
+import base64
+import importlib.util
+import json
+from html.parser import HTMLParser
+
+import pytest
+from outputs import history, turbine, write
+
+from turbine_fenicsx import report as module
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.report import report
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
+    pytest.mark.skipif(
+        importlib.util.find_spec("matplotlib") is None, reason="Matplotlib, which draws, is missing"
+    ),
+]
+SUMMARY = {
+    "versions": {"turbine_fenicsx": "0.1.0", "fenics-dolfinx": "0.5.2"},
+    "mesh": {"nodes": 351, "cells": 144},
+    "masses_[kg]": {"hub": 30000.0},
+    "mean_newton_iterations": 2.25,
+}
+CASE = {
+    "title": "soft & <bold>",
+    "time": {"step": 0.02},
+    "turbine": {"hub": {"euler": [1.0, 2.5]}, "balanced": True},
+}
+
+
+class Page(HTMLParser):
+    """Checks that tags match, and keeps sources, links, headings, tables and notes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open, self.links, self.headings, self.cells, self.notes = [], [], [], [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.links += [value for name, value in attributes if name in ("src", "href", "srcset")]
+        assert tag not in ("script", "link", "iframe")
+        if tag not in ("meta", "img"):
+            self.open.append((tag, dict(attributes).get("class")))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop()[0] == tag
+
+    def handle_data(self, data):
+        if not self.open or not data.strip():
+            return
+        tag, kind = self.open[-1]
+        kept = {"h2": self.headings, "th": self.cells, "td": self.cells, "p": self.notes}
+        if tag in kept and (tag != "p" or kind == "note"):
+            kept[tag].append(data)
+
+    def rows(self):
+        return dict(zip(self.cells[::2], self.cells[1::2], strict=True))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write(tmp_path / "run" / "history.csv", history())
+    return tmp_path / "run"
+
+
+@pytest.fixture
+def no_diagrams(monkeypatch):
+    """Leave out what takes time."""
+    monkeypatch.setattr(module, "_diagrams", lambda run: "")
+
+
+def test_page_needs_nothing_but_itself(folder):
+    text = report(folder)
+    page = Page(text)
+    assert len(page.links) == 4
+    for link in page.links:
+        kind, data = link.split(",", 1)
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
+    style = text.split("<style>")[1].split("</style>")[0]
+    for word in ("url(", "@import", "http"):
+        assert word not in style
+    outside = text
+    for link in page.links:
+        outside = outside.replace(link, "")
+    assert "://" not in outside
+
+
+def test_page_shows_case_mesh_and_versions(folder, no_diagrams):
+    (folder / "summary.json").write_text(json.dumps(SUMMARY))
+    (folder / "case.json").write_text(json.dumps(CASE))
+    text = report(folder, pictures=False)
+    page = Page(text)
+    assert page.headings == ["Key figures", "Case", "Model and results", "Versions"]
+    rows = page.rows()
+    assert rows["euler"] == "1, 2.5"
+    assert rows["balanced"] == "yes"
+    assert rows["nodes"] == "351"
+    assert rows["mean newton iterations"] == "2.25"
+    assert rows["turbine_fenicsx"] == "0.1.0"
+    assert rows["largest tip deflection [m]"].startswith("0.99")
+    assert "masses [kg]" in text
+    assert "<title>soft &amp; &lt;bold&gt;</title>" in text
+    assert page.notes == []
+
+
+def test_key_figures_are_those_of_the_history(folder, no_diagrams):
+    rows = Page(report(folder, pictures=False)).rows()
+    columns = history()
+    largest = max(abs(columns[f"{name}_energy_[J]"]).max() for name in ("total", "kinetic"))
+    assert float(rows["largest energy [kJ]"]) == pytest.approx(largest / 1e3, rel=1e-5)
+    error = abs(columns["energy_error_[J]"]).max()
+    assert float(rows["largest energy error [J]"]) == pytest.approx(error, rel=1e-5)
+    end = columns["angle_rotor_[rad]"][-1]
+    assert float(rows["rotor angle at the end [rad]"]) == pytest.approx(end, rel=1e-5)
+
+
+def test_what_is_missing_is_said(folder, no_diagrams):
+    notes = " ".join(Page(report(folder)).notes)
+    for words in ("no case.json", "no summary.json", "no fields.xdmf"):
+        assert words in notes
+    with pytest.raises(InputError, match=r"there is no .*fields\.xdmf"):
+        report(folder, times=[1.0])
+
+
+def test_missing_graphics_library_is_a_note_and_a_wrong_time_an_error(
+    folder, no_diagrams, monkeypatch
+):
+    turbine(folder / "fields.xdmf")
+
+    def fail(fields, out, times, look):
+        assert times == [0.25, 0.5, 0.75, 1.0]
+        raise InputError(f"cannot draw {out}/turbine_t1.png: there is no graphics library")
+
+    monkeypatch.setattr(module, "render_times", fail)
+    notes = " ".join(Page(report(folder)).notes)
+    assert "There are no pictures: turbine_t1.png: there is no graphics library." in notes
+    with pytest.raises(InputError, match="t = 2 s is outside of the run"):
+        report(folder, times=[2.0])
+
+
+@pytest.mark.parametrize("name", ["history.csv", "summary.json", "case.json"])
+def test_broken_file_is_one_sentence(folder, no_diagrams, name):
+    (folder / name).write_text("{")
+    with pytest.raises(InputError, match=name):
+        report(folder)

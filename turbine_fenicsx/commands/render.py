@@ -1,0 +1,111 @@
+"""Draw pictures of the whole turbine, or a movie, coloured by stress.
+
+Nacelle, hub and blades are where fields.xdmf has them; the tower is no part of the model and drawn
+as a ghost. All pictures of one call share their scale of colours, see --range. --scale S
+exaggerates the deformation: the rigid motion of the hub is fitted to its points, and the
+displacement of the blades relative to that motion is multiplied by S, so that the turning of rotor
+and nacelle stays as it is. Rigid parts are never scaled. No display is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.commands._common import OK
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("folder", metavar="OUT", help="output folder")
+    parser.add_argument(
+        "--times",
+        metavar="T,T,...",
+        help="draw turbine_tT.png at these times in s, for example 0,5,9,12; the nearest ones "
+        "written are taken; default: the last one, unless there is a movie",
+    )
+    parser.add_argument("--movie", metavar="FILE", help="make a movie (.mp4) of all times written")
+    parser.add_argument(
+        "-o", "--out", metavar="FOLDER", help="where pictures go; default: the output folder"
+    )
+    parser.add_argument(
+        "--scale", metavar="S", type=float, default=1.0, help="factor of the deformation"
+    )
+    parser.add_argument(
+        "--view",
+        choices=("oblique", "front", "side"),
+        default="oblique",
+        help="where to look from; default: oblique",
+    )
+    colours = parser.add_mutually_exclusive_group()
+    colours.add_argument(
+        "--field",
+        metavar="NAME",
+        default="cauchy_stress_norm",
+        help="field that colours the blades: cauchy_stress_norm (default), displacement, velocity",
+    )
+    colours.add_argument("--plain", action="store_true", help="blades in one colour")
+    parser.add_argument(
+        "--range",
+        metavar="LOW,HIGH",
+        help="ends of the scale of colours in the units of its legend (MPa, m, m/s); "
+        "default: 0 and the largest value drawn",
+    )
+    parser.add_argument(
+        "--speed",
+        metavar="X",
+        type=float,
+        default=1.0,
+        help="simulated seconds in a second of the movie; default: 1",
+    )
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Draw and print the paths of the pictures."""
+    from turbine_fenicsx.parallel import on_rank0
+
+    on_rank0(comm, lambda: _render(options))
+    return OK
+
+
+def _render(options: argparse.Namespace) -> None:
+    """Draw all there is to draw."""
+    from turbine_fenicsx.commands._numbers import numbers
+    from turbine_fenicsx.errors import InputError
+    from turbine_fenicsx.output_folder import field_times, need_folder, target_folder
+    from turbine_fenicsx.pictures import Look, movie_steps, render_movie, render_times
+
+    folder = need_folder(options.folder)
+    times = None if options.times is None else numbers("--times", options.times)
+    limits = None if options.range is None else numbers("--range", options.range)
+    if limits is not None and (len(limits) != 2 or limits[0] >= limits[1]):
+        raise InputError(f"--range {options.range}: give a low and a higher number")
+    for name in ("scale", "speed"):
+        value = getattr(options, name)
+        if not 0.0 <= value < float("inf") or (name == "speed" and value == 0.0):
+            raise InputError(f"--{name} {value:g}: must be a positive number")
+    if options.movie is not None and Path(options.movie).suffix != ".mp4":
+        raise InputError(f"--movie {options.movie}: the name of a movie ends in .mp4")
+    look = Look(
+        None if options.plain else options.field,
+        options.scale,
+        options.view,
+        None if limits is None else (limits[0], limits[1]),
+    )
+    fields = folder / "fields.xdmf"
+    written = field_times(fields)
+    if times is not None or options.movie is None:
+        out = target_folder(options.out or folder)
+        print(*render_times(fields, out, times, look), sep="\n", flush=True)
+    if options.movie is not None:
+        target_folder(Path(options.movie).parent)
+        if Path(options.movie).is_dir():
+            raise InputError(f"cannot write {options.movie!r}: it is a folder")
+        n_frames = len(movie_steps(list(written), options.speed)[0])
+        from tqdm import tqdm
+
+        with tqdm(total=n_frames, unit="frame", disable=not sys.stderr.isatty()) as bar:
+            path = render_movie(fields, options.movie, options.speed, look, bar.update)
+        print(path, flush=True)
