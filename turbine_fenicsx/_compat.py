@@ -57,23 +57,14 @@ def expression(expr: Any, space: Any) -> Any:
 
 def dofs_of_cells(space: Any) -> npt.NDArray[np.int32]:
     """Block degrees of freedom of the local cells, shape (cells, nodes per cell)."""
-    return _as_rows(space.dofmap.list, space.mesh)
+    return _as_rows(space.dofmap.list, space.dofmap.dof_layout.num_dofs)
 
 
-def geometry_nodes_of_cells(mesh: Any) -> npt.NDArray[np.int32]:
-    """Geometry nodes of the local cells, shape (cells, nodes per cell)."""
-    several: Any = getattr(mesh.geometry, "dofmaps", None)
-    if several is None or callable(several):
-        return _as_rows(mesh.geometry.dofmap, mesh)
-    return _as_rows(several[0], mesh)
-
-
-def _as_rows(table: Any, mesh: Any) -> npt.NDArray[np.int32]:
-    """An adjacency list or array of one row a cell as an array of shape (cells, n)."""
+def _as_rows(table: Any, width: int) -> npt.NDArray[np.int32]:
+    """An adjacency list or array of one row a cell as an array of shape (cells, width)."""
     if isinstance(table, np.ndarray):
         return table
-    cells = mesh.topology.index_map(mesh.topology.dim)
-    return table.array.reshape(cells.size_local + cells.num_ghosts, -1)
+    return table.array.reshape(-1, width)
 
 
 def assemble_vector(vector: PETSc.Vec, form: Any) -> None:

@@ -1,7 +1,7 @@
 """From a .msh file, our own or the user's, to a distributed DOLFINx mesh with named groups."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,7 @@ def load_msh(
     path: str | os.PathLike[str],
     volumes: Sequence[str] = (),
     surfaces: Sequence[str] = (),
+    check: Callable[[MeshArrays], Sequence[str]] | None = None,
 ) -> LoadedMesh:
     """Read a mesh on rank 0 and distribute it once over all ranks.
 
@@ -52,13 +53,14 @@ def load_msh(
         path: A .msh file of any MSH version that the installed gmsh reads.
         volumes: Names of physical volumes that must exist.
         surfaces: Names of physical surfaces that must exist.
+        check: Finds what else is wrong with the mesh, one sentence each; called on rank 0.
 
     Returns:
         The mesh with its groups.
 
     Raises:
         MeshError: on every rank, if the file is missing, is no mesh of hexahedra or tetrahedra,
-            lacks a group, or has inverted cells; the message is one sentence.
+            lacks a group, has inverted cells or does not pass the check; one sentence for each.
 
     Note:
         Collective over ``comm``.
@@ -68,12 +70,9 @@ def load_msh(
     def read() -> tuple[dict[str, int], dict[str, int], MeshReport]:
         arrays = read_msh(Path(path), volumes, surfaces)
         report = arrays.examine()
-        if report.bad_cells:
-            x, y, z = report.worst_point
-            raise MeshError(
-                f"mesh file '{path}': {report.bad_cells} of {report.cells} cells are inverted or "
-                f"degenerate, the worst in '{report.worst_group}' at ({x:.4g}, {y:.4g}, {z:.4g}) m"
-            )
+        mistakes = [*report.mistakes, *(check(arrays) if check else ())]
+        if mistakes:
+            raise MeshError("\n".join(f"mesh file '{path}': {mistake}" for mistake in mistakes))
         kept.append(arrays)
         return arrays.volumes, arrays.surfaces, report
 

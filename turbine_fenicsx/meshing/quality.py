@@ -12,6 +12,9 @@ from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
 # the flattest corner of a usable mesh is of the order of 1e-2.
 DEGENERATE = 1e-8
 
+# Worse than this is worth a warning: the built-in meshes keep 0.05, see meshes/README.md.
+POOR = 0.04
+
 _CHUNK = 4096  # cells examined at once, bounds the memory
 
 
@@ -42,6 +45,26 @@ class MeshReport:
     worst_point: tuple[float, float, float]
     bad_cells: int
 
+    @property
+    def mistakes(self) -> list[str]:
+        """A sentence if there are inverted cells."""
+        if not self.bad_cells:
+            return []
+        return [
+            f"{self.bad_cells} of {self.cells} cells are inverted or degenerate, the worst in "
+            f"'{self.worst_group}' at {_place(self.worst_point)}"
+        ]
+
+    @property
+    def warnings(self) -> list[str]:
+        """A sentence if there are poor cells."""
+        if self.bad_cells or self.worst_quality >= POOR:
+            return []
+        return [
+            f"the worst cell, in '{self.worst_group}' at {_place(self.worst_point)}, has a scaled "
+            f"Jacobian of only {self.worst_quality:.2g}: expected {POOR} or more"
+        ]
+
     def __str__(self) -> str:
         """Return a summary for people, one fact per line."""
         order = {1: "linear", 2: "quadratic"}[self.geometry_degree]
@@ -55,6 +78,11 @@ class MeshReport:
                 f"at ({point}) m",
             ]
         )
+
+
+def _place(point: tuple[float, float, float]) -> str:
+    """A point in words."""
+    return "({:.4g}, {:.4g}, {:.4g}) m".format(*point)
 
 
 def scaled_jacobian(points: FloatArray, cells: IntArray, reference: ReferenceCell) -> FloatArray:

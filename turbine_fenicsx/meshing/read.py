@@ -45,7 +45,7 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
     Raises:
         MeshError: with one sentence about what is wrong with the file.
     """
-    _check_header(path)
+    check_header(path)
     try:
         with gmsh_session() as gmsh:
             gmsh.merge(str(path))
@@ -93,7 +93,7 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
     )
 
 
-def _check_header(path: Path) -> None:
+def check_header(path: Path) -> None:
     """Raise MeshError unless the file exists and begins like an MSH file.
 
     Anything else gmsh would run as a script.
@@ -103,6 +103,8 @@ def _check_header(path: Path) -> None:
             start = file.read(64)
     except OSError as error:
         raise MeshError(f"cannot read the mesh file '{path}': {error.strerror}") from error
+    except ValueError as error:  # a null byte, half a character
+        raise MeshError(f"cannot read the mesh file {str(path)!r}: no valid name") from error
     if path.suffix != ".msh" or not start.lstrip().startswith((b"$MeshFormat", b"$Comments")):
         raise MeshError(f"'{path}' is not a mesh in gmsh's .msh format")
 

@@ -2,196 +2,24 @@
 
 from __future__ import annotations
 
-import difflib
+import copy
 import os
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ValidationError
 
 from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.turbine.parameters import PRINTED_ARMS, Inertia, TurbineParameters
-from turbine_fenicsx.turbine.quantities import (
-    Acceleration,
-    Density,
-    EulerMoment,
-    Kilograms,
-    Metres,
-    Pascal,
-    Seconds,
-    Torque,
-    to_si,
-)
-
-Positive = Field(gt=0.0, allow_inf_nan=False)
-Finite = Field(allow_inf_nan=False)
-_DEFAULTS = TurbineParameters()
+from turbine_fenicsx.turbine.consistency import contradictions, without_effect
+from turbine_fenicsx.turbine.mistakes import Key, Mistake, mistakes_in, shown, without
+from turbine_fenicsx.turbine.tables import Tables
 
 
-class Section(BaseModel):
-    """A table of a case file; unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class TimeCase(Section):
-    """Time step and end of the run [s]."""
-
-    step: Annotated[Seconds, Positive] = 0.02
-    end: Annotated[Seconds, Field(ge=0.0, allow_inf_nan=False)] = 12.0
-
-
-Moment = Annotated[EulerMoment, Positive]
-
-
-class NacelleCase(Section):
-    """Mass [kg] and Euler values [kg m^2] of the nacelle."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
-
-
-class HubCase(NacelleCase):
-    """The same of the hub."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
-
-
-class RigidBladeCase(NacelleCase):
-    """The same of a rigid blade."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
-
-
-def _arm(value: Any) -> Any:
-    """Either "printed" or a positive length [m]."""
-    if value == "printed":
-        return value
-    try:
-        arm = float(to_si(value, "m"))
-    except (TypeError, ValueError):
-        arm = 0.0
-    if not 0.0 < arm < float("inf"):
-        raise ValueError('give "printed" or a length in m, greater than 0')
-    return arm
-
-
-class TurbineCase(Section):
-    """Rigid parts; ``model`` decides whether the blades are rigid or flexible."""
-
-    model: Literal["rigid", "hybrid"] = "hybrid"
-    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm)] = "printed"
-    angle_form: Literal["regular", "paper"] = "regular"
-    hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
-    nacelle: NacelleCase = NacelleCase()
-    hub: HubCase = HubCase()
-    blade: RigidBladeCase = RigidBladeCase()
-
-    def parameters(self) -> TurbineParameters:
-        """The parameters for the builders."""
-        arms = PRINTED_ARMS if self.blade_arm == "printed" else (float(self.blade_arm),) * 3
-        parts = {
-            name: Inertia(part.mass, part.euler)
-            for name, part in (("nacelle", self.nacelle), ("hub", self.hub), ("blade", self.blade))
-        }
-        return TurbineParameters(hub_distance=self.hub_distance, blade_arms=arms, **parts)
-
-
-class BladeCase(Section):
-    """Shape of a blade, see `turbine_fenicsx.meshing.BladeGeometry`."""
-
-    hub_radius: Annotated[Metres, Positive] = 2.25
-    length: Annotated[Metres, Positive] = 54.0
-    stations: tuple[float, ...] = (0.0, 0.2, 1.0)
-    chord: tuple[Annotated[Metres, Positive], ...] = (1.8, 3.0, 0.6)
-    thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
-
-
-class MeshCase(Section):
-    """Mesh of the blades; ``file`` takes a mesh of one's own instead."""
-
-    cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
-    elements: tuple[
-        Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]
-    ] = (2, 2, 12)
-    size: Annotated[Metres, Positive] | None = None
-    degree: Literal[1, 2] = 1
-    geometry_degree: Literal[1, 2] = 1
-    file: str | None = None
-
-
-Stiffness = Annotated[Pascal, Finite]
-Ratio = Annotated[float, Finite]
-
-
-class MaterialCase(Section):
-    """Material of the blades: law, its constants [Pa, -] and density [kg/m^3]."""
-
-    law: Literal["transversely_isotropic", "st_venant_kirchhoff", "neo_hooke"] = (
-        "transversely_isotropic"
-    )
-    density: Annotated[Density, Positive] = 1500.0
-    young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
-    shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
-    poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
-    first_lame: Stiffness = 3.9e9
-    shear_modulus: Stiffness = 0.975e9
-
-    @model_validator(mode="after")
-    def _check(self) -> MaterialCase:
-        """Reject materials that are not positive definite."""
-        self.make(("a1", "a2", "a3"))
-        return self
-
-    def make(self, frame: tuple[Any, Any, Any]) -> Any:
-        """The material with the given axes."""
-        from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
-
-        if self.law == "transversely_isotropic":
-            return OrthotropicSVK(self.young, self.shear, self.poisson, frame)
-        law = StVenantKirchhoff if self.law == "st_venant_kirchhoff" else NeoHooke
-        return law(self.first_lame, self.shear_modulus)
-
-
-class LoadsCase(Section):
-    """Gravity, and hat functions of torque on the rotor and the yaw bearing, eq. (60)."""
-
-    gravity: Annotated[Acceleration, Field(ge=0.0, allow_inf_nan=False)] = 9.81
-    rotor_torque: Annotated[Torque, Finite] = 0.0
-    yaw_torque: Annotated[Torque, Finite] = 0.0
-    duration: Annotated[Seconds, Positive] = 3.0
-
-
-class SolverCase(Section):
-    """Solver of the step."""
-
-    preconditioner: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
-    tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = 1e-12
-    max_iterations: Annotated[int, Field(ge=1)] = 30
-
-
-class OutputCase(Section):
-    """Output; ``fields_every`` is the simulated time between two outputs of fields, 0 = never."""
-
-    fields_every: Annotated[Seconds, Field(ge=0.0, allow_inf_nan=False)] = 0.1
-
-
-class Case(Section):
+class Case(Tables):
     """One run."""
-
-    title: str = ""
-    time: TimeCase = TimeCase()
-    turbine: TurbineCase = TurbineCase()
-    blade: BladeCase = BladeCase()
-    mesh: MeshCase = MeshCase()
-    material: MaterialCase = MaterialCase()
-    loads: LoadsCase = LoadsCase()
-    solver: SolverCase = SolverCase()
-    output: OutputCase = OutputCase()
 
     @staticmethod
     def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Case:
@@ -207,21 +35,7 @@ class Case(Section):
         Raises:
             InputError: with one sentence for every mistake.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise InputError(f"cannot read the case file {str(path)!r}: {reason}") from None
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{str(path)!r} is not valid TOML: {error}") from None
-        for override in overrides:
-            _override(data, override)
-        mesh = data.get("mesh")
-        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
-            mesh["file"] = str(Path(path).parent / mesh["file"])
-        return Case.parse(data)
+        return Draft.load(path, overrides).finished()
 
     @staticmethod
     def parse(data: Mapping[str, Any]) -> Case:
@@ -233,19 +47,102 @@ class Case(Section):
         Raises:
             InputError: with one sentence for every mistake.
         """
+        return Draft.parse(data).finished()
+
+    @property
+    def warnings(self) -> list[str]:
+        """One sentence for every key that is set but has no effect."""
+        return without_effect(self)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A case that may hold mistakes.
+
+    Args:
+        case: The case, with defaults in the place of what is wrong.
+        mistakes: All mistakes.
+    """
+
+    case: Case
+    mistakes: tuple[Mistake, ...]
+
+    @property
+    def tables(self) -> set[str]:
+        """The outermost tables that hold mistakes."""
+        return {mistake.key[0] if mistake.key else "" for mistake in self.mistakes}
+
+    def finished(self) -> Case:
+        """The case, or an InputError with one sentence for every mistake."""
+        if self.mistakes:
+            raise InputError("\n".join(dict.fromkeys(m.sentence for m in self.mistakes)))
+        return self.case
+
+    @staticmethod
+    def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Draft:
+        """Read a case file, see `Case.load`.
+
+        Raises:
+            InputError: if the file cannot be read or is no TOML.
+        """
         try:
-            return Case.model_validate(data)
+            text = Path(path).read_text(encoding="utf-8-sig")
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
+            if isinstance(error, UnicodeDecodeError):
+                reason = "it is not UTF-8 text"
+            raise InputError(f"cannot read the case file {shown(str(path))}: {reason}") from None
+        try:
+            data = _toml(text)
+        except ValueError as error:
+            raise InputError(f"{shown(str(path))} is not valid TOML: {error}") from None
+        found = []
+        for override in overrides:
+            try:
+                _override(data, override)
+            except InputError as error:
+                found.append(Mistake((), str(error)))
+        mesh = data.get("mesh")
+        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+            mesh["file"] = str(Path(path).parent / mesh["file"])
+        draft = Draft.parse(data)
+        return Draft(draft.case, (*found, *draft.mistakes, *_mesh_file(draft.case)))
+
+    @staticmethod
+    def parse(data: Mapping[str, Any]) -> Draft:
+        """Make a draft from nested tables."""
+        found: list[Mistake] = []
+        try:
+            case = Case.model_validate(data)
         except ValidationError as error:
-            raise InputError("\n".join(_sentences(error))) from None
+            found = mistakes_in(error, data, Tables)
+            wrong = {mistake.key for mistake in found}
+            case = Case() if () in wrong else Case.model_validate(without(data, wrong))
+        return Draft(case, (*found, *contradictions(case, {m.key for m in found})))
 
 
-_WORDS = (
-    ("input should", "must"),
-    ("field required", "needs more entries"),
-    ("a valid tuple", "a list"),
-    ("extra inputs are not permitted", "unknown key"),
-)
-"""Pydantic's words for mistakes and ours."""
+def changed(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
+    """A case from nested tables with changes such as ``"time.end=1.0"``.
+
+    Raises:
+        InputError: with one sentence for every mistake.
+    """
+    tables = copy.deepcopy(dict(data))
+    for override in overrides:
+        _override(tables, override)
+    return Case.parse(tables)
+
+
+def _toml(text: str) -> dict[str, Any]:
+    """Tables of a TOML text; ValueError with one sentence if it is none."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except RecursionError:
+        raise ValueError("its lists or tables are nested too deeply") from None
+    except ValueError:  # Python refuses whole numbers of thousands of digits
+        raise ValueError("it holds a number with too many digits") from None
 
 
 def _override(data: dict[str, Any], override: str) -> None:
@@ -253,50 +150,29 @@ def _override(data: dict[str, Any], override: str) -> None:
     key, separator, text = override.partition("=")
     names = [name.strip() for name in key.split(".")]
     if not separator or not all(names):
-        raise InputError(f"cannot read {override!r}: write --set section.key=value")
+        raise InputError(f"cannot read {shown(override)}: write --set section.key=value")
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        tables = _toml(f"value = {text}")
+        value = tables["value"] if len(tables) == 1 else text.strip()
+    except ValueError:
         value = text.strip()
     table = data
     for name in names[:-1]:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise InputError(f"cannot set {key.strip()!r}: {name!r} is not a table")
+            raise InputError(f"cannot set {shown(key.strip())}: {shown(name)} is not a table")
     table[names[-1]] = value
 
 
-def _sentences(error: ValidationError) -> list[str]:
-    """One sentence per mistake: key, value, what is allowed."""
-    sentences = {}
-    for item in error.errors(include_url=False):
-        names = [str(name) for name in item["loc"]]
-        if item["type"] == "extra_forbidden":
-            sentences[".".join(names)] = f"unknown key {'.'.join(names)!r}{_nearest(names)}"
-            continue
-        # A union adds the name of the member that failed to the location.
-        if item["type"] == "missing" and names[-1].isdecimal():
-            names.pop()  # a list that is too short
-        key = ".".join(n for n in names if n.isidentifier() or n.isdecimal()) or "the case"
-        message = item["msg"].removeprefix("Value error, ")
-        message = message[0].lower() + message[1:]
-        for theirs, ours in _WORDS:
-            message = message.replace(theirs, ours)
-        value = item["input"]
-        shown = "" if isinstance(value, dict | BaseModel) else f" = {value!r}"
-        sentences.setdefault(key, f"{key}{shown}: {message}")
-    return list(sentences.values())
+def _mesh_file(case: Case) -> list[Mistake]:
+    """What a first look at the mesh file shows."""
+    if case.mesh.file is None or case.turbine.model == "rigid":
+        return []
+    from turbine_fenicsx.meshing.read import check_header
 
-
-def _nearest(names: list[str]) -> str:
-    """Hint at the valid key that is nearest to an unknown one."""
-    fields: Any = Case.model_fields
-    for name in names[:-1]:
-        model = fields[name].annotation if name in fields else None
-        fields = getattr(model, "model_fields", {})
-    known = [".".join([*names[:-1], name]) for name in fields]
-    match = difflib.get_close_matches(".".join(names), known, n=1, cutoff=0.6)
-    if match:
-        return f"; did you mean {match[0]!r}?"
-    where = f"[{'.'.join(names[:-1])}]" if names[:-1] else "a case file"
-    return f"; {where} takes {', '.join(sorted(fields))}"
+    try:
+        check_header(Path(case.mesh.file))
+    except ValueError as error:
+        key: Key = ("mesh", "file")
+        return [Mistake(key, f"mesh.file: {error}")]
+    return []

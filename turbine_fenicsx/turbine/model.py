@@ -9,7 +9,6 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.loads import Gravity, JointTorque
 from turbine_fenicsx.meshing import (
@@ -20,12 +19,14 @@ from turbine_fenicsx.meshing import (
     cached_mesh,
     load_msh,
 )
+from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.observers.tips import Tip
 from turbine_fenicsx.rigid_surface import RigidSurface
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.solver import SolverOptions
 from turbine_fenicsx.system import MultibodySystem
 from turbine_fenicsx.time_functions import Hat
+from turbine_fenicsx.turbine.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.hybrid import hybrid_turbine
 from turbine_fenicsx.turbine.rigid import AZIMUTHS, rigid_turbine
@@ -33,6 +34,9 @@ from turbine_fenicsx.turbine.surfaces import blade_surface, hub_surface, nacelle
 
 NACELLE, HUB, FIRST_BLADE = 0, 1, 2
 """Numbers of the parts in the field output."""
+
+ROOTS = ("root_1", "root_2", "root_3")
+"""Physical surfaces of a mesh that move with the hub."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,15 +92,23 @@ def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
     """Mesh of the blades: the user's own file, or made and cached.
 
     Raises:
-        InputError: if the mesh cannot be read or made, or lacks a group.
+        InputError: if the mesh cannot be read or made, lacks a group, or cannot be the blades.
     """
-    layout = rotor_layout(case)
+    layout, blade = rotor_layout(case), blade_geometry(case)
+
+    def check(mesh: MeshArrays) -> tuple[str, ...]:
+        return examine_blades(mesh, layout, blade).mistakes
+
     try:
-        path = case.mesh.file or cached_mesh(comm, blade_geometry(case), layout, mesh_options(case))
-        mesh = load_msh(comm, path, layout.volume_groups, [f"root_{k}" for k in (1, 2, 3)])
+        path = case.mesh.file or cached_mesh(comm, blade, layout, mesh_options(case))
+        mesh = load_msh(comm, path, layout.volume_groups, ROOTS, check)
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
-    _check_blades(mesh)
+    if mesh.report.geometry_degree > case.mesh.degree:
+        raise InputError(
+            f"mesh.degree = {case.mesh.degree}: the cells of {path} have degree "
+            f"{mesh.report.geometry_degree}, with less a rigid rotation would store energy"
+        )
     return mesh
 
 
@@ -156,36 +168,10 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
     return Turbine(system, tuple(surfaces), tuple(tips), tuple(cell_parts), mesh)
 
 
-def _check_blades(mesh: LoadedMesh) -> None:
-    """Each root must lie on its own blade, and no cell may be outside the blades. Collective.
-
-    Raises:
-        InputError: on all ranks.
-    """
-    comm, topology = mesh.mesh.comm, mesh.mesh.topology
-    blades = [mesh.cell_names[f"blade_{k}"] for k in (1, 2, 3)]
-    n_cells = len(_compat.geometry_nodes_of_cells(mesh.mesh))
-    tags = np.full(n_cells, -1)
-    tags[mesh.cell_tags.indices] = mesh.cell_tags.values
-    owned = tags[: topology.index_map(3).size_local]
-    strangers = comm.allreduce(int(np.count_nonzero(~np.isin(owned, blades))))
-    if strangers:
-        raise InputError(
-            f"{strangers} cells of the mesh belong to none of the groups blade_1, blade_2, blade_3"
-        )
-    topology.create_connectivity(2, 3)
-    cells_of = topology.connectivity(2, 3)
-    for k, blade in enumerate(blades, start=1):
-        facets = mesh.facet_tags.indices[mesh.facet_tags.values == mesh.facet_names[f"root_{k}"]]
-        wrong = sum(int(tags[cells_of.links(f)[0]] != blade) for f in facets)
-        wrong = comm.allreduce(wrong)
-        if wrong:
-            raise InputError(f"{wrong} faces of the group root_{k} do not lie on blade_{k}")
-
-
 def _part_of_cells(mesh: LoadedMesh, numbers: dict[int, int]) -> Array:
     """Number of the part of each local cell."""
     tags: Any = mesh.cell_tags
-    part = np.zeros(len(_compat.geometry_nodes_of_cells(mesh.mesh)))
+    cells = mesh.mesh.topology.index_map(3)
+    part = np.zeros(cells.size_local + cells.num_ghosts)
     part[tags.indices] = [numbers[tag] for tag in tags.values]
     return part

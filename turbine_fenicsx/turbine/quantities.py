@@ -3,55 +3,141 @@
 from __future__ import annotations
 
 import re
-from functools import cache
+from contextlib import suppress
+from decimal import Decimal
+from math import isfinite, nan
+from numbers import Real
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d][^;,]*)")
+Powers = tuple[int, ...]
+"""Powers of metre, kilogram and second."""
+
+_UNITS: dict[str, tuple[str, Powers]] = {
+    "m": ("1", (1, 0, 0)),
+    "g": ("1e-3", (0, 1, 0)),
+    "t": ("1e3", (0, 1, 0)),
+    "s": ("1", (0, 0, 1)),
+    "min": ("60", (0, 0, 1)),
+    "h": ("3600", (0, 0, 1)),
+    "Hz": ("1", (0, 0, -1)),
+    "N": ("1", (1, 1, -2)),
+    "Pa": ("1", (-1, 1, -2)),
+    "bar": ("1e5", (-1, 1, -2)),
+    "J": ("1", (2, 1, -2)),
+    "W": ("1", (2, 1, -3)),
+    "rad": ("1", (0, 0, 0)),
+    "deg": ("0.01745329251994329576923690768", (0, 0, 0)),
+    "rpm": ("0.1047197551196597746154214461", (0, 0, -1)),
+    "inch": ("0.0254", (1, 0, 0)),
+    "ft": ("0.3048", (1, 0, 0)),
+    "lb": ("0.45359237", (0, 1, 0)),
+    "lbf": ("4.4482216152605", (1, 1, -2)),
+    "psi": ("6894.757293168361", (-1, 1, -2)),
+}
+_PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6}
+_POWERS = str.maketrans({"²": "^2", "³": "^3", "·": " "})
+_BARE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", re.ASCII)
+_QUANTITY = re.compile(_BARE.pattern + r"([^\W\d_].*)")
+_FACTOR = re.compile(r"([^\W\d_]+)(?:\^([-+]?\d{1,2}))?")
+
+_KINDS = {
+    "s": ("a time", "0.02 s"),
+    "m": ("a length", "2.25 m"),
+    "kg": ("a mass", "30 t"),
+    "kg m^2": ("a moment of inertia", "1e5 kg m^2"),
+    "kg/m^3": ("a density", "1500 kg/m^3"),
+    "Pa": ("a stress or modulus", "45 GPa"),
+    "N m": ("a torque", "-36000 kN m"),
+    "m/s^2": ("an acceleration", "9.81 m/s^2"),
+    "": ("a number", "0.3"),
+}
+"""What a quantity in an SI unit is called, and an example."""
 
 
-@cache
-def _registry() -> Any:
-    """The unit registry, made on first use because it is slow to import."""
-    import pint
-
-    return pint.UnitRegistry()
-
-
-def to_si(value: Any, unit: str) -> Any:
+def to_si(value: Any, unit: str) -> float:
     """A bare number as it is, a string with a unit in SI.
+
+    A unit is a product such as ``kN m``, ``MN*m``, ``m/s^2``, ``g/cm**3``; after each slash stands
+    one factor.
 
     Args:
         value: Number or string.
-        unit: The SI unit that is expected, for example "Pa".
+        unit: The SI unit that is expected, a key of the table of kinds, for example "Pa".
 
     Returns:
-        The number in that unit; anything but strings unchanged.
+        The number in that unit.
 
     Raises:
-        ValueError: for a string that is no quantity of this kind.
+        ValueError: for anything that is no finite quantity of this kind.
     """
-    hint = f'give a number in {unit} or a string such as "1 {unit}"'
-    if isinstance(value, bool):
-        raise ValueError(hint)
-    if not isinstance(value, str):
-        return value
-    try:
-        return float(value)
-    except ValueError:
-        pass
-    match = _NUMBER_AND_UNIT.fullmatch(value)
-    try:
-        assert match is not None
-        return float(_registry().Quantity(float(match[1]), match[2]).to(unit).magnitude)
-    except Exception:
-        raise ValueError(hint) from None
+    number = nan
+    with suppress(ValueError, ArithmeticError):
+        if isinstance(value, Real) and not isinstance(value, bool):
+            number = float(value)
+        elif isinstance(value, str):
+            number = _number(value, unit)
+    if isfinite(number):
+        return number
+    kind, example = _KINDS[unit]
+    if not unit:
+        raise ValueError(f"expected {kind}, for example {example}")
+    raise ValueError(f'expected {kind}, for example "{example}"; a bare number counts in {unit}')
+
+
+def _number(text: str, unit: str) -> float:
+    """The number of a string with or without a unit, in a unit; ValueError if that fails."""
+    if _BARE.fullmatch(text):
+        return float(text)
+    match = _QUANTITY.fullmatch(text.translate(_POWERS))
+    if match is None:
+        raise ValueError(text)
+    (factor, powers), (wanted, wanted_powers) = _parsed(match[2]), _parsed(unit)
+    if powers != wanted_powers:
+        raise ValueError(text)
+    return float(match[1]) * float(factor / wanted)
+
+
+def _parsed(unit: str) -> tuple[Decimal, Powers]:
+    """Factor to SI and powers of a product of units."""
+    factor, powers = Decimal(1), [0, 0, 0]
+    for place, part in enumerate(unit.replace("**", "^").replace("*", " ").split("/")):
+        names = part.split()
+        if place > 0 and len(names) != 1:
+            raise ValueError("one factor after a slash")
+        for name in names:
+            match = _FACTOR.fullmatch(name)
+            if match is None:
+                raise ValueError(name)
+            exponent = int(match[2] or 1) * (-1 if place > 0 else 1)
+            value, own = _unit(match[1])
+            factor *= value**exponent
+            powers = [p + exponent * q for p, q in zip(powers, own, strict=True)]
+    return factor, tuple(powers)
+
+
+def _unit(name: str) -> tuple[Decimal, Powers]:
+    """Value in SI and powers of one unit with or without a prefix."""
+    if name in _UNITS:
+        value, powers = _UNITS[name]
+        return Decimal(value), powers
+    if name[0] in _PREFIXES and name[1:] in _UNITS:
+        value, powers = _UNITS[name[1:]]
+        return Decimal(value).scaleb(_PREFIXES[name[0]]), powers
+    raise ValueError(name)
 
 
 def quantity(unit: str) -> Any:
     """Type of a number with the given SI unit, for pydantic models."""
     return Annotated[float, BeforeValidator(lambda value: to_si(value, unit))]
+
+
+def whole(value: Any) -> Any:
+    """The number itself, or ValueError for what can be none: `true`, text, lists."""
+    if isinstance(value, bool | str) or not isinstance(value, Real):
+        raise ValueError("expected a whole number, for example 2")
+    return value
 
 
 Seconds = quantity("s")
@@ -62,3 +148,5 @@ Density = quantity("kg/m^3")
 Pascal = quantity("Pa")
 Torque = quantity("N m")
 Acceleration = quantity("m/s^2")
+Number = quantity("")
+Whole = Annotated[int, BeforeValidator(whole)]

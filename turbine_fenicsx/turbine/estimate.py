@@ -1,0 +1,178 @@
+"""What a run will take: unknowns, time, memory, disk; from formulas, without building anything.
+
+Times are fits to measured ones, see `COST`. They are within a factor of two there, for the
+iterative solver of three; another machine is faster or slower by a factor of its own.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from math import ceil, log10
+
+from turbine_fenicsx.turbine.size import N_BLADES, MeshSize
+from turbine_fenicsx.turbine.tables import Tables
+
+MACHINE = "one core of an AMD EPYC"
+
+COST = {
+    "frozen": (0.010, 1.75e-6, 1.14),
+    "iterative": (0.02, 5.0e-7, 1.44),
+    "lu": (0.06, 2.8e-7, 1.57),
+    "monolithic": (0.06, 3.1e-7, 1.57),
+}
+"""Seconds of a step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
+
+Fitted to the paper's load case on the machine above with 1053, 11025, 70713 and 244881
+displacements: 0.012 to 0.016, 0.10, 0.60 to 0.67 and 3.1 s ("frozen"); -, 0.36, 5.1 and 30 s
+("iterative"); 0.07, 0.6, 11 s and - ("lu"). Fields are written every fifth step.
+"""
+
+RIGID_STEP = 0.0026
+"""Seconds of a step of the rigid turbine."""
+
+PROGRAM = 0.17e9
+"""Memory of the program without unknowns [B]."""
+
+SURFACES = {"hybrid": (528, 472), "rigid": (2472, 2344)}
+"""Points and faces of the pictures of the rigid parts in the field output."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a run will take.
+
+    Args:
+        unknowns: Number of unknowns by block, named as in ``summary.json``.
+        exact: Whether these are counted.
+        preconditioner: The linear solver that will be used.
+        steps: Number of steps.
+        step_seconds: Wall time of a step on one rank [s].
+        set_up_seconds: Wall time before the first step [s].
+        memory: Memory of all ranks [B].
+        disk: Size of the output folder [B].
+    """
+
+    unknowns: dict[str, int]
+    exact: bool
+    preconditioner: str
+    steps: float
+    step_seconds: float
+    set_up_seconds: float
+    memory: float
+    disk: float
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the run on one rank [s]."""
+        return self.set_up_seconds + self.steps * self.step_seconds
+
+    @property
+    def warnings(self) -> list[str]:
+        """A sentence if this machine is too small."""
+        here = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+        if self.memory <= here:
+            return []
+        direct = self.preconditioner != "iterative"
+        way_out = '; solver.preconditioner = "iterative" needs less' if direct else ""
+        return [
+            f"the run needs about {_bytes(self.memory)} of memory, this machine has "
+            f"{_bytes(here)}{way_out}"
+        ]
+
+    def __str__(self) -> str:
+        """A few lines for people."""
+        about = "" if self.exact else "about "
+        blocks = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in self.unknowns.items())
+        factor = "three" if self.preconditioner == "iterative" else "two"
+        return "\n".join(
+            [
+                f"unknowns: {about}{sum(self.unknowns.values())} ({blocks})",
+                f"preconditioner: {self.preconditioner}",
+                f"run time: about {_time(self.seconds)} for {self.steps:.7g} steps of "
+                f"{_time(self.step_seconds)}, within a factor of {factor} on {MACHINE}",
+                f"memory: about {_bytes(self.memory)}, disk: about {_bytes(self.disk)}",
+            ]
+        )
+
+
+def estimate(case: Tables, size: MeshSize | None) -> Estimate:
+    """Estimate what a case will take.
+
+    Args:
+        case: The case.
+        size: Size of its mesh; None for the rigid turbine.
+    """
+    from turbine_fenicsx.linear import LARGEST_FACTOR
+
+    n_bodies = n_joints = 2 if size else 2 + N_BLADES
+    displacements = 3 * size.nodes if size else 0
+    name = case.solver.preconditioner
+    if name == "auto":
+        name = "iterative" if displacements >= LARGEST_FACTOR else "frozen"
+    constant, factor, power = COST[name]
+    digits = -log10(case.solver.tolerance)
+    step = (constant + factor * displacements**power) * (0.61 + 0.39 * max(digits - 8.0, 0.0) / 4.0)
+    set_up = 2.0 + 4.0 * (displacements / 7e4) ** 1.2
+    more = 3.0e3 * displacements if name == "iterative" else 630.0 * displacements**1.2
+    if size is None:
+        step, set_up = RIGID_STEP, 1.0
+    steps = float(ceil(case.time.end / case.time.step * (1.0 - 1e-9)))
+    outputs, one, always = _field_bytes(case, size, steps)
+    return Estimate(
+        {
+            "displacements": displacements,
+            "coupling_multipliers": 3 * size.root_nodes if size else 0,
+            "rigid_coordinates": 12 * n_bodies,
+            "joint_angles": n_joints,
+            "rigid_and_joint_multipliers": 6 * n_bodies + (5 + 1) * n_joints,
+        },
+        size is None or size.exact,
+        name,
+        steps,
+        step,
+        set_up,
+        PROGRAM + more,
+        outputs * one + always + 700.0 * steps,
+    )
+
+
+def _field_bytes(case: Tables, size: MeshSize | None, steps: float) -> tuple[float, float, float]:
+    """Number of field outputs, bytes of each, and bytes that are written once."""
+    every = case.output.fields_every
+    if every == 0.0:
+        return 0.0, 0.0, 0.0
+    points, faces = SURFACES["hybrid" if size else "rigid"]
+    cells, topology = faces, 6 * 4 * faces
+    if size:
+        points, cells = points + size.vertices, cells + size.cells
+        topology += 4 * size.cells * ((8 if size.cell == "hexahedron" else 4) + 2)
+    outputs = min(1.0 + ceil(case.time.end / every * (1.0 - 1e-9)), steps + 1.0)
+    # coordinates in double precision, displacement, velocity; stress, fibre
+    return outputs, float(points * (24 + 12 + 12) + cells * (4 + 12) + 1500), float(topology)
+
+
+def _time(seconds: float) -> str:
+    """A time with a unit that suits it."""
+    for limit, divisor, unit in (
+        (1.0, 1e-3, "ms"),
+        (120.0, 1.0, "s"),
+        (7200.0, 60.0, "min"),
+        (172800.0, 3600.0, "h"),
+    ):
+        if seconds < limit:
+            return f"{_rounded(seconds / divisor)} {unit}"
+    return f"{_rounded(seconds / 86400.0)} days"
+
+
+def _bytes(size: float) -> str:
+    """A size with a unit that suits it."""
+    for divisor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if size >= divisor:
+            return f"{_rounded(size / divisor)} {unit}"
+    return f"{_rounded(size / 1e3)} kB"
+
+
+def _rounded(number: float) -> str:
+    """Two digits, without an exponent where that can be read."""
+    return f"{float(f'{number:.1e}'):.6g}"

@@ -1,0 +1,85 @@
+"""A look at the mesh of a case, the user's own or a built-in one, without DOLFINx."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpi4py import MPI
+
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.meshing import cached_mesh
+from turbine_fenicsx.meshing.quality import MeshReport
+from turbine_fenicsx.meshing.read import read_msh
+from turbine_fenicsx.parallel import on_rank0
+from turbine_fenicsx.turbine.blade_mesh import examine_blades
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, mesh_options, rotor_layout
+from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a look at a mesh shows.
+
+    Args:
+        mistakes: What is wrong with it, one sentence each.
+        warnings: What looks wrong, one sentence each.
+        report: Size, volumes, masses and quality in a few lines; empty if it cannot be read.
+        size: Its numbers; None if it cannot be read.
+    """
+
+    mistakes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    report: str
+    size: MeshSize | None
+
+
+def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
+    """Read the mesh of a case on rank 0 and look at everything.
+
+    Args:
+        case: A hybrid turbine.
+        comm: Communicator.
+
+    Raises:
+        InputError: on every rank, if a built-in mesh cannot be made.
+
+    Note:
+        Collective over ``comm``.
+    """
+    try:
+        path = case.mesh.file or cached_mesh(
+            comm, blade_geometry(case), rotor_layout(case), mesh_options(case)
+        )
+        return on_rank0(comm, lambda: _inspect(case, Path(path)))
+    except (ValueError, OSError) as error:
+        raise InputError(str(error)) from None
+
+
+def _inspect(case: Case, path: Path) -> Inspection:
+    """Do it on this rank."""
+    layout, blade = rotor_layout(case), blade_geometry(case)
+    try:
+        mesh = read_msh(path, layout.volume_groups, ROOTS)
+    except ValueError as error:
+        return Inspection((str(error),), (), "", None)
+    report, found = mesh.examine(), examine_blades(mesh, layout, blade)
+    return Inspection(
+        tuple(f"mesh file '{path}': {m}" for m in (*report.mistakes, *found.mistakes)),
+        (*report.warnings, *found.warnings),
+        f"{report}\n{_mass(case, report, blade.volume * layout.n_blades)}",
+        size_of_arrays(mesh, ROOTS, case.mesh.degree),
+    )
+
+
+def _mass(case: Case, report: MeshReport, ideal: float) -> str:
+    """Mass of the blades against that of the ideal shape; their shape may be only in a file."""
+    volume, density = sum(report.volumes.values()), case.material.density
+    text = f"mass of the blades {volume * density / 1e3:.6g} t"
+    if case.mesh.file and not {"chord", "thickness"} & case.blade.model_fields_set:
+        return text
+    change, word = 100.0 * (volume / ideal - 1.0), "less" if volume < ideal else "more"
+    return (
+        f"{text}, {abs(change):.2g} % {word} than {ideal * density / 1e3:.6g} t of the ideal shape"
+    )

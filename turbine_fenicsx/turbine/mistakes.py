@@ -1,0 +1,139 @@
+"""Mistakes in a case file, one sentence each: key, value, what is expected, nearest valid key."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+Key = tuple[str, ...]
+"""Names of the tables and of the key, from the outside in."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake.
+
+    Args:
+        key: The key, or the table if that is no table; empty for the whole case.
+        sentence: What is wrong, for the user.
+    """
+
+    key: Key
+    sentence: str
+
+
+_WORDS = (
+    (r"^Value error, ", ""),
+    (r"[Ii]nput should( be)?", r"must\1"),
+    (r"[Ff]ield required", "needs more entries"),
+    (r"a valid tuple", "a list"),
+    (r"a valid dictionary or instance of \w+", "a table"),
+    (r"a valid string", "text in quotes"),
+    (r"a valid (?=integer)", "an "),
+)
+"""Pydantic's words for mistakes and ours."""
+
+_SIMILAR = 0.7
+"""Names at least as similar as this are suggested, those in the same table from 0.1 less on."""
+
+
+def mistakes_in(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
+    """What pydantic found.
+
+    Args:
+        error: Its report.
+        data: The tables it looked at.
+        tables: The model of all tables.
+    """
+    found: dict[tuple[Key, bool], Mistake] = {}
+    for item in error.errors(include_url=False):
+        names = tuple(str(name) for name in item["loc"])
+        if item["type"] == "extra_forbidden":
+            for key in _unknown_keys(names, item["input"], tables):
+                text = f"unknown key {shown('.'.join(key))}{_hint(key, tables)}"
+                found[key, True] = Mistake(names, text)
+            continue
+        if item["type"] == "missing":
+            names = names[:-1]  # a list that is too short
+        # A union adds the name of the member that failed to the location.
+        names = tuple(n for n in names if n.isidentifier() or n.isdecimal())
+        message = item["msg"]
+        for theirs, ours in _WORDS:
+            message = re.sub(theirs, ours, message)
+        value = item["input"]
+        text = "" if isinstance(value, dict | BaseModel) else f" = {shown(value)}"
+        sentence = f"{'.'.join(names) or 'the case'}{text}: {message}"
+        found.setdefault((names, False), Mistake(_key_of(names, data), sentence))
+    return list(found.values())
+
+
+def without(data: Any, keys: set[Key]) -> dict[str, Any]:
+    """A copy of nested tables without some keys."""
+    return {
+        name: without(value, {key[1:] for key in keys if key[0] == name})
+        if isinstance(value, dict)
+        else value
+        for name, value in data.items()
+        if (str(name),) not in keys
+    }
+
+
+def shown(value: Any) -> str:
+    """A value as it stands in a sentence, on one line and not too long."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # whole numbers of thousands of digits, endless nesting
+        return f"a {type(value).__name__} too large to show"
+    return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
+
+
+def _key_of(names: Key, data: Any) -> Key:
+    """The part of a location that consists of keys of tables."""
+    key: list[str] = []
+    for name in names:
+        if not isinstance(data, dict):
+            break
+        key.append(name)
+        data = data.get(name)
+    return tuple(key)
+
+
+def _unknown_keys(names: Key, value: Any, tables: type[BaseModel]) -> list[Key]:
+    """The keys to talk about: those inside of an unknown table unless its name is only misspelt."""
+    if not isinstance(value, dict) or not value or _hint(names, tables).startswith("; did"):
+        return [names]
+    return [(*names, str(name)) for name in value]
+
+
+def _hint(key: Key, tables: type[BaseModel]) -> str:
+    """Hint at the valid key, in any table, that is nearest to an unknown one."""
+
+    def likeness(other: Key) -> float:
+        same_table = 0.1 if other[:-1] == key[:-1] else 0.0
+        return difflib.SequenceMatcher(None, key[-1].lower(), other[-1]).ratio() + same_table
+
+    nearest = max(_known_keys(tables), key=likeness)
+    if likeness(nearest) >= _SIMILAR:
+        return f"; did you mean {'.'.join(nearest)!r}?"
+    inside: Any = tables
+    for name in key[:-1]:
+        field = getattr(inside, "model_fields", {}).get(name)
+        inside = field.annotation if field else None
+    fields = getattr(inside, "model_fields", None)
+    if fields is None:
+        return f"; there is no table {shown('.'.join(key[:-1]))}"
+    where = f"[{'.'.join(key[:-1])}]" if key[:-1] else "a case file"
+    return f"; {where} takes {', '.join(sorted(fields))}"
+
+
+def _known_keys(model: Any, above: Key = ()) -> Iterator[Key]:
+    """All valid keys, tables included."""
+    for name, field in model.model_fields.items():
+        yield (*above, name)
+        if hasattr(field.annotation, "model_fields"):
+            yield from _known_keys(field.annotation, (*above, name))

@@ -1,0 +1,209 @@
+"""The tables of a case file, their keys, defaults and ranges.
+
+A new key is a line here; a new table is a class and a line in `Tables`. What belongs to a value is
+in its type: unit, range, choices. What several keys have to do with each other is in
+`turbine_fenicsx.turbine.consistency`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from turbine_fenicsx.turbine.parameters import PRINTED_ARMS, Inertia, TurbineParameters
+from turbine_fenicsx.turbine.quantities import (
+    Acceleration,
+    Density,
+    EulerMoment,
+    Kilograms,
+    Metres,
+    Number,
+    Pascal,
+    Seconds,
+    Torque,
+    Whole,
+    to_si,
+    whole,
+)
+
+HUGE = 1e30
+"""No number of a case is larger, so that products of a few of them are finite."""
+
+Positive = Field(gt=0.0, le=HUGE)
+NotNegative = Field(ge=0.0, le=HUGE)
+Finite = Field(ge=-HUGE, le=HUGE)
+_DEFAULTS = TurbineParameters()
+
+
+class Section(BaseModel):
+    """A table of a case file; unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TimeCase(Section):
+    """Time step and end of the run [s].
+
+    With a tolerance, steps whose estimated error exceeds it are halved, and grow again up to
+    ``step``: of directions of rigid bodies [rad], of displacements [m].
+    """
+
+    step: Annotated[Seconds, Positive] = 0.02
+    end: Annotated[Seconds, NotNegative] = 12.0
+    angle_tolerance: Annotated[Number, Positive] | None = None
+    displacement_tolerance: Annotated[Metres, Positive] | None = None
+
+
+Moment = Annotated[EulerMoment, Positive]
+
+
+class NacelleCase(Section):
+    """Mass [kg] and Euler values [kg m^2] of the nacelle."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+
+
+class HubCase(NacelleCase):
+    """The same of the hub."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+
+
+class RigidBladeCase(NacelleCase):
+    """The same of a rigid blade."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
+
+
+def _arm(value: Any) -> Any:
+    """Either "printed" or a positive length [m]."""
+    if value == "printed":
+        return value
+    try:
+        arm = to_si(value, "m")
+    except ValueError:
+        arm = 0.0
+    if not 0.0 < arm <= HUGE:
+        raise ValueError('expected "printed" or a length greater than 0, for example "29.25 m"')
+    return arm
+
+
+class TurbineCase(Section):
+    """Rigid parts; ``model`` decides whether the blades are rigid or flexible."""
+
+    model: Literal["rigid", "hybrid"] = "hybrid"
+    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm)] = "printed"
+    angle_form: Literal["regular", "paper"] = "regular"
+    hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
+    nacelle: NacelleCase = NacelleCase()
+    hub: HubCase = HubCase()
+    blade: RigidBladeCase = RigidBladeCase()
+
+    def parameters(self) -> TurbineParameters:
+        """The parameters for the builders."""
+        arms = PRINTED_ARMS if self.blade_arm == "printed" else (float(self.blade_arm),) * 3
+        parts = {
+            name: Inertia(part.mass, part.euler)
+            for name, part in (("nacelle", self.nacelle), ("hub", self.hub), ("blade", self.blade))
+        }
+        return TurbineParameters(hub_distance=self.hub_distance, blade_arms=arms, **parts)
+
+
+class BladeCase(Section):
+    """Shape of a blade, see `turbine_fenicsx.meshing.BladeGeometry`."""
+
+    hub_radius: Annotated[Metres, Positive] = 2.25
+    length: Annotated[Metres, Positive] = 54.0
+    stations: tuple[Annotated[Number, NotNegative], ...] = (0.0, 0.2, 1.0)
+    chord: tuple[Annotated[Metres, Positive], ...] = (1.8, 3.0, 0.6)
+    thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
+
+
+Degree = Annotated[Literal[1, 2], BeforeValidator(whole)]
+Count = Annotated[Whole, Field(ge=1, le=100_000)]
+
+
+class MeshCase(Section):
+    """Mesh of the blades; ``file`` takes a mesh of one's own instead."""
+
+    cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
+    elements: tuple[Count, Count, Count] = (2, 2, 12)
+    size: Annotated[Metres, Positive] | None = None
+    degree: Degree = 1
+    geometry_degree: Degree = 1
+    file: str | None = None
+
+
+Stiffness = Annotated[Pascal, Finite]
+Ratio = Annotated[Number, Finite]
+
+
+class MaterialCase(Section):
+    """Material of the blades: law, its constants [Pa, -] and density [kg/m^3]."""
+
+    law: Literal["transversely_isotropic", "st_venant_kirchhoff", "neo_hooke"] = (
+        "transversely_isotropic"
+    )
+    density: Annotated[Density, Positive] = 1500.0
+    young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
+    shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
+    poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
+    first_lame: Stiffness = 3.9e9
+    shear_modulus: Stiffness = 0.975e9
+
+    def make(self, frame: tuple[Any, Any, Any]) -> Any:
+        """The material with the given axes."""
+        from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
+
+        if self.law == "transversely_isotropic":
+            return OrthotropicSVK(self.young, self.shear, self.poisson, frame)
+        law = StVenantKirchhoff if self.law == "st_venant_kirchhoff" else NeoHooke
+        return law(self.first_lame, self.shear_modulus)
+
+
+class LoadsCase(Section):
+    """Gravity, and hat functions of torque on the rotor and the yaw bearing, eq. (60)."""
+
+    gravity: Annotated[Acceleration, NotNegative] = 9.81
+    rotor_torque: Annotated[Torque, Finite] = 0.0
+    yaw_torque: Annotated[Torque, Finite] = 0.0
+    duration: Annotated[Seconds, Positive] = 3.0
+
+
+class SolverCase(Section):
+    """Solver of the step."""
+
+    preconditioner: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
+    tolerance: Annotated[Number, Field(gt=0.0, lt=1.0)] = 1e-12
+    max_iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 30
+
+
+class OutputCase(Section):
+    """Output; 0 = never.
+
+    ``fields_every`` is the simulated time between two outputs of fields, ``checkpoint_every`` that
+    between two checkpoints; ``checkpoint_wall_time`` is the wall time between them. There always is
+    one at the start and at the end.
+    """
+
+    fields_every: Annotated[Seconds, NotNegative] = 0.1
+    checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
+    checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
+
+
+class Tables(Section):
+    """All tables of a case file."""
+
+    title: str = ""
+    time: TimeCase = TimeCase()
+    turbine: TurbineCase = TurbineCase()
+    blade: BladeCase = BladeCase()
+    mesh: MeshCase = MeshCase()
+    material: MaterialCase = MaterialCase()
+    loads: LoadsCase = LoadsCase()
+    solver: SolverCase = SolverCase()
+    output: OutputCase = OutputCase()
