@@ -1,0 +1,354 @@
+"""The command ``study``: parallel runs, reruns, failures, interrupts, tables, orders."""
+
+import csv
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.cli import main
+from turbine_fenicsx.study import execute
+from turbine_fenicsx.study.file import Study
+from turbine_fenicsx.study.plan import plan
+
+ROOT = Path(__file__).parents[2]
+RIGID = ROOT / "demos" / "paper" / "rigid.toml"
+DEMO = ROOT / "demos" / "studies" / "time_step.toml"
+
+
+def table(path):
+    """Rows of a CSV file."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def write_study(folder, text, name="study.toml"):
+    """A study of the rigid turbine, a tenth of a second unless the text says otherwise."""
+    path = folder / name
+    path.write_text(f"case = '{RIGID}'\n{text}\n[set]\noutput.fields_every = 0\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def demo_study(command_line, tmp_path_factory):
+    """The demo, shorter and coarser; its output folder, its file and the finished process."""
+    folder = tmp_path_factory.mktemp("demo")
+    text = DEMO.read_text(encoding="utf-8").replace("../paper/rigid.toml", str(RIGID))
+    text, n = re.subn(r"time.step = \[.*\]", "time.step = [0.05, 0.025, 0.0125]", text)
+    assert n == 1
+    path = folder / "time_step.toml"
+    path.write_text(text, encoding="utf-8")
+    result = command_line("study", path, "-o", folder / "out", "--set", "time.end=0.5")
+    assert result.returncode == 0, result.stderr
+    return folder / "out", path, result
+
+
+def test_demo_observes_the_second_order_of_the_step(demo_study):
+    out, _, result = demo_study
+    orders = [float(x) for x in re.findall(r"observed order: ([0-9.]+)", result.stdout)]
+    # three runs of 10, 20 and 40 steps; measured 2.00 and 1.97
+    assert orders == pytest.approx([2.0, 2.0], abs=0.05)
+    rows = table(out / "convergence.csv")
+    assert len(rows) == 6
+    assert {row["quantity"] for row in rows} == {"angle_rotor_[rad]", "kinetic_energy_[J]"}
+    assert (out / "convergence.png").stat().st_size > 10_000
+
+
+def test_table_has_a_row_for_each_run_and_the_wanted_columns(demo_study):
+    out, _, _ = demo_study
+    rows = table(out / "study.csv")
+    assert [row["state"] for row in rows] == ["finished"] * 3
+    assert [float(row["time.step"]) for row in rows] == [0.05, 0.025, 0.0125]
+    assert list(rows[0]) == [
+        "run",
+        "state",
+        "time.step",
+        "angle_rotor_[rad]",
+        "angle_yaw_[rad]",
+        "kinetic_energy_[J]",
+        "worst_energy_error_[J]",
+        "wall_time_[s]",
+    ]
+    for row in rows:
+        folder = out / row["run"]
+        last = table(folder / "history.csv")[-1]
+        summary = json.loads((folder / "summary.json").read_text())
+        assert float(last["time_[s]"]) == pytest.approx(0.5, abs=1e-15)
+        assert row["angle_rotor_[rad]"] == last["angle_rotor_[rad]"]
+        assert float(row["wall_time_[s]"]) == summary["wall_time_[s]"]
+        assert "steps" in (folder / "log.txt").read_text()
+
+
+def test_progress_is_on_stderr_and_results_on_stdout(demo_study):
+    _, _, result = demo_study
+    lines = result.stderr.splitlines()
+    assert [line.split()[0] for line in lines] == ["1/3", "2/3", "3/3"]
+    assert all("finished in" in line for line in lines)
+    assert "3 of 3 runs finished" in result.stdout
+
+
+def test_second_call_runs_only_what_is_new_or_changed(demo_study, command_line):
+    out, path, _ = demo_study
+    before = {p: p.stat().st_mtime_ns for p in out.glob("*/summary.json")}
+    assert len(before) == 3
+    text = path.read_text(encoding="utf-8").replace("[0.05,", "[0.1, 0.05,")
+    path.write_text(text, encoding="utf-8")
+    result = command_line("study", path, "-o", out, "--set", "time.end=0.5")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.count("was finished before") == 3
+    assert result.stderr.count("finished in") == 1
+    assert {p: p.stat().st_mtime_ns for p in before} == before
+    assert len(table(out / "study.csv")) == 4
+    # another end time is another case for all of them
+    listed = command_line("study", path, "-o", out, "--list", "--set", "time.end=0.4")
+    assert [line.split("  ")[0] for line in listed.stdout.splitlines()] == ["to run"] * 4
+    listed = command_line("study", path, "-o", out, "--list", "--set", "time.end=0.5")
+    assert [line.split("  ")[0] for line in listed.stdout.splitlines()] == ["finished"] * 4
+
+
+def test_failed_run_does_not_stop_the_others(command_line, tmp_path):
+    path = write_study(
+        tmp_path,
+        "processes = 2\n[grid]\ntime.end = [0.04]\nloads.rotor_torque = [1e22, 0, -1e6]",
+    )
+    result = command_line("study", path, "-o", tmp_path / "out")
+    assert result.returncode == 3
+    assert "Traceback" not in result.stderr
+    (sentence,) = (s for s in result.stderr.splitlines() if s.startswith("error: "))
+    assert "time.end=0.04,loads.rotor_torque=1e+22" in sentence
+    assert "a step did not converge" in sentence
+    rows = table(tmp_path / "out" / "study.csv")
+    assert [row["state"] for row in rows] == ["failed", "finished", "finished"]
+    # all numbers of the summary and of the last row
+    assert float(rows[1]["masses_[kg].hub"]) == 3e4
+    assert rows[0]["masses_[kg].hub"] == ""
+    assert float(rows[2]["time_[s]"]) == 0.04
+
+
+@pytest.fixture(scope="module")
+def interrupted(command_line, tmp_path_factory):
+    """A study that was interrupted: its file, its folder, and how far its runs have come [s]."""
+    tmp_path = tmp_path_factory.mktemp("interrupted")
+    text = "processes = 2\n[grid]\ntime.end = [0.04, 1000, 1001, 1002]"
+    path, out = write_study(tmp_path, text), tmp_path / "out"
+    command = [sys.executable, "-m", "turbine_fenicsx", "study", str(path), "-o", str(out)]
+    running = [out / f"time.end={end}" / "history.csv" for end in (1000, 1001)]
+    running[0].parent.mkdir(parents=True)  # with a result of another case
+    (running[0].parent / "case.toml").write_text("time.end = 999\n")
+    (running[0].parent / "summary.json").write_text("{}\n")
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        try:
+            start = time.monotonic()
+            while not all(p.exists() and p.read_text().count("\n") > 10 for p in running):
+                assert process.poll() is None, process.stderr.read()
+                assert time.monotonic() - start < 60.0
+                time.sleep(0.05)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.terminate()
+    assert process.returncode == 130
+    assert errors.splitlines()[-1].startswith("error: interrupted")
+    assert "Traceback" not in errors
+    # the children have ended, by themselves
+    reached = {}
+    for history in running:
+        assert "error: interrupted" in (history.parent / "log.txt").read_text()
+        reached[history.parent.name] = float(table(history)[-1]["time_[s]"])
+    states = [row["state"] for row in table(out / "study.csv")]
+    assert states == ["finished", "not run", "not run", "not run"]
+    listed = command_line("study", path, "-o", out, "--list").stdout.splitlines()
+    assert [line.split("  ")[0] for line in listed] == [
+        "finished",
+        "to go on",
+        "to go on",
+        "to run",
+    ]
+    return path, out, reached
+
+
+def test_interrupted_runs_go_on(interrupted, command_line):
+    path, out, reached = interrupted
+    command = [sys.executable, "-m", "turbine_fenicsx", "study", str(path), "-o", str(out)]
+    name, before = next(iter(reached.items()))
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, cwd=ROOT) as process:
+        try:
+            start = time.monotonic()
+            while float(table(out / name / "history.csv")[-1]["time_[s]"]) < before + 1.0:
+                assert process.poll() is None
+                assert time.monotonic() - start < 60.0
+                time.sleep(0.1)
+            process.send_signal(signal.SIGTERM)  # as a batch system does
+            assert process.wait(timeout=30) == 130
+        finally:
+            process.terminate()
+    times = [float(row["time_[s]"]) for row in table(out / name / "history.csv")]
+    assert times[0] == 0.0
+    assert np.diff(times) == pytest.approx(np.full(len(times) - 1, 0.02), abs=1e-9)
+
+
+def test_ranks_of_each_run(command_line, tmp_path, monkeypatch):
+    if shutil.which("mpirun") is None:
+        pytest.skip("there is no mpirun")
+    for name, value in {
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+        "PRTE_MCA_mapby": ":oversubscribe",
+    }.items():
+        monkeypatch.setenv(name, value)
+    path = write_study(tmp_path, "ranks = 2\n[grid]\ntime.end = [0.04]")
+    result = command_line("study", path, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert float(table(tmp_path / "out" / "study.csv")[0]["ranks"]) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "words"),
+    [
+        ("[grid]\ntime.step = [0, -1]", [], ["time.step = 0:", "time.step = -1:"]),
+        ("[grid]\ntime.end = [1]", ["-j", "0"], ["--processes 0: must be at least 1"]),
+        ("[grid]\ntime.end = [1]", ["--set", "time.stp=1"], ["did you mean 'time.step'?"]),
+        (
+            "ranks = 2\nlauncher = 'no_such_mpirun -n {ranks}'\n[grid]\ntime.end = [1]",
+            [],
+            ["launcher = 'no_such_mpirun -n {ranks}': there is no such program"],
+        ),
+    ],
+)
+def test_wrong_study_is_refused_before_anything_runs(tmp_path, capfd, text, options, words):
+    path, out = write_study(tmp_path, text), tmp_path / "out"
+    assert main(["study", str(path), "-o", str(out), *options]) == 2
+    output, errors = capfd.readouterr()
+    assert output == ""
+    lines = errors.splitlines()
+    assert len(lines) == len(words)
+    for line, word in zip(lines, words, strict=True):
+        assert line.startswith("error: ")
+        assert word in line
+    assert not out.exists()
+
+
+def test_study_under_mpirun_is_refused(command_line):
+    result = command_line("study", DEMO, ranks=2)
+    assert result.returncode == 2
+    assert result.stderr.count("error: start a study without mpirun") == 1
+
+
+def test_unknown_quantity_is_refused_after_the_first_run(command_line, tmp_path):
+    text = "quantities = ['enrgy']\n[grid]\ntime.end = [0.02, 0.04]"
+    result = command_line("study", write_study(tmp_path, text), "-o", tmp_path / "out")
+    assert result.returncode == 2
+    (line,) = result.stderr.splitlines()
+    assert "quantity 'enrgy' is none of" in line
+    assert "kinetic_energy_[J]" in line
+
+
+def test_what_a_folder_holds_decides_how_its_run_starts(tmp_path, monkeypatch):
+    (run,) = plan(Study.load(write_study(tmp_path, "[grid]\ntime.end = [1]")))
+    commands = []
+    monkeypatch.setattr(subprocess, "Popen", lambda command, **_: commands.append(command))
+    case, summary = tmp_path / "case.toml", tmp_path / "summary.json"
+    for text, left, task in (
+        (None, None, "run"),
+        ("time.end = 2", "{}", "run"),
+        (run.text, '{"interrupted": true}', "restart"),
+        (run.text, '{"interr', "run"),
+    ):
+        if text:
+            case.write_text(text)
+            summary.write_text(left)
+        execute._start(run, tmp_path, ["mpirun", "-n", "2"])
+        # or a run that is killed would count as finished
+        assert not summary.exists()
+        assert case.read_text() == run.text
+        assert commands[-1][:3] == ["mpirun", "-n", "2"]
+        assert commands[-1][commands[-1].index("turbine_fenicsx") + 1] == task
+
+
+@pytest.fixture
+def fake_runs(tmp_path, monkeypatch):
+    """Runs whose children are given python code instead of the program."""
+    path = write_study(tmp_path, "[grid]\ntime.end = [1, 2, 3, 4, 5]")
+    runs = plan(Study.load(path))
+
+    def start(run, folder, launcher):
+        folder.mkdir(parents=True)
+        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; {start.code}"
+        with (folder / execute.LOG).open("wb") as log:
+            return subprocess.Popen(
+                [sys.executable, "-c", code], stdout=log, stderr=log, start_new_session=True
+            )
+
+    monkeypatch.setattr(execute, "_start", start)
+    return runs, tmp_path / "out", start
+
+
+def test_no_more_than_the_given_number_of_processes_run_at_a_time(fake_runs):
+    runs, out, start = fake_runs
+    start.code = (
+        "import time; t = time.time(); time.sleep(0.3);"
+        " open(folder + '/span', 'w').write(f'{t} {time.time()}')"
+    )
+    outcomes = []
+    execute.execute(runs, out, 2, [], outcomes.append)
+    spans = np.array([list(map(float, p.read_text().split())) for p in out.glob("*/span")])
+    assert len(spans) == len(outcomes) == 5
+    at_a_time = [int(np.sum((spans[:, 0] <= t) & (t < spans[:, 1]))) for t in spans[:, 0]]
+    assert max(at_a_time) == 2
+    assert all(not outcome.reason and outcome.seconds >= 0.3 for outcome in outcomes)
+
+
+def test_reason_of_a_failure_is_what_the_run_said_last(fake_runs):
+    runs, out, start = fake_runs
+    start.code = (
+        "import os, sys\n"
+        "if end == 2: print('error: one\\nerror: two'); sys.exit(2)\n"
+        "if end == 3: os.kill(os.getpid(), 9)\n"
+        "if end == 4: raise MemoryError('too large')\n"
+        "if end == 5: sys.exit(7)\n"
+    )
+    reasons = {}
+    execute.execute(runs, out, 5, [], lambda o: reasons.update({o.run.value("time.end"): o.reason}))
+    assert reasons == {
+        1: "",
+        2: "wrong input: one; two",
+        3: "killed by signal 9",
+        4: "exit code 1: MemoryError: too large",
+        5: "exit code 7",
+    }
+
+
+def test_children_that_do_not_end_are_killed(fake_runs, monkeypatch):
+    runs, out, start = fake_runs
+    monkeypatch.setattr(execute, "_PATIENCE", 0.5)
+    started = []
+    start.code = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + (
+        "open(folder + '/ready', 'w').close(); time.sleep(60)"
+    )
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *a, **k: started.append(popen(*a, **k)) or started[-1]
+    )
+    sleep, begin = time.sleep, time.monotonic()
+
+    def interrupted(seconds):
+        sleep(seconds)
+        if len(list(out.glob("*/ready"))) == 2 and not interrupted.done:
+            interrupted.done = True
+            raise KeyboardInterrupt
+
+    interrupted.done = False
+    monkeypatch.setattr(execute.time, "sleep", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        execute.execute(runs, out, 2, [], lambda outcome: None)
+    assert time.monotonic() - begin < 30.0
+    assert [process.returncode for process in started] == [-signal.SIGKILL] * 2

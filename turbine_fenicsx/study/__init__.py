@@ -1,0 +1,1 @@
+"""Studies: one case with many changes, run in parallel; one table, orders of convergence."""

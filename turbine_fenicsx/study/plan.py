@@ -1,0 +1,208 @@
+"""From a study to its runs: every case is made and checked before the first one starts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.study.file import Study, flatten
+from turbine_fenicsx.turbine.case import Case
+
+_LONGEST_NAME = 120
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of a study.
+
+    Attributes:
+        name: Name of its folder, made of its changes.
+        changes: Values of the keys that it changes, by dotted key.
+        case: The case with all changes.
+        text: The complete case file of the run, with a hash of it and of the files it names. A run
+            whose folder holds the same text and a summary is finished.
+    """
+
+    name: str
+    changes: dict[str, Any]
+    case: Case
+    text: str
+
+    def value(self, key: str) -> Any:
+        """Value of a dotted key of the case, in SI units."""
+        found: Any = self.case
+        for name in key.split("."):
+            found = getattr(found, name)
+        return found
+
+
+def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
+    """All runs of a study: each ``[[run]]`` with each combination of the ``[grid]``.
+
+    Args:
+        study: The study.
+        overrides: More changes of all runs, such as ``"time.end=1.0"``.
+
+    Raises:
+        InputError: with one sentence for every mistake in any of the cases.
+    """
+    overrides = list(overrides)
+    for override in overrides:
+        key = override.partition("=")[0].strip()
+        if key in study.varied:
+            raise InputError(f"{key!r} is varied by the study and cannot be set for all runs")
+    common = [*_as_overrides(study.set), *overrides]
+    cases: list[tuple[dict[str, Any], Case]] = []
+    mistakes: dict[str, list[str]] = {}
+    combinations = list(_combinations(study))
+    for changes in combinations:
+        try:
+            case = Case.load(study.case, [*common, *_as_overrides(changes)])
+            cases.append((changes, case))
+        except InputError as error:
+            for sentence in str(error).splitlines():
+                mistakes.setdefault(sentence, []).append(_name(changes))
+    if mistakes:
+        raise InputError(
+            "\n".join(
+                sentence if len(names) == len(combinations) else f"run {names[0]!r}: {sentence}"
+                for sentence, names in mistakes.items()
+            )
+        )
+    runs = [
+        Run(name, changes, case, case_text(case))
+        for name, (changes, case) in zip(_names(combinations), cases, strict=True)
+    ]
+    _check_convergence(study, runs)
+    return runs
+
+
+def case_text(case: Case) -> str:
+    """A case as a case file that means the same in any folder.
+
+    Args:
+        case: The case.
+
+    Returns:
+        TOML with all keys that are set, files by their absolute paths. The first line has a hash of
+        all keys, set or not, and of the contents of the files.
+    """
+    digest = hashlib.sha256()
+    for key, value in _portable(case.model_dump()):
+        digest.update(f"{key} = {json.dumps(value)}\n".encode())
+        if _is_file(key, value):
+            digest.update(Path(value).read_bytes())
+    lines = [
+        f"{key} = {json.dumps(value, ensure_ascii=False)}\n"  # JSON values are TOML values
+        for key, value in _portable(case.model_dump(exclude_unset=True))
+        if value is not None
+    ]
+    return f"# a run of a study, hash {digest.hexdigest()}\n{''.join(lines)}"
+
+
+def _portable(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Dotted keys and values, files by their absolute paths."""
+    for key, value in flatten(tables):
+        yield key, str(Path(value).resolve()) if _is_file(key, value) else value
+
+
+def _is_file(key: str, value: Any) -> bool:
+    """Whether a value names a file; keys of files end with this word."""
+    return key.endswith("file") and isinstance(value, str) and Path(value).is_file()
+
+
+def series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
+    """Runs that differ in one key only, by a label made of all their other changes."""
+    found: dict[str, list[Run]] = {}
+    for run in runs:
+        others = {name: value for name, value in run.changes.items() if name != key}
+        found.setdefault(_name(others) if others else "", []).append(run)
+    return found
+
+
+def _combinations(study: Study) -> Iterator[dict[str, Any]]:
+    """The changes of each run."""
+    for changes in study.run or [{}]:
+        for values in product(*study.grid.values()):
+            yield {**changes, **dict(zip(study.grid, values, strict=True))}
+
+
+def _as_overrides(changes: Mapping[str, Any]) -> list[str]:
+    """Changes in the form of the command line; JSON values are TOML values."""
+    for key, value in changes.items():
+        if not _is_plain(value):
+            raise InputError(
+                f"{key} = {value!r}: give finite numbers, strings, true or false, or lists of them"
+            )
+    return [f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items()]
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a value can stand on the command line."""
+    if isinstance(value, list):
+        return all(map(_is_plain, value))
+    return isinstance(value, str | bool | int) or (isinstance(value, float) and isfinite(value))
+
+
+def _names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Different names of folders.
+
+    Raises:
+        InputError: if two runs are the same.
+    """
+    texts = [json.dumps(changes, sort_keys=True) for changes in combinations]
+    for k, text in enumerate(texts):
+        if text in texts[:k]:
+            raise InputError(f"two runs are the same: {_name(combinations[k])!r}")
+    names = [_name(changes) for changes in combinations]
+    return [
+        name
+        if names.count(name) == 1 and len(name) <= _LONGEST_NAME
+        else f"{name[:_LONGEST_NAME]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+        for name, text in zip(names, texts, strict=True)
+    ]
+
+
+def _name(changes: Mapping[str, Any]) -> str:
+    """Changes as a readable name, for example ``mesh.elements=4x4x24,mesh.degree=2``."""
+
+    def short(value: Any) -> str:
+        return "x".join(map(short, value)) if isinstance(value, list) else str(value)
+
+    text = ",".join(f"{key}={short(value)}" for key, value in changes.items())
+    return re.sub(r"[^\w.,=+-]+", "_", text) or "base"
+
+
+def _check_convergence(study: Study, runs: Sequence[Run]) -> None:
+    """The refined key must have enough positive values.
+
+    Raises:
+        InputError: if it has not.
+    """
+    if study.convergence is None:
+        return
+    key, reference = study.convergence.key, study.convergence.reference
+    for run in runs:
+        value = run.value(key)
+        numbers = list(value) if isinstance(value, list | tuple) else [value]
+        if not all(isinstance(x, int | float) and x > 0 for x in numbers):
+            raise InputError(
+                f"convergence.key = {key!r}: its values must be positive numbers or lists of them, "
+                f"not {value!r}"
+            )
+    needed = 3 if isinstance(reference, str) else 2
+    for label, members in series(runs, key).items():
+        if len(members) < needed:
+            raise InputError(
+                f"convergence.reference = {reference!r} needs at least {needed} values of {key!r}"
+                + (f" with {label!r}" if label else "")
+                + f", not {len(members)}"
+            )

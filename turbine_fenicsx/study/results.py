@@ -1,0 +1,120 @@
+"""What the runs of a study have written, and the table of all of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.study.file import flatten
+from turbine_fenicsx.study.plan import Run
+
+_UNIT = re.compile(r"_\[[^\]]*\]")
+
+
+def is_finished(run: Run, folder: Path) -> bool:
+    """Whether a folder holds the results of just this run, to its end."""
+    return _end_of(run, folder) == "end"
+
+
+def is_interrupted(run: Run, folder: Path) -> bool:
+    """Whether a folder holds just this run, which was interrupted and can go on."""
+    return _end_of(run, folder) == "interrupted"
+
+
+def _end_of(run: Run, folder: Path) -> str:
+    """How the run in a folder has ended, empty if it has not or is another one."""
+    try:
+        written = (folder / "case.toml").read_text(encoding="utf-8")
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ""
+    if written != run.text or not isinstance(summary, dict):
+        return ""
+    return "interrupted" if summary.get("interrupted") else "end"
+
+
+def read_results(folder: Path) -> dict[str, float]:
+    """All numbers of ``summary.json`` by dotted key, and the last row of ``history.csv``.
+
+    Of a name that both use, the one of the summary is taken.
+    """
+    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    found = {name: _number(text) for name, text in zip(header, rows[-1], strict=True)}
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    numbers = {k: v for k, v in flatten(summary) if isinstance(v, int | float)}
+    return numbers | {name: value for name, value in found.items() if name not in numbers}
+
+
+def find_quantity(results: Mapping[str, float], name: str) -> str:
+    """Full name of a quantity that is given with or without its unit.
+
+    Raises:
+        InputError: if there is none, or more than one.
+    """
+    if name in results:
+        return name
+    found = [full for full in results if _UNIT.sub("", full) == name]
+    if len(found) == 1:
+        return found[0]
+    what = f"may be {' or '.join(found)}" if found else "is none of"
+    choice = "" if found else f" {', '.join(results)}"
+    raise InputError(f"quantity {name!r} {what}{choice}")
+
+
+def write_table(
+    path: Path,
+    runs: Sequence[Run],
+    results: Mapping[str, Mapping[str, float]],
+    failed: Mapping[str, str],
+    keys: Sequence[str],
+    quantities: Sequence[str] = (),
+) -> None:
+    """Write one row for each run.
+
+    Args:
+        path: CSV file.
+        runs: The runs, in the order of the rows.
+        results: Results of the finished runs by name.
+        failed: Reasons of the failed runs by name.
+        keys: Keys of the cases that become columns.
+        quantities: Results that become columns; all if empty.
+    """
+    names = list(dict.fromkeys(name for found in results.values() for name in found))
+    if quantities and results:
+        first = next(iter(results.values()))
+        names = [find_quantity(first, name) for name in quantities]
+    temporary = path.with_suffix(".part")
+    with temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["run", "state", *keys, *names])
+        for run in runs:
+            found = results.get(run.name, {})
+            state = "finished" if found else "failed" if run.name in failed else "not run"
+            values = [_cell(run.value(key)) for key in keys]
+            writer.writerow([run.name, state, *values, *(found.get(name, "") for name in names)])
+    temporary.replace(path)
+
+
+def lines_of(table: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Rows of text as lines, the first column to the left and all others to the right."""
+    rows = [list(row) for row in table]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for first, *others in rows:
+        cells = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
+        yield "  ".join([first.ljust(widths[0]), *cells]).rstrip()
+
+
+def _number(text: str) -> float:
+    """An entry of the history."""
+    return float(text) if text else float("nan")
+
+
+def _cell(value: Any) -> Any:
+    """A value of a case as the entry of a table."""
+    return json.dumps(value) if isinstance(value, list | tuple) else value

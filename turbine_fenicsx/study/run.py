@@ -1,0 +1,106 @@
+"""A whole study: run what is missing, write the tables and the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.study.convergence import Series, make_series, write_series
+from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
+from turbine_fenicsx.study.file import Study
+from turbine_fenicsx.study.plan import Run, plan, series
+from turbine_fenicsx.study.progress import StudyProgress
+from turbine_fenicsx.study.results import find_quantity, read_results, write_table
+
+
+@dataclass
+class StudyResult:
+    """What a study has found.
+
+    Attributes:
+        runs: All runs.
+        results: Numbers of the finished runs, by name of the run and of the quantity.
+        failed: Reasons of the failed runs by name.
+        series: Refinements and their orders.
+    """
+
+    runs: list[Run]
+    results: dict[str, dict[str, float]] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    series: list[Series] = field(default_factory=list)
+
+
+def run_study(
+    study: Study, out: Path, overrides: Iterable[str] = (), progress: str = "auto"
+) -> StudyResult:
+    """Run a study; runs that are finished already are read only.
+
+    Writes ``study.csv``, and ``convergence.csv`` if the study asks for orders.
+
+    Args:
+        study: The study.
+        out: Folder of the study, with one folder for each run.
+        overrides: More changes of all runs, such as ``"time.end=1.0"``.
+        progress: "auto", "bar", "log" or "none".
+
+    Raises:
+        InputError: before any run for a wrong case; after the first one for a quantity that there
+            is not.
+        KeyboardInterrupt: after Ctrl-C; another call continues.
+    """
+    runs = plan(study, overrides)
+    launcher = launcher_words(study.launcher, study.ranks)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write to {str(out)!r}: {error.strerror}") from None
+    result = StudyResult(runs)
+    shown = StudyProgress(len(runs), progress)
+    wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
+
+    def take(outcome: Outcome) -> None:
+        name = outcome.run.name
+        if outcome.reason:
+            result.failed[name] = outcome.reason
+        else:
+            result.results[name] = read_results(out / name)
+            for quantity in wanted:
+                find_quantity(result.results[name], quantity)
+        shown.show(outcome)
+
+    try:
+        execute(runs, out, study.processes, launcher, take)
+        find_orders(study, result)
+    finally:
+        shown.finish()
+        write_table(
+            out / "study.csv", runs, result.results, result.failed, study.varied, study.quantities
+        )
+    if study.convergence is not None:
+        write_series(out / "convergence.csv", result.series)
+    return result
+
+
+def find_orders(study: Study, result: StudyResult) -> None:
+    """Fill in the series of a finished study."""
+    if study.convergence is None:
+        return
+    key, reference = study.convergence.key, study.convergence.reference
+    for name in study.convergence.quantity:
+        for label, members in series(result.runs, key).items():
+            done = [run for run in members if run.name in result.results]
+            if not done:
+                continue
+            quantity = find_quantity(result.results[done[0].name], name)
+            result.series.append(
+                make_series(
+                    label,
+                    quantity,
+                    [run.name for run in done],
+                    [run.value(key) for run in done],
+                    [result.results[run.name][quantity] for run in done],
+                    reference,
+                )
+            )
