@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 # list, and within its own layer.
 LAYERS = [
     {"errors", "parallel", "rotations", "time_functions", "_compat", "timing"},
-    {"dense", "quadratic", "kinematics", "state", "meshing"},
+    {"dense", "quadratic", "kinematics", "state", "meshing", "memory", "step_grid", "interrupts"},
     {"materials"},
     {"discrete_gradients"},
     {"rigid_body", "flexible_body"},
@@ -22,10 +22,15 @@ LAYERS = [
     {"energy_momentum"},
     {"linear"},
     {"solver"},
+    {"checkpoint", "step_error", "folder_lock"},
     {"simulation"},
     {"observers"},
+    {"output_folder", "deformation"},
+    {"scene"},
     {"plots", "pictures"},
+    {"report"},
     {"turbine"},
+    {"study"},
     {"commands"},
     {"cli"},
 ]

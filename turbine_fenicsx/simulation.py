@@ -1,9 +1,10 @@
-"""The time loop: steps of fixed size, halved where Newton's method fails, watched by observers."""
+"""The time loop: steps on a grid, refined where need be, watched by observers, ready to go on."""
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,24 +12,31 @@ from typing import Protocol
 import numpy as np
 
 from turbine_fenicsx import timing
+from turbine_fenicsx.checkpoint import Checkpoints, recall_state, remember_state
+from turbine_fenicsx.memory import Memory
+from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions, StepFailure, StepReport
 from turbine_fenicsx.state import State
+from turbine_fenicsx.step_error import StepError
+from turbine_fenicsx.step_grid import StepGrid
 from turbine_fenicsx.system import Balance, MultibodySystem
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What observers see of an accepted step, and of the initial state. Equal on all ranks.
+    """What observers see of an accepted step, and of the first state of a run. Equal on all ranks.
 
     Args:
-        index: Number of accepted steps, 0 for the initial state.
+        index: Number of accepted steps since t = 0.
         state: The state; valid until the observer returns.
         balance: Its energies and momenta.
         external_work: Work of all loads but gravity since t = 0 [J].
         energy_error: Total energy minus initial energy minus external work [J].
         constraint_error: Largest violation of a constraint [m, -].
-        report: What the step took; None for the initial state.
-        wall_time: Seconds since the start of the run.
+        report: What the step took; None for the first state of a run, initial or resumed.
+        wall_time: Seconds since the start of the run, earlier parts included.
     """
 
     index: int
@@ -40,15 +48,32 @@ class Snapshot:
     report: StepReport | None
     wall_time: float
 
+    @property
+    def resumed(self) -> bool:
+        """Whether this is the state a resumed run starts from, which was seen before."""
+        return self.report is None and self.index > 0
+
 
 class Observer(Protocol):
     """Something that watches a run: time series, fields, progress. Called on all ranks."""
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Look at the initial state and at each accepted step."""
+        """Look at the first state and at each accepted step."""
 
     def finish(self) -> None:
         """The run has ended, normally or not."""
+
+
+@dataclass
+class _Run:
+    """What changes during a run."""
+
+    state: State
+    grid: StepGrid
+    initial_energy: float
+    index: int = 0
+    work: float = 0.0
+    wall_before: float = 0.0
 
 
 class Simulation:
@@ -60,11 +85,16 @@ class Simulation:
         end: End time [s], not negative; the last step is shortened to meet it.
         observers: Whoever watches.
         options: Options of the step solver.
-        smallest_step: A step that fails is halved, down to this fraction of dt.
+        smallest_step: A step that fails is halved, down to this fraction of dt, and grows again
+            step by step.
+        step_error: Steps whose error exceeds its tolerance are halved too; None for none.
+        checkpoints: Where what a run must remember is written; None for none.
+        stop: Called after each step on all ranks; where one of them returns True, the run ends.
 
     Attributes:
         solver: The step solver.
         halvings: How many steps had to be halved.
+        stopped: Whether the run ended because it was asked to.
 
     Raises:
         ValueError: for a step or end time out of range.
@@ -78,6 +108,9 @@ class Simulation:
         observers: Sequence[Observer] = (),
         options: SolverOptions | None = None,
         smallest_step: float = 2.0**-10,
+        step_error: StepError | None = None,
+        checkpoints: Checkpoints | None = None,
+        stop: Callable[[], bool] | None = None,
     ) -> None:
         """Check the times and create the solver."""
         if not 0.0 < step < np.inf:
@@ -87,61 +120,144 @@ class Simulation:
         self.system, self.step, self.end = system, step, end
         self.observers = tuple(observers)
         self.solver = EnergyMomentumSolver(system, options)
-        self.halvings = 0
-        self._smallest = smallest_step * step
+        self.halvings, self.stopped = 0, False
+        self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
+        self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
 
-    def run(self) -> Snapshot:
-        """Integrate to the end time.
+    def run(self, memory: Memory | None = None) -> Snapshot:
+        """Integrate to the end time, or until it is asked to stop.
+
+        Args:
+            memory: What an earlier run remembered; it goes on from there.
 
         Returns:
             The last snapshot.
 
         Raises:
-            StepFailure: if a step fails at the smallest size; all earlier steps were observed.
+            StepFailure: if a step fails at the smallest size; all earlier steps were observed, and
+                a checkpoint was written.
         """
         start = time.perf_counter()
-        state = self.system.initial_state()
-        spare = state.copy()
-        balance = self.system.balance(state)
-        initial, work, index = balance.total, 0.0, 0
-        snapshot = self._snapshot(index, state, balance, initial, work, None, start)
+        run = self._recall(memory) if memory else self._begin()
+        spare = run.state.copy()
+        snapshot = self._snapshot(run, None, start)
+        self.stopped = False
         with ExitStack() as ending:
             for observer in self.observers:
                 ending.callback(observer.finish)
             self._notify(snapshot)
-            n_steps = int(np.ceil(self.end / self.step * (1.0 - 1e-12)))
-            for k in range(1, n_steps + 1):
-                target = min(k * self.step, self.end)
-                dt = target - (k - 1) * self.step if k == n_steps else self.step
-                if abs(dt - self.step) < 1e-9 * self.step:
-                    dt = self.step  # or round-off would make another step size of the last one
-                pending = [dt]
-                while pending:
-                    report = self._try(state, pending, spare)
-                    if report is None:
-                        continue
-                    if not pending:
-                        spare.time = target
-                    state, spare = spare, state
-                    work += report.work
-                    index += 1
-                    with timing.event("balance"):
-                        balance = self.system.balance(state)
-                    snapshot = self._snapshot(index, state, balance, initial, work, report, start)
-                    self._notify(snapshot)
+            self._write_checkpoint(run, snapshot)
+            while not (run.grid.done or self.stopped):
+                try:
+                    report = self._make_step(run, spare)
+                except StepFailure:
+                    self._write_checkpoint(run, snapshot)
+                    raise
+                if report is None:
+                    continue
+                run.state, spare = spare, run.state
+                run.work += report.work
+                run.index += 1
+                snapshot = self._snapshot(run, report, start)
+                self._notify(snapshot)
+                due = self._after_step(snapshot)
+                if due or self.stopped or run.grid.done:
+                    self._write_checkpoint(run, snapshot)
         return snapshot
 
-    def _try(self, state: State, pending: list[float], out: State) -> StepReport | None:
-        """Try the first of the pending steps; halve it and return None if it fails."""
-        dt = pending.pop(0)
+    def _begin(self) -> _Run:
+        """Start at t = 0."""
+        self.halvings = 0
+        state = self.system.initial_state()
+        grid = StepGrid(self.step, self.end, self._deepest)
+        return _Run(state, grid, self.system.balance(state).total)
+
+    def _make_step(self, run: _Run, out: State) -> StepReport | None:
+        """Try the next step; None if it must be tried again with half its length."""
+        dt, target = run.grid.dt, run.grid.target
         try:
-            return self.solver.advance(state, dt, out)
+            report = self.solver.advance(run.state, dt, out)
         except StepFailure as failure:
-            if 0.5 * dt < self._smallest:
-                raise StepFailure(f"{failure}; the step cannot be halved any further") from None
-            self.halvings += 1
-            pending[:0] = [0.5 * dt, 0.5 * dt]
+            self._refine(run, str(failure))
             return None
+        error = 0.0
+        if self._error is not None:
+            error = self._error.estimate(run.state, out, dt)
+            if error > 1.0:
+                self._refine(
+                    run,
+                    f"the step from t = {run.state.time:.6g} s by {dt:.3g} s has {error:.3g} times "
+                    "the allowed error",
+                )
+                return None
+            self._error.accept(dt)
+        out.time = target
+        run.grid.advance(grow=error <= StepError.GROW_BELOW)
+        return report
+
+    def _refine(self, run: _Run, reason: str) -> None:
+        """Halve the next step, or raise a StepFailure if it is the smallest."""
+        if not run.grid.refine():
+            raise StepFailure(f"{reason}; the step cannot be halved any further")
+        log.info("%s; now with half of it", reason)
+        self.halvings += 1
+
+    def _after_step(self, snapshot: Snapshot) -> bool:
+        """Agree on whether to stop, and on whether to write a checkpoint."""
+        stop = self._stop is not None and self._stop()
+        due = False
+        if self._checkpoints is not None and self.system.comm.rank == 0:
+            due = self._checkpoints.due(snapshot.state.time, snapshot.wall_time)
+        if self._stop is not None or self._checkpoints is not None:
+            stop, due = sum_over_ranks(self.system.comm, np.array([stop, due], dtype=float)) > 0.0
+        self.stopped = bool(stop)
+        return bool(due)
+
+    def _write_checkpoint(self, run: _Run, snapshot: Snapshot) -> None:
+        """Write what the run must remember."""
+        if self._checkpoints is not None:
+            with timing.event("output"):
+                index, wall_time = run.index, snapshot.wall_time
+                memory = self._remember(run, wall_time)
+                self._checkpoints.write(index, run.state.time, wall_time, memory)
+            log.info("checkpoint of step %d at t = %.6g s", index, run.state.time)
+
+    def _remember(self, run: _Run, wall_time: float) -> Memory:
+        """Everything the run depends on from here."""
+        grid = run.grid
+        memory = Memory(
+            {
+                "step": self.step,
+                "origin": grid.origin,
+                "cell": grid.cell,
+                "ticks": grid.ticks,
+                "level": grid.level,
+                "deepest": grid.deepest,
+                "index": run.index,
+                "work": run.work,
+                "initial_energy": run.initial_energy,
+                "halvings": self.halvings,
+                "wall_time": wall_time,
+            }
+        )
+        memory.add("state", remember_state(self.system, run.state))
+        memory.add("solver", self.solver.remember())
+        if self._error is not None:
+            memory.add("error", self._error.remember())
+        return memory
+
+    def _recall(self, memory: Memory) -> _Run:
+        """Continue where an earlier run stopped."""
+        n, state = memory.numbers, recall_state(self.system, memory.part("state"))
+        position = (n["cell"], n["ticks"], n["level"], n["origin"])
+        grid = StepGrid(self.step, self.end, n["deepest"], *position)
+        if n["step"] != self.step or grid.time != state.time:  # or a former end between two steps
+            grid = StepGrid(self.step, self.end, self._deepest, origin=state.time)
+        self.halvings = n["halvings"]
+        self.solver.recall(memory.part("solver"))
+        if self._error is not None:
+            self._error.recall(memory.part("error"))
+        return _Run(state, grid, n["initial_energy"], n["index"], n["work"], n["wall_time"])
 
     def _notify(self, snapshot: Snapshot) -> None:
         """Show a snapshot to all observers."""
@@ -149,24 +265,18 @@ class Simulation:
             for observer in self.observers:
                 observer.observe(snapshot)
 
-    def _snapshot(
-        self,
-        index: int,
-        state: State,
-        balance: Balance,
-        initial: float,
-        work: float,
-        report: StepReport | None,
-        start: float,
-    ) -> Snapshot:
+    def _snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
         """Collect what observers see."""
+        with timing.event("balance"):
+            balance = self.system.balance(run.state)
+            constraint_error = self.system.constraint_error(run.state)
         return Snapshot(
-            index=index,
-            state=state,
+            index=run.index,
+            state=run.state,
             balance=balance,
-            external_work=work,
-            energy_error=balance.total - initial - work,
-            constraint_error=self.system.constraint_error(state),
+            external_work=run.work,
+            energy_error=balance.total - run.initial_energy - run.work,
+            constraint_error=constraint_error,
             report=report,
-            wall_time=time.perf_counter() - start,
+            wall_time=run.wall_before + time.perf_counter() - start,
         )

@@ -14,6 +14,7 @@ from turbine_fenicsx import timing
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear import LINEAR_SOLVERS, chosen_name
 from turbine_fenicsx.linear.base import LinearSolver
+from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
 
@@ -167,6 +168,17 @@ class EnergyMomentumSolver:
             f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: "
             f"{reasons[0]} from the extrapolated start, {reasons[-1]} from the last state"
         )
+
+    def remember(self) -> Memory:
+        """What later steps depend on, apart from the state."""
+        memory = Memory({"name": self.preconditioner})
+        memory.add("linear", self._solvers.use(self.preconditioner).remember())
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        """Go on like the solver that remembered this; with another linear solver, start anew."""
+        if memory.numbers.get("name") == self.preconditioner:
+            self._solvers.use(self.preconditioner).recall(memory.part("linear"))
 
 
 def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:

@@ -134,12 +134,13 @@ def test_a_failed_step_is_halved_until_it_succeeds(rotor):
     last, recorder, simulation = simulate(
         rotor, 0.02, 0.06, fails=lambda t, dt: 0.02 <= t < 0.0399 and dt > 0.0051
     )
-    expected = [0.0, 0.02, 0.025, 0.03, 0.035, 0.04, 0.06]
+    # half steps are tried again wherever they fit the grid, full ones from 0.06 on
+    expected = [0.0, 0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
     assert recorder.times == pytest.approx(expected, rel=1e-14)
-    assert recorder.times[5:] == [0.04, 0.06]  # exactly: the grid is met again
-    assert [index for index, *_ in recorder.seen] == list(range(7))
+    assert recorder.times[5] == 0.04 and recorder.times[7] == 0.06  # exactly: the grid is met again
+    assert [index for index, *_ in recorder.seen] == list(range(8))
     assert simulation.halvings == 3  # 0.02 at 0.02; 0.01 at 0.02; 0.01 at 0.03
-    assert last.index == 6 and recorder.finished == 1
+    assert last.index == 7 and recorder.finished == 1
 
 
 def test_energy_balances_over_halved_steps_too(rotor):

@@ -29,9 +29,12 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
 
 
 def add_progress(parser: argparse.ArgumentParser) -> None:
-    """The argument that chooses the style of the progress on stderr."""
+    """The arguments that choose what is printed during and after a run."""
     parser.add_argument(
         "--progress", choices=("auto", "bar", "log", "none"), default="auto", help="on stderr"
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", help="neither progress nor table; errors are printed"
     )
 
 
@@ -40,7 +43,10 @@ def load_case(options: argparse.Namespace, comm: Any) -> Any:
     from turbine_fenicsx.parallel import on_rank0
     from turbine_fenicsx.turbine.case import Case
 
-    return on_rank0(comm, lambda: Case.load(options.case, options.overrides))
+    case = on_rank0(comm, lambda: Case.load(options.case, options.overrides))
+    if comm.rank == 0:
+        print(*(f"warning: {w}\n" for w in case.warnings), sep="", end="", file=sys.stderr)
+    return case
 
 
 def need_dolfinx() -> None:

@@ -6,6 +6,8 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
+from turbine_fenicsx.memory import Memory
+
 
 class LinearSolver(Protocol):
     """Solves, exactly or nearly, with the nested tangent of an `EnergyMomentumStep`.
@@ -26,6 +28,12 @@ class LinearSolver(Protocol):
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
+
+    def remember(self) -> Memory:
+        """What later solves depend on, apart from the step; a new solver can `recall` it."""
+
+    def recall(self, memory: Memory) -> None:
+        """Go on like the solver that remembered this; nothing was solved yet."""
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -22,6 +22,7 @@ from turbine_fenicsx.coupling import CouplingBlock
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.factor import FreeSolver, SparseFactor
+from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
@@ -52,6 +53,13 @@ class Elimination:
 
     def begin(self) -> None:
         """Nothing is kept from step to step."""
+
+    def remember(self) -> Memory:
+        """Nothing."""
+        return Memory()
+
+    def recall(self, memory: Memory) -> None:
+        """Nothing."""
 
     def update(self, x: PETSc.Vec) -> None:
         """Factorise A_II of each body at X and form the reduced matrix on rank 0."""

@@ -25,6 +25,7 @@ from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.elimination import BodyElimination
 from turbine_fenicsx.linear.factor import FreeSolver
 from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
+from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.rotations import Array
 
 SolverMaker = Callable[[FlexibleBlock, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
@@ -53,6 +54,7 @@ class FrozenElimination:
             np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
         ]
         self._dt = 0.0
+        self._factorised_at = Memory()
         self._reduced: Array = np.zeros((0, 0))
 
     @property
@@ -91,9 +93,26 @@ class FrozenElimination:
 
     def refresh(self) -> None:
         """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
-        self._dt = self._step.dt
+        state, self._dt = self._step.state, self._step.dt
+        displacements = tuple(u.array_r.reshape(-1, 3).copy() for u in state.u)
+        self._factorised_at = Memory({"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements})
         for body, u in zip(self._bodies, self._step.state.u, strict=True):
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
+
+    def remember(self) -> Memory:
+        """The state and step size that the factor belongs to."""
+        return self._factorised_at
+
+    def recall(self, memory: Memory) -> None:
+        """Factorise where the factor was made."""
+        if memory:
+            state = self._step.system.initial_state()
+            state.q = memory.arrays["q"]
+            for u, values in zip(state.u, memory.nodal.get("u", ()), strict=True):
+                u.array[:] = values.ravel()
+            self._step.begin(state, memory.numbers["dt"])
+            self.refresh()
+            state.destroy()
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.memory import Memory
 
 
 class MonolithicLU:
@@ -32,6 +33,13 @@ class MonolithicLU:
 
     def begin(self) -> None:
         """Nothing is kept from step to step."""
+
+    def remember(self) -> Memory:
+        """Nothing."""
+        return Memory()
+
+    def recall(self, memory: Memory) -> None:
+        """Nothing."""
 
     def update(self, x: PETSc.Vec) -> None:
         """Assemble, convert and factorise."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.frozen import FrozenElimination
+from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
@@ -41,6 +42,7 @@ class QuasiNewton:
         self._weights = step.mass_weights()
         self._refresh_after = refresh_after
         self._steps: list[Array] = []
+        self._was_slow = False
         self._products: Array = np.zeros((0, 0))
 
     @property
@@ -50,11 +52,10 @@ class QuasiNewton:
 
     def begin(self) -> None:
         """Forget the steps of the last iteration; refresh the solver if they were many."""
-        slow = len(self._steps) > self._refresh_after
-        self._steps = []
-        self._products = np.zeros((0, 0))
-        if slow:
+        if self._slow():
             self._solver.refresh()
+        self._steps, self._was_slow = [], False
+        self._products = np.zeros((0, 0))
         self._solver.begin()
 
     def update(self, x: PETSc.Vec) -> None:
@@ -70,6 +71,21 @@ class QuasiNewton:
         ends = np.cumsum([part.getLocalSize() for part in parts])
         for part, end in zip(parts, ends, strict=True):
             part.array[:] = -s[end - part.getLocalSize() : end]
+
+    def remember(self) -> Memory:
+        """What the approximate solver remembers, and whether it is to be refreshed."""
+        memory = Memory({"slow": self._slow()})
+        memory.add("solver", self._solver.remember())
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        """Go on like another one."""
+        self._was_slow = memory.numbers.get("slow", False)
+        self._solver.recall(memory.part("solver"))
+
+    def _slow(self) -> bool:
+        """Whether the last iteration took too long."""
+        return self._was_slow or len(self._steps) > self._refresh_after
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

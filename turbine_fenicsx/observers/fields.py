@@ -37,6 +37,8 @@ class Fields:
         surfaces: Surfaces of rigid bodies, written by rank 0.
         parts: Number of the part of each local cell (ghosts included), one array per flexible
             body.
+        keep_until: Keep the times of an existing file before this one [s], where the run goes on;
+            None begins a new file.
     """
 
     def __init__(
@@ -47,10 +49,11 @@ class Fields:
         end: float,
         surfaces: Sequence[RigidSurface] = (),
         parts: Sequence[Array] = (),
+        keep_until: float | None = None,
     ) -> None:
         """Lay out the grid and create the files."""
         self._system, self._every, self._end = system, every, end
-        self._next = 0.0
+        self._next = np.ceil((keep_until or 0.0) / every - 1e-9) * every
         comm = system.comm
         self._surfaces = tuple(surfaces) if comm.rank == 0 else ()
         self._bodies = [_BodyOutput(block) for block in system.flexible_blocks]
@@ -75,6 +78,7 @@ class Fields:
             cells,
             sum(counts),
             cell_data={"part": np.concatenate([*body_parts, *part]).astype(np.int32)},
+            append=keep_until,
         )
 
     def observe(self, snapshot: Snapshot) -> None:

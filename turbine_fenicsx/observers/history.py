@@ -33,15 +33,21 @@ class History:
 
     Args:
         comm: Communicator; rank 0 writes.
-        path: The file, overwritten.
+        path: The file.
         channels: The columns from left to right.
+        keep_until: Keep the rows of an existing file up to this time [s] and append to them; None
+            begins a new file.
 
     Raises:
         OSError: if the file cannot be written, on all ranks.
     """
 
     def __init__(
-        self, comm: MPI.Intracomm, path: str | os.PathLike[str], channels: Sequence[Channel]
+        self,
+        comm: MPI.Intracomm,
+        path: str | os.PathLike[str],
+        channels: Sequence[Channel],
+        keep_until: float | None = None,
     ) -> None:
         """Open the file and write the head."""
         self._channels = tuple(channels)
@@ -49,15 +55,22 @@ class History:
         self._comm = comm
 
         def create() -> None:
-            self._file = Path(path).open("w", encoding="utf-8", newline="\n")
-            self._write([name for channel in self._channels for name in channel.columns])
+            rows = [] if keep_until is None else _rows_until(Path(path), keep_until)
+            temporary = Path(path).with_suffix(".tmp")  # or a crash here would lose the rows
+            self._file = temporary.open("w", encoding="utf-8", newline="\n")
+            self._file.writelines(rows)
+            if not rows:
+                self._write([name for channel in self._channels for name in channel.columns])
+            self._file.flush()
+            os.replace(temporary, path)
 
         on_rank0(comm, create)
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Append a row."""
+        """Append a row, but for a state that was observed before."""
         row = [x for channel in self._channels for x in channel.values(snapshot)]
-        on_rank0(self._comm, lambda: self._write([_text(x) for x in row]))
+        if not snapshot.resumed:
+            on_rank0(self._comm, lambda: self._write([_text(x) for x in row]))
 
     def finish(self) -> None:
         """Close the file."""
@@ -69,6 +82,13 @@ class History:
         assert self._file is not None
         self._file.write(",".join(cells) + "\n")
         self._file.flush()
+
+
+def _rows_until(path: Path, time: float) -> list[str]:
+    """Head and rows of a file up to a time [s], without a last row that was cut off."""
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if path.exists() else []
+    head, rows = lines[:1], [line for line in lines[1:] if line.endswith("\n")]
+    return head + [row for row in rows if float(row.split(",", 1)[0]) <= time]
 
 
 def _text(x: float) -> str:

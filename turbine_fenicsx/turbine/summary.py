@@ -13,6 +13,7 @@ import numpy as np
 
 import turbine_fenicsx
 from turbine_fenicsx import timing
+from turbine_fenicsx.output_folder import TimeSeries
 from turbine_fenicsx.rotations import E3
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.turbine.model import Turbine
@@ -24,7 +25,7 @@ class Statistics:
     def __init__(self) -> None:
         """Nothing seen yet."""
         self.worst_energy_error = self.largest_energy = self.worst_constraint = 0.0
-        self.newton = self.krylov = self.steps = 0
+        self.newton = self.krylov = self.steps = self.steps_before = 0
         self.last: Snapshot | None = None
 
     def observe(self, snapshot: Snapshot) -> None:
@@ -40,6 +41,17 @@ class Statistics:
             self.newton += snapshot.report.newton_iterations
             self.krylov += snapshot.report.krylov_iterations
         self.last = snapshot
+
+    def take_in(self, history: TimeSeries) -> None:
+        """Take in what was written before the run went on."""
+        energies = [history[f"{kind}_energy_[J]"] for kind in ("total", "kinetic", "strain")]
+        energies.append(history["potential_energy_[J]"])
+        self.largest_energy = max(float(np.max(np.abs(e))) for e in energies)
+        self.worst_energy_error = float(np.max(np.abs(history["energy_error_[J]"])))
+        self.worst_constraint = float(np.max(history["constraint_error_[-]"]))
+        self.newton = int(np.sum(history["newton_iterations"]))
+        self.krylov = int(np.sum(history["krylov_iterations"]))
+        self.steps = self.steps_before = history["time_[s]"].size - 1
 
     def finish(self) -> None:
         """Nothing to do."""
@@ -113,10 +125,12 @@ def summary(
     Args:
         turbine: The turbine.
         statistics: What was seen during the run.
-        seconds: Wall time of the time loop [s].
+        seconds: Wall time of the time loop, since the run went on if it did [s].
         halvings: How many steps were halved.
     """
-    steps = max(statistics.steps, 1)
+    steps, steps_now = (
+        max(n, 1) for n in (statistics.steps, statistics.steps - statistics.steps_before)
+    )
     parts = timing.seconds()
     parts["other"] = max(seconds - sum(parts.values()), 0.0)
     last = statistics.last
@@ -148,9 +162,9 @@ def summary(
         },
         "mean_newton_iterations": statistics.newton / steps,
         "mean_krylov_iterations": statistics.krylov / steps,
-        "wall_time_[s]": seconds,
-        "time_per_step_[s]": seconds / steps,
-        "time_per_step_by_part_[s]": {name: t / steps for name, t in parts.items()},
+        "wall_time_[s]": last.wall_time,
+        "time_per_step_[s]": seconds / steps_now,
+        "time_per_step_by_part_[s]": {name: t / steps_now for name, t in parts.items()},
     }
 
 
