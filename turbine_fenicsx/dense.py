@@ -3,32 +3,50 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from turbine_fenicsx.rotations import Array
 
 
-def solve_scaled(A: Array, b: Array) -> Array:
-    """Solution of A x = b by LU after scaling rows and columns to largest entry one.
+class ScaledFactor:
+    """LU factors of a matrix after scaling rows and columns to largest entry one.
 
     Mass, constraint and angle rows differ by many powers of ten; unscaled, the condition number
     of the rigid block is 1e13 and more.
 
     Args:
         A: Shape (n, n).
-        b: Shape (n,).
-
-    Returns:
-        Shape (n,); not-a-number if A is singular, so that the failure reaches all ranks through
-        the next norm.
     """
-    if b.size == 0:
-        return np.zeros(0)
-    rows = np.abs(A).max(axis=1)
-    scaled = A / np.where(rows > 0.0, rows, 1.0)[:, None]
-    columns = np.abs(scaled).max(axis=0)
-    columns = np.where(columns > 0.0, columns, 1.0)
-    try:
-        y = np.linalg.solve(scaled / columns, b / np.where(rows > 0.0, rows, 1.0))
-    except np.linalg.LinAlgError:
-        return np.full(b.size, np.nan)
-    return y / columns
+
+    def __init__(self, A: Array) -> None:
+        """Scale and factorise."""
+        self._size = len(A)
+        if not self._size:
+            return
+        absolute = np.abs(A)
+        self._rows = _inverse(absolute.max(axis=1))
+        self._columns = _inverse((absolute * self._rows[:, None]).max(axis=0))
+        scaled = A * self._rows[:, None] * self._columns
+        self._lu, self._pivots, self._singular = dgetrf(scaled, overwrite_a=True)
+
+    def solve(self, b: Array) -> Array:
+        """Solution of A x = b.
+
+        Args:
+            b: Shape (n,).
+
+        Returns:
+            Shape (n,); not-a-number if A is singular, so that the failure reaches all ranks
+            through the next norm.
+        """
+        if not self._size:
+            return np.zeros(0)
+        if self._singular:
+            return np.full(self._size, np.nan)
+        y, _ = dgetrs(self._lu, self._pivots, self._rows * b)
+        return np.asarray(self._columns * y)
+
+
+def _inverse(sizes: Array) -> Array:
+    """One over each size, one where it is zero."""
+    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)

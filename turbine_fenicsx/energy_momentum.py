@@ -19,7 +19,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.dense import solve_scaled
+from turbine_fenicsx.dense import ScaledFactor
 from turbine_fenicsx.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.rigid_block import RigidStep
 from turbine_fenicsx.rotations import Array
@@ -71,6 +71,9 @@ class EnergyMomentumStep:
         self._inverse_masses = 1.0 / np.where(masses > 0.0, masses, largest).ravel()
         self._arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
         self.rigid_tangent = np.zeros((self._n_r, self._n_r))
+        sizes = np.array([part.size for part in system.rigid_block.split(np.zeros(n))])
+        self._parts = np.flatnonzero(sizes)
+        self._starts = (np.cumsum(sizes) - sizes)[self._parts]
         self._gaps: tuple[Array, ...] = ()
         self._terms = np.zeros(2 * k + n)
 
@@ -175,18 +178,19 @@ class EnergyMomentumStep:
         self._K.assemble()
         self.tangent_matrix.assemble()
 
-    def solve_rigid(self, reduced: Array, r: PETSc.Vec) -> Array:
+    def solve_rigid(self, reduced: ScaledFactor, r: PETSc.Vec) -> Array:
         """Solve the reduced equations on rank 0, overwriting r, and hand r to all ranks.
 
         Args:
-            reduced: K_r with the Schur complements of the flexible bodies, on rank 0.
+            reduced: K_r with the Schur complements of the flexible bodies, on rank 0; empty on
+                the others.
             r: Right-hand side, then solution.
 
         Returns:
             The solution, shape (n_r,), on every rank.
         """
         if self._n_r:
-            r.array[:] = solve_scaled(reduced, r.array_r)
+            r.array[:] = reduced.solve(r.array_r)
         return self._on_all_ranks(r)
 
     def mass_weights(self) -> Array:
@@ -269,8 +273,10 @@ class EnergyMomentumStep:
 
     def _largest(self, rigid: Array) -> Array:
         """Largest entry of each of the four parts of a rigid vector; zero for an empty part."""
-        parts = self.system.rigid_block.split(rigid)
-        return np.array([np.max(part, initial=0.0) for part in parts])
+        largest = np.zeros(4)
+        if self._parts.size:
+            largest[self._parts] = np.maximum.reduceat(rigid, self._starts)
+        return largest
 
     def _on_all_ranks(self, r: PETSc.Vec) -> Array:
         """The rigid part of a vector, a copy on every rank."""

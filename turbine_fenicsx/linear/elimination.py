@@ -19,6 +19,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.coupling import CouplingBlock
+from turbine_fenicsx.dense import ScaledFactor
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.factor import FreeSolver, SparseFactor
@@ -43,7 +44,7 @@ class Elimination:
             BodyElimination(f, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
             for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
         ]
-        self._reduced: Array = np.zeros((0, 0))
+        self._reduced = ScaledFactor(np.zeros((0, 0)))
         self._solves = 0
 
     @property
@@ -69,7 +70,7 @@ class Elimination:
             body.factorise()
             if reduced.size:
                 reduced[np.ix_(body.columns, body.columns)] += body.schur
-        self._reduced = reduced
+        self._reduced = ScaledFactor(reduced)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
@@ -79,7 +80,7 @@ class Elimination:
         b_r.copy(r)
         for body, b_u_k, b_c_k, w in zip(self._bodies, b_u, b_c, u, strict=True):
             forces = body.eliminate(b_u_k.array_r, b_c_k.array_r, w.array)
-            if self._reduced.size:
+            if r.array_r.size:
                 r.array[body.columns] -= forces
         motion = self._step.solve_rigid(self._reduced, r)
         for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):

@@ -20,6 +20,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.coupling import CouplingBlock
+from turbine_fenicsx.dense import ScaledFactor
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.linear.elimination import BodyElimination
@@ -55,7 +56,7 @@ class FrozenElimination:
         ]
         self._dt = 0.0
         self._factorised_at = Memory()
-        self._reduced: Array = np.zeros((0, 0))
+        self._reduced = ScaledFactor(np.zeros((0, 0)))
 
     @property
     def krylov_iterations(self) -> int:
@@ -76,7 +77,7 @@ class FrozenElimination:
         if reduced.size:
             for body, grid in zip(self._bodies, self._grids, strict=True):
                 reduced[grid] += body.schur
-        self._reduced = reduced
+        self._reduced = ScaledFactor(reduced)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side with the turned factors."""
@@ -85,7 +86,7 @@ class FrozenElimination:
         b_r.copy(r)
         for body, b_u_k, b_c_k in zip(self._bodies, b_u, b_c, strict=True):
             forces = body.eliminate(b_u_k.array_r, b_c_k.array_r)
-            if self._reduced.size:
+            if r.array_r.size:
                 r.array[body.coupling.columns] -= forces
         motion = self._step.solve_rigid(self._reduced, r)
         for body, u_k, mu_k in zip(self._bodies, u, mu_c, strict=True):

@@ -59,8 +59,9 @@ class QuasiNewton:
         self._solver.begin()
 
     def update(self, x: PETSc.Vec) -> None:
-        """Update the approximate solver."""
-        self._solver.update(x)
+        """Update the approximate solver, once a step: Broyden's method does the rest."""
+        if not self._steps:
+            self._solver.update(x)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """The quasi-Newton correction for the residual b; x is minus the step."""
