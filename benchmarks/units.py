@@ -18,7 +18,7 @@ import numpy as np
 import ours
 from problem import Problem, parse_size, prepare
 
-from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.linear.factor import SymmetricFactor
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
 
 
@@ -50,7 +50,7 @@ def measure_units(problem):
     residual = shortest(lambda: block.residual(du, R))
     block.assemble_tangent(du)
     block.tangent.zeroRowsColumns(coupling.dofs.astype(PETSc.IntType), 1.0)
-    factor = SparseFactor(block.tangent, "tfx_free_", symmetric=True)
+    factor = SymmetricFactor(block.tangent, "tfx_free_")
     factor.update()
     solve = shortest(lambda: factor.solve(R, du))
     factor.destroy()
