@@ -8,10 +8,12 @@ disk, so that the end of the program at any moment leaves the last ones intact.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import zipfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -106,21 +108,18 @@ class Checkpoints:
         self._time, self._wall = time, wall_time
         if index == self._written:
             return
-        self._folder.mkdir(parents=True, exist_ok=True)
         save(self._folder / f"checkpoint_{index:08d}.npz", self._system, memory, self._labels)
         self._written = index
-        if self._system.comm.rank == 0:
-            for old in found(self._folder)[KEPT:]:
-                old.unlink()
+        on_rank0(self._system.comm, lambda: self._remove(found(self._folder)[KEPT:]))
 
     def clear(self) -> None:
         """Remove the checkpoints of an earlier run. Collective."""
+        on_rank0(self._system.comm, lambda: self._remove(found(self._folder)))
 
-        def remove() -> None:
-            for old in found(self._folder):
-                old.unlink()
-
-        on_rank0(self._system.comm, remove)
+    def _remove(self, files: list[Path]) -> None:
+        """Remove files, and what an earlier run left half written."""
+        for old in (*files, *self._folder.glob("checkpoint_*.tmp")):
+            old.unlink(missing_ok=True)
 
 
 def found(folder: str | os.PathLike[str]) -> list[Path]:
@@ -148,14 +147,18 @@ def save(path: Path, system: MultibodySystem, memory: Memory, labels: Mapping[st
 
     def write() -> None:
         temporary = path.with_suffix(".tmp")
+        content = io.BytesIO()  # a zip file that cannot be completed complains when it is deleted
+        np.savez(content, head=np.array(json.dumps(head)), **data)
         try:
+            path.parent.mkdir(parents=True, exist_ok=True)
             with temporary.open("wb") as file:
-                np.savez(file, head=np.array(json.dumps(head)), **data)
+                file.write(content.getbuffer())
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(temporary, path)
         except OSError as error:
-            temporary.unlink(missing_ok=True)
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
             raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from None
 
     on_rank0(comm, write)
@@ -207,7 +210,7 @@ def _read_newest(
                 data = {name: file[name] for name in file.files}
             head = json.loads(str(data.pop("head")))
             labels = head["labels"]
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
             continue  # not complete; the one before is
         check(labels)
         return head, data

@@ -37,6 +37,7 @@ class Snapshot:
         constraint_error: Largest violation of a constraint [m, -].
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
+        resumed: Whether this is the state a resumed run starts from, which was seen before.
     """
 
     index: int
@@ -47,11 +48,7 @@ class Snapshot:
     constraint_error: float
     report: StepReport | None
     wall_time: float
-
-    @property
-    def resumed(self) -> bool:
-        """Whether this is the state a resumed run starts from, which was seen before."""
-        return self.report is None and self.index > 0
+    resumed: bool = False
 
 
 class Observer(Protocol):
@@ -140,7 +137,7 @@ class Simulation:
         start = time.perf_counter()
         run = self._recall(memory) if memory else self._begin()
         spare = run.state.copy()
-        snapshot = self._snapshot(run, None, start)
+        snapshot = self._snapshot(run, None, start, resumed=bool(memory))
         self.stopped = False
         with ExitStack() as ending:
             for observer in self.observers:
@@ -170,6 +167,9 @@ class Simulation:
         self.halvings = 0
         state = self.system.initial_state()
         grid = StepGrid(self.step, self.end, self._deepest)
+        if self._error is not None:
+            self._error.reset()
+            grid.level = self._deepest  # nothing is known of the first steps, which are small
         return _Run(state, grid, self.system.balance(state).total)
 
     def _make_step(self, run: _Run, out: State) -> StepReport | None:
@@ -265,7 +265,9 @@ class Simulation:
             for observer in self.observers:
                 observer.observe(snapshot)
 
-    def _snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
+    def _snapshot(
+        self, run: _Run, report: StepReport | None, start: float, resumed: bool = False
+    ) -> Snapshot:
         """Collect what observers see."""
         with timing.event("balance"):
             balance = self.system.balance(run.state)
@@ -279,4 +281,5 @@ class Simulation:
             constraint_error=constraint_error,
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,
+            resumed=resumed,
         )

@@ -3,9 +3,11 @@
 The step is x_{n+1} = x_n + dt (v_n + v_{n+1})/2 for all coordinates, and its local error is that of
 the trapezoidal rule,
 
-    e = dt^3/12 x''',    x''' = (a_{n+1/2} - a_{n-1/2}) / ((dt_n + dt_{n-1})/2),
+    e = dt^3/12 x''',
 
-with the mean accelerations a of this step and the last one.
+with x''' as twice the second divided difference of the mean velocities w = (v_n + v_{n+1})/2 of the
+last three steps. Accelerations (v_{n+1} - v_n)/dt would not do: velocities against a constraint
+alternate from step to step, undamped, once a step was too long, and w does not see that.
 """
 
 from __future__ import annotations
@@ -45,23 +47,25 @@ class StepError:
                 raise ValueError(f"the {name} tolerance must be positive, got {tolerance:g}")
         self._comm = comm
         self._angle, self._displacement = angle or np.inf, displacement or np.inf
-        self._dt = 0.0
-        self._last: tuple[Array, ...] = ()
         self._new: tuple[Array, ...] = ()
+        self._last: list[tuple[float, tuple[Array, ...]]] = []  # newest first
 
     def estimate(self, state: State, new: State, dt: float) -> float:
         """Error of the step from ``state`` to ``new`` in units of the tolerance. Collective.
 
-        Zero for the first step, before which there is no acceleration.
+        Zero for the first two steps, so that a run should begin with small ones.
         """
         rates = [(state.q_dot, new.q_dot)]
         rates += [(v.array_r, w.array_r) for v, w in zip(state.v, new.v, strict=True)]
-        self._new = tuple((w - v) / dt for v, w in rates)
-        if not self._last:
+        self._new = tuple(0.5 * (v + w) for v, w in rates)
+        if len(self._last) < 2:
             return 0.0
-        factor = dt**3 / 6.0 / (dt + self._dt)
+        (dt_1, one), (dt_2, two) = self._last
+        near, far = 0.5 * (dt + dt_1), 0.5 * (dt_1 + dt_2)
+        factor = dt**3 / 6.0 / (near + far)
         rigid, *flexible = (
-            np.abs(factor * (a - b)) for a, b in zip(self._new, self._last, strict=True)
+            np.abs(factor * ((a - b) / near - (b - c) / far))
+            for a, b, c in zip(self._new, one, two, strict=True)
         )
         q = rigid.reshape(-1, 4, 3)
         angle = np.max(q[:, 1:], initial=0.0)
@@ -73,18 +77,26 @@ class StepError:
 
     def accept(self, dt: float) -> None:
         """The step that was estimated last was accepted."""
-        self._dt, self._last = dt, self._new
+        self._last = [(dt, self._new), *self._last[:1]]
+
+    def reset(self) -> None:
+        """Forget all steps."""
+        self._last = []
 
     def remember(self) -> Memory:
-        """Accelerations of the last step."""
-        if not self._last:
-            return Memory()
-        rigid, *flexible = self._last
-        nodal = tuple(a.reshape(-1, 3).copy() for a in flexible)
-        return Memory({"dt": self._dt}, {"a": rigid.copy()}, {"a": nodal})
+        """Mean velocities of the last steps."""
+        memory = Memory()
+        for k, (dt, (rigid, *flexible)) in enumerate(self._last):
+            nodal = tuple(a.reshape(-1, 3).copy() for a in flexible)
+            memory.add(str(k), Memory({"dt": dt}, {"w": rigid.copy()}, {"w": nodal}))
+        return memory
 
     def recall(self, memory: Memory) -> None:
-        """Set the accelerations of the last step."""
-        if memory:
-            self._dt = memory.numbers["dt"]
-            self._last = (memory.arrays["a"], *(a.ravel() for a in memory.nodal.get("a", ())))
+        """Set the mean velocities of the last steps."""
+        self.reset()
+        for k in range(2):
+            m = memory.part(str(k))
+            if m:
+                self._last.append(
+                    (m.numbers["dt"], (m.arrays["w"], *(a.ravel() for a in m.nodal.get("w", ()))))
+                )

@@ -70,7 +70,9 @@ class StepGrid:
     def _time(self, ticks: int) -> float:
         """Time of a position in the present cell [s]."""
         if ticks % (1 << self.deepest) == 0:
-            return min(self.origin + (self.cell + bool(ticks)) * self.step, self.end)
+            n = self.cell + bool(ticks)
+            time = self.origin + n * self.step
+            return time if abs(time - self.end) < 1e-9 * self.step else min(time, self.end)
         return self.origin + self.cell * self.step + self._length * ticks * 0.5**self.deepest
 
     @property

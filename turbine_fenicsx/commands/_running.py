@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -31,7 +32,7 @@ def carried_out(
     from turbine_fenicsx.turbine.summary import table
 
     out = options.out
-    resume = f"`turbine-fenicsx restart {out}` goes on from there"
+    resume = f"`turbine-fenicsx restart {shlex.quote(out)}` goes on from there"
     try:
         with catching_signals() as interrupt:
             case, result = work(interrupt)

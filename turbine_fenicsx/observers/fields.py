@@ -53,7 +53,6 @@ class Fields:
     ) -> None:
         """Lay out the grid and create the files."""
         self._system, self._every, self._end = system, every, end
-        self._next = np.ceil((keep_until or 0.0) / every - 1e-9) * every
         comm = system.comm
         self._surfaces = tuple(surfaces) if comm.rank == 0 else ()
         self._bodies = [_BodyOutput(block) for block in system.flexible_blocks]
@@ -80,6 +79,10 @@ class Fields:
             cell_data={"part": np.concatenate([*body_parts, *part]).astype(np.int32)},
             append=keep_until,
         )
+        last = self._series.last_kept
+        self._next = np.ceil((keep_until or 0.0) / every - 1e-9) * every
+        if last is not None:
+            self._next = (np.floor(last / every + 1e-9) + 1.0) * every
 
     def observe(self, snapshot: Snapshot) -> None:
         """Write if it is time to."""

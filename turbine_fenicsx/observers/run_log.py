@@ -5,10 +5,13 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from mpi4py import MPI
 
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.simulation import Snapshot
 
 _PACKAGE = logging.getLogger("turbine_fenicsx")
@@ -63,10 +66,18 @@ def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) 
         path: The file.
         append: Whether to keep what is in it.
     """
+
+    def opened() -> None:
+        try:
+            Path(path).open("a" if append else "w").close()
+        except OSError as error:
+            raise InputError(f"cannot write to {os.fspath(path)!r}: {error.strerror}") from None
+
+    on_rank0(comm, opened)
     if comm.rank:
         yield
         return
-    handler = _Handler(path, mode="a" if append else "w", encoding="utf-8", delay=True)
+    handler = _Handler(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     level = _PACKAGE.level
     _PACKAGE.setLevel(logging.INFO)
@@ -76,4 +87,5 @@ def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) 
     finally:
         _PACKAGE.removeHandler(handler)
         _PACKAGE.setLevel(level)
-        handler.close()
+        with suppress(OSError):  # what there was no room for
+            handler.close()

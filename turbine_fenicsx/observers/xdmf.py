@@ -102,6 +102,8 @@ class XdmfSeries:
         self._file = f"{self._path.stem}.bin"
         self._offset = 0
         self._tail_at: int | None = None
+        #: last time of an existing series that stays [s]
+        self.last_kept: float | None = None
 
         error: Exception | None = None
         connectivity: NDArray[Any] = np.empty(0, dtype=np.int32)
@@ -130,7 +132,9 @@ class XdmfSeries:
         except (SyntaxError, ValueError, LookupError):
             error = OSError(f"cannot continue {self._path}: it was not written by this program")
         _raise_together(comm, error)
-        self._file, self._offset = comm.bcast((self._file, self._offset))
+        self._file, self._offset, self.last_kept = comm.bcast(
+            (self._file, self._offset, self.last_kept)
+        )
 
         static = self._checked({}, cell_data or {})
         items = self._write_arrays([("Topology", "", connectivity), *static])
@@ -188,6 +192,7 @@ class XdmfSeries:
                 times = [float(time.attrib["Value"]) for time in node.iter("Time")]
                 if times[0] < limit:
                     kept.append(grid)
+                    self.last_kept = times[0]
                     self._reserve(node)
             if kept:
                 self._replace_xml("".join(kept))

@@ -45,11 +45,11 @@ FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change when a run goes on."""
 
 
-def channels(case: Case, turbine: Turbine, blades: BladeSensors) -> list[Channel]:
+def channels(turbine: Turbine, blades: BladeSensors, stress: bool) -> list[Channel]:
     """Columns of ``history.csv`` from left to right."""
     system = turbine.system
     found = [energy_channel(), angle_channel(system), *blades.history_channels()]
-    if system.flexible_bodies and case.output.fields_every > 0.0:
+    if system.flexible_bodies and stress:
         found.append(stress_channel(system))
     return [*found, numerics_channel()]
 
@@ -162,13 +162,19 @@ def _prepare(
     )
     if memory is None:
         checkpoints.clear()
-    text = json.dumps(case.model_dump(mode="json"), indent=2) + "\n"
-    on_rank0(comm, lambda: (folder / "case.json").write_text(text, encoding="utf-8"))
+    data = case.model_dump(mode="json")
+    if case.mesh.file:
+        data["mesh"]["file"] = os.path.abspath(case.mesh.file)
+    text = json.dumps(data, indent=2) + "\n"
+    on_rank0(comm, lambda: _replace(folder / "case.json", text))
     statistics, blades = Statistics(), BladeSensors(case, turbine)
     history = folder / "history.csv"
+    stress = every > 0.0
+    if memory is not None:  # the columns stay
+        stress = on_rank0(comm, lambda: "max_stress_[Pa]" in read_history(history).columns)
     watching: list[Observer] = [
         statistics,
-        History(comm, history, channels(case, turbine, blades), kept),
+        History(comm, history, channels(turbine, blades, stress), kept),
         OpenFastOutput(
             comm,
             folder / "history.out",
@@ -203,6 +209,13 @@ def _step_error(case: Case, comm: MPI.Intracomm) -> StepError | None:
     if angle is None and displacement is None:
         return None
     return StepError(comm, angle, displacement)
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a file so that it is complete at any moment."""
+    temporary = path.with_name(f"{path.name}.tmp")
+    temporary.write_text(text, encoding="utf-8")
+    os.replace(temporary, path)
 
 
 def _labels(case: Case) -> dict[str, str]:

@@ -1,0 +1,183 @@
+"""The pages of ``docs``: every block of code in them runs, and what they list is all there is."""
+
+import csv
+import importlib.util
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = {
+    str(path.relative_to(DOCS)): path.read_text(encoding="utf-8")
+    for path in sorted(DOCS.rglob("*.md"))
+    if "_build" not in path.parts
+}
+BLOCK = re.compile(
+    r"^```(?:\{code-block\} )?(\w+)\n((?::\w+:[^\n]*\n)*)(.*?)^```$", re.DOTALL | re.MULTILINE
+)
+FENCE = re.compile(r"^\s*(?:```|~~~|:::)", re.MULTILINE)
+SHORTER = re.compile(r"Run by the tests .*?with `(--set [^`]+)`")
+LONG = re.compile(r"^(make demo|.*turbine-fenicsx run [^&]*?)(?= -- | &|$)", re.MULTILINE)
+
+
+@dataclass
+class Block:
+    """A block of code: its language, its caption, what it holds."""
+
+    language: str
+    caption: str
+    text: str
+
+
+def blocks(text):
+    """Blocks of a page in their order."""
+    found = []
+    for language, options, inside in BLOCK.findall(text):
+        caption = re.search(r"^:caption: (.*)$", options, re.MULTILINE)
+        found.append(Block(language, caption[1] if caption else "", inside))
+    return found
+
+
+WITH_CODE = [name for name, text in PAGES.items() if {b.language for b in blocks(text)} - {"text"}]
+
+
+def test_there_is_no_kind_of_block_that_is_not_run():
+    assert "tutorial.md" in WITH_CODE and len(WITH_CODE) > 8
+    for name, text in PAGES.items():
+        found = blocks(text)
+        assert {b.language for b in found} <= {"bash", "python", "toml", "text"}, name
+        assert all(b.caption.endswith(".toml") for b in found if b.language == "toml"), name
+        directives = re.findall(r"^```\{(?!code-block)", text, re.MULTILINE)
+        assert len(FENCE.findall(text)) == 2 * (len(found) + len(directives)), name
+
+
+@pytest.fixture
+def sandbox(tmp_path, command_line):
+    """A folder like that of the project, and what runs a line of shell in it."""
+    launcher, settings = command_line.__globals__["mpirun"]()
+    programs = {
+        "turbine-fenicsx": f'exec {sys.executable} -m turbine_fenicsx "$@"',
+        "python": f'exec {sys.executable} "$@"',
+        "mpirun": f'exec {launcher} "$@"',
+        "make": f'exec {sys.executable} "{tmp_path}/.venv/make.py" "$@"',
+        "sbatch": 'exec bash "$@"',
+        "srun": 'exec "$@"',
+        "scontrol": "exit 1",
+        "activate": "",
+    }
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    for name, text in programs.items():
+        path = tmp_path / ".venv" / "bin" / name
+        path.write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
+        path.chmod(0o755)
+    (tmp_path / ".venv" / "make.py").write_text(MAKE.replace("MAKEFILE", str(ROOT / "Makefile")))
+    for name in ("demos", "meshes"):
+        (tmp_path / name).symlink_to(ROOT / name)
+
+    def run(line):
+        import os
+
+        path = f"{tmp_path / '.venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
+        environment = settings | dict(os.environ) | {"PATH": path, "PYTHONPATH": str(ROOT)}
+        command = ["bash", "-e", "-o", "pipefail", "-c", line]
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300
+        )
+
+    if launcher is None:
+        pytest.skip("there is no mpirun")
+    return run
+
+
+MAKE = """
+# the recipe of a target of the Makefile, with more arguments, but not those it depends on
+import re, subprocess, sys
+target, *more = sys.argv[1:]
+rule = re.search(rf"^{target}:.*\\n((?:\\t.*\\n)+)", open("MAKEFILE").read(), re.MULTILINE)
+sys.exit(subprocess.run(["sh", "-ec", " ".join([rule[1].strip(), *more])]).returncode)
+"""
+
+
+@pytest.mark.parametrize("name", WITH_CODE)
+def test_blocks_of_a_page_run(name, sandbox, tmp_path):
+    for block in blocks(PAGES[name]):
+        is_file = re.fullmatch(r"[\w.]+\.(toml|py|sh)", block.caption)
+        if is_file:
+            (tmp_path / block.caption).write_text(block.text, encoding="utf-8")
+        if block.language == "python":
+            if not is_file:
+                (tmp_path / "block.py").write_text(block.text, encoding="utf-8")
+            result = sandbox(f"python {block.caption if is_file else 'block.py'}")
+        elif block.language == "bash" and not is_file:
+            shorter = SHORTER.search(block.caption)
+            lines = LONG.sub(rf"\1 {shorter[1]}", block.text) if shorter else block.text
+            assert not shorter or shorter[1] in lines, block.text
+            result = sandbox(lines)
+        else:
+            continue
+        assert result.returncode == 0, f"{block.text}\n{result.stdout}\n{result.stderr}"
+    for path in tmp_path.glob("out/*/history.csv"):
+        with path.open(newline="") as file:
+            assert_documented(next(csv.reader(file)), PAGES["reference/output.md"])
+    for path in tmp_path.glob("out/*/history.out"):
+        channels = path.read_text().splitlines()[6].split()[1:]
+        assert_documented(channels, PAGES["howto/loads.md"])
+
+
+def assert_documented(columns, page):
+    """All columns are listed, one for all blades and components."""
+    listed = set(re.findall(r"`([^`\n]+)`", BLOCK.sub("", page)))
+    for column in columns:
+        first = re.sub(r"(?<=[a-z]_)[123](?=_)|(?<=b)[123]$|(?<=Pitch)[123]$", "1", column)
+        first = re.sub(r"(?<=_)[yz](?=_\[)|(?<=[DFM])[yz](?=b1$)", "x", first)
+        assert first in listed, column
+
+
+def generated():
+    """The Sphinx extension that makes parts of pages; it needs no Sphinx for that."""
+    path = DOCS / "_extensions" / "generated.py"
+    spec = importlib.util.spec_from_file_location("generated", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_generated_parts_name_all_keys_and_commands():
+    module = generated()
+    tables = module.case_tables("")  # raises for a key without a meaning, and the reverse
+    assert "| `step` | s | `0.02` | > 0 | time step Δt |" in tables
+    assert '| `cell` |  | `"hexahedron"` | `"hexahedron"`, `"tetrahedron"` |' in tables
+    assert "| `elements` |  | `[2, 2, 12]` | 3 numbers, each ≥ 1, ≤ 100000 |" in tables
+    assert '| `blade_arm` | m | `"printed"` | `"printed"`, > 0 |' in tables
+    assert "## `[turbine.hub]`" in tables
+    commands = module.commands("")
+    for name in (ROOT / "turbine_fenicsx" / "commands").glob("[a-z]*.py"):
+        assert f"## `{name.stem}`" in commands
+    assert "| `-o, --out OUT` | output folder |" in commands
+
+
+def test_every_public_module_is_on_one_page():
+    package = ROOT / "turbine_fenicsx"
+    there = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        for path in package.rglob("*.py")
+        if not path.name.startswith("_") or path.name == "__init__.py"
+    } - {"turbine_fenicsx"}
+    marks = [mark for text in PAGES.values() for mark in generated().MARK.findall(text)]
+    listed = [name for kind, names in marks if kind == "modules" for name in names.split()]
+    assert len(listed) == len(set(listed))
+    assert set(listed) == there
+
+
+def test_links_between_pages_lead_somewhere():
+    for name, text in PAGES.items():
+        prose = BLOCK.sub("", text)
+        links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", prose)
+        links += re.findall(r"^```\{(?:literal)?include\} (\S+)", text, re.MULTILINE)
+        for link in links:
+            assert (DOCS / name).parent.joinpath(link).exists(), f"{name}: {link}"
