@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench bench-peers clean
+.PHONY: help setup demo test lint docs bench bench-peers clean
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -19,6 +19,13 @@ lint: setup ## ruff and mypy
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy turbine_fenicsx
+
+docs: setup ## build docs/_build/html, the documentation; warnings are errors
+	@.venv/bin/python -c 'import sphinx, myst_parser, pydata_sphinx_theme; __import__("sphinx-mathjax-offline")' \
+	    2>/dev/null || { echo "docs: Python packages [docs]"; .venv/bin/python -m pip install -q \
+	    --disable-pip-version-check -c .venv/constraints.txt -e '.[docs]'; }
+	.venv/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
+	@echo "docs: $(CURDIR)/docs/_build/html/index.html"
 
 bench: setup ## run the benchmark into benchmarks/out, about two hours
 	.venv/bin/python benchmarks/run.py
