@@ -34,5 +34,5 @@ bench-peers: ## install CalculiX, NGSolve, Kratos and Exudyn to compare with
 	benchmarks/install_peers.sh
 
 clean: ## remove .venv, build and caches, but not out
-	rm -rf .venv build *.egg-info .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv build docs/_build *.egg-info .pytest_cache .ruff_cache .mypy_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +

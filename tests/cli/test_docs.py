@@ -2,6 +2,7 @@
 
 import csv
 import importlib.util
+import os
 import re
 import subprocess
 import sys
@@ -80,8 +81,6 @@ def sandbox(tmp_path, command_line):
         (tmp_path / name).symlink_to(ROOT / name)
 
     def run(line):
-        import os
-
         path = f"{tmp_path / '.venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
         environment = settings | dict(os.environ) | {"PATH": path, "PYTHONPATH": str(ROOT)}
         command = ["bash", "-e", "-o", "pipefail", "-c", line]

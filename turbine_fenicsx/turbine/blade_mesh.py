@@ -34,6 +34,16 @@ class Findings:
     warnings: tuple[str, ...]
 
 
+def too_curved(geometry_degree: int, degree: int) -> list[str]:
+    """A sentence if displacements of a degree cannot follow the shape of the cells."""
+    if geometry_degree <= degree:
+        return []
+    return [
+        f"its cells have degree {geometry_degree}, more than mesh.degree = {degree}, so that a "
+        "rigid rotation would store energy"
+    ]
+
+
 def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) -> Findings:
     """Look at everything that a mesh of blades needs beside valid cells and its groups.
 

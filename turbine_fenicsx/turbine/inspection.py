@@ -12,7 +12,7 @@ from turbine_fenicsx.meshing import cached_mesh
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.read import read_msh
 from turbine_fenicsx.parallel import on_rank0
-from turbine_fenicsx.turbine.blade_mesh import examine_blades
+from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, mesh_options, rotor_layout
 from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays
@@ -65,8 +65,9 @@ def _inspect(case: Case, path: Path) -> Inspection:
     except ValueError as error:
         return Inspection((str(error),), (), "", None)
     report, found = mesh.examine(), examine_blades(mesh, layout, blade)
+    curved = too_curved(report.geometry_degree, case.mesh.degree)
     return Inspection(
-        tuple(f"mesh file '{path}': {m}" for m in (*report.mistakes, *found.mistakes)),
+        tuple(f"mesh file '{path}': {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
         (*report.warnings, *found.warnings),
         f"{report}\n{_mass(case, report, blade.volume * layout.n_blades)}",
         size_of_arrays(mesh, ROOTS, case.mesh.degree),
