@@ -38,7 +38,7 @@ def hexahedra(displacements):
     [
         {"elements": [1, 2, 3]},
         {"elements": [2, 1, 4], "degree": 2},
-        {"elements": [1, 1, 3], "geometry_degree": 2},
+        {"elements": [1, 1, 3], "degree": 2, "geometry_degree": 2},
         {"size": "3 m", "degree": 2, "geometry_degree": 2},
         None,
     ],
@@ -80,14 +80,14 @@ def test_numbers_of_tetrahedra_are_known_roughly(fineness):
 @pytest.mark.parametrize(
     ("displacements", "solver", "seconds"),
     [
-        (1053, {}, 0.012),
-        (11025, {}, 0.097),
-        (70713, {}, 0.60),
-        (70713, {"tolerance": 1e-8}, 0.36),
-        (244881, {}, 3.1),
-        (11025, {"preconditioner": "iterative"}, 0.36),
-        (70713, {"preconditioner": "iterative"}, 5.1),
-        (244881, {"preconditioner": "iterative"}, 29.8),
+        (1053, {}, 0.008),
+        (11025, {}, 0.047),
+        (70713, {}, 0.42),
+        (70713, {"tolerance": 1e-8}, 0.30),
+        (244881, {}, 1.6),
+        (11025, {"preconditioner": "iterative"}, 0.09),
+        (70713, {"preconditioner": "iterative"}, 1.1),
+        (244881, {"preconditioner": "iterative"}, 5.6),
         (11025, {"preconditioner": "lu"}, 0.6),
         (70713, {"preconditioner": "lu"}, 11.0),
     ],
@@ -119,8 +119,8 @@ def test_solver_is_named_and_too_little_memory_is_warned_of():
 def test_more_steps_and_finer_tolerance_take_longer():
     base = expected({})
     assert base.steps == 600
-    assert expected({"time": {"end": 24.0}}).seconds > 1.8 * base.seconds
-    assert expected({"solver": {"tolerance": 1e-8}}).step_seconds < 0.7 * base.step_seconds
+    assert expected({"time": {"end": 24.0}}).seconds > 1.7 * base.seconds
+    assert expected({"solver": {"tolerance": 1e-8}}).step_seconds < 0.75 * base.step_seconds
     assert expected({"turbine": {"model": "rigid"}}).step_seconds == pytest.approx(0.0026)
 
 

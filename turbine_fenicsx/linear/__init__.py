@@ -12,7 +12,7 @@ from turbine_fenicsx.linear.monolithic import MonolithicLU
 from turbine_fenicsx.linear.quasi_newton import QuasiNewton
 
 
-def frozen(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
+def frozen_factor(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
     """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway."""
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
@@ -21,7 +21,7 @@ def frozen(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
     return QuasiNewton(step, solver)
 
 
-def iterative(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
+def conjugate_gradients(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
     """The same with conjugate gradients in place of the factor, for sizes no factor can hold."""
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
@@ -31,8 +31,8 @@ def iterative(step: EnergyMomentumStep, prefix: str) -> LinearSolver:
 
 
 LINEAR_SOLVERS: dict[str, Callable[[EnergyMomentumStep, str], LinearSolver]] = {
-    "frozen": frozen,
-    "iterative": iterative,
+    "frozen": frozen_factor,
+    "iterative": conjugate_gradients,
     "lu": Elimination,
     "monolithic": MonolithicLU,
 }

@@ -16,16 +16,16 @@ from turbine_fenicsx.turbine.tables import Tables
 MACHINE = "one core of an AMD EPYC"
 
 COST = {
-    "frozen": (0.010, 1.75e-6, 1.14),
-    "iterative": (0.02, 5.0e-7, 1.44),
+    "frozen": (0.007, 1.25e-6, 1.14),
+    "iterative": (0.02, 3.5e-7, 1.34),
     "lu": (0.06, 2.8e-7, 1.57),
     "monolithic": (0.06, 3.1e-7, 1.57),
 }
 """Seconds of a step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
 
-Fitted to the paper's load case on the machine above with 1053, 11025, 70713 and 244881
-displacements: 0.012 to 0.016, 0.10, 0.60 to 0.67 and 3.1 s ("frozen"); -, 0.36, 5.1 and 30 s
-("iterative"); 0.07, 0.6, 11 s and - ("lu"). Fields are written every fifth step.
+Fitted to measurements on the machine above with 1053, 11025, 70713 and 220545 displacements: 0.006
+to 0.010, 0.05, 0.42 and 1.4 s ("frozen"); -, 0.09, 1.1 and 5 s ("iterative"); 0.07, 0.6, 11 s and -
+("lu"). Fields are written every fifth step.
 """
 
 RIGID_STEP = 0.0026
@@ -112,7 +112,7 @@ def estimate(case: Tables, size: MeshSize | None) -> Estimate:
         name = "iterative" if displacements >= LARGEST_FACTOR else "frozen"
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
-    step = (constant + factor * displacements**power) * (0.61 + 0.39 * max(digits - 8.0, 0.0) / 4.0)
+    step = (constant + factor * displacements**power) * (0.7 + 0.3 * max(digits - 8.0, 0.0) / 4.0)
     set_up = 2.0 + 4.0 * (displacements / 7e4) ** 1.2
     more = 3.0e3 * displacements if name == "iterative" else 630.0 * displacements**1.2
     if size is None:
