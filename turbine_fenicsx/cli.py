@@ -9,6 +9,7 @@ import argparse
 import importlib
 import os
 import pkgutil
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ from types import TracebackType
 from typing import Any
 
 from turbine_fenicsx import commands
-from turbine_fenicsx.commands._common import INTERRUPTED, WRONG_INPUT, fail
+from turbine_fenicsx.commands._common import INTERRUPTED, OK, WRONG_INPUT, fail
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if petsc_options:
         petsc_options.append("-options_left")
     petsc4py.init(["turbine-fenicsx", *petsc_options])
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
     from mpi4py import MPI
 
     from turbine_fenicsx.errors import InputError
@@ -50,6 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return command(options, comm)
     except InputError as error:
         return fail(comm, str(error), WRONG_INPUT)
+    except BrokenPipeError:  # as in `turbine-fenicsx ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return OK
     except KeyboardInterrupt:
         return fail(comm, "interrupted; what was written so far is complete", INTERRUPTED)
 

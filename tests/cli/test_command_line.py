@@ -176,3 +176,13 @@ def test_interrupted_run_keeps_the_results(demo, tmp_path):
     lengths = {len(row) for row in rows(tmp_path)}
     assert len(lengths) == 1  # no row is torn
     assert (tmp_path / "fields.xdmf").read_text().rstrip().endswith("</Xdmf>")
+
+
+def test_reader_that_leaves_is_no_error(demo):
+    """As with `turbine-fenicsx check CASE | head -1`."""
+    command = [sys.executable, "-m", "turbine_fenicsx", "check", str(demo("hybrid_stiff.toml"))]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.close()
+    errors = process.stderr.read()
+    assert process.wait(timeout=60) == 0
+    assert errors == ""
