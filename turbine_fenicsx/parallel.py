@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
+
+from turbine_fenicsx.rotations import Array
 
 T = TypeVar("T")
-Array = npt.NDArray[np.float64]
 
 
 def sum_over_ranks(comm: MPI.Intracomm, values: Array) -> Array:

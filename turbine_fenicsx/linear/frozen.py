@@ -7,7 +7,7 @@ act at the midpoint, the unknowns belong to the end), relative to the state wher
     A_uu  is nearly  R_l A R_r^T,
 
 so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
-carrier: then P, Z and the Schur complement just turn with it, and all constraints stay exact.
+carrier: then P, Z and the Schur complement just turn with it, and the coupling stays exact.
 `QuasiNewton` makes up for what the deformation changes beyond that.
 """
 
