@@ -6,11 +6,10 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 from mpi4py import MPI
 
-from turbine_fenicsx.parallel import on_rank0
+from turbine_fenicsx.observers.row_file import RowFile
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.system import MultibodySystem
 
@@ -51,44 +50,28 @@ class History:
     ) -> None:
         """Open the file and write the head."""
         self._channels = tuple(channels)
-        self._file: TextIO | None = None
-        self._comm = comm
 
-        def create() -> None:
-            rows = [] if keep_until is None else _rows_until(Path(path), keep_until)
-            temporary = Path(path).with_suffix(".tmp")  # or a crash here would lose the rows
-            self._file = temporary.open("w", encoding="utf-8", newline="\n")
-            self._file.writelines(rows)
-            if not rows:
-                self._write([name for channel in self._channels for name in channel.columns])
-            self._file.flush()
-            os.replace(temporary, path)
+        def first() -> list[str]:
+            kept = [] if keep_until is None else _rows_until(Path(path), keep_until)
+            return kept or [",".join(name for c in self._channels for name in c.columns)]
 
-        on_rank0(comm, create)
+        self._file = RowFile(comm, path, first)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Append a row, but for a state that was observed before."""
         row = [x for channel in self._channels for x in channel.values(snapshot)]
         if not snapshot.resumed:
-            on_rank0(self._comm, lambda: self._write([_text(x) for x in row]))
+            self._file.write(",".join(_text(x) for x in row))
 
     def finish(self) -> None:
         """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
-    def _write(self, cells: Sequence[str]) -> None:
-        """Write one line and flush it."""
-        assert self._file is not None
-        self._file.write(",".join(cells) + "\n")
-        self._file.flush()
+        self._file.close()
 
 
 def _rows_until(path: Path, time: float) -> list[str]:
     """Head and rows of a file up to a time [s], without a last row that was cut off."""
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if path.exists() else []
-    head, rows = lines[:1], [line for line in lines[1:] if line.endswith("\n")]
-    return head + [row for row in rows if float(row.split(",", 1)[0]) <= time]
+    lines = path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
+    return lines[:1] + [row for row in lines[1:] if float(row.split(",", 1)[0]) <= time]
 
 
 def _text(x: float) -> str:

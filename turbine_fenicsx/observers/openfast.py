@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TextIO
 
 from mpi4py import MPI
 
 from turbine_fenicsx import __version__
 from turbine_fenicsx.observers.history import Channel
-from turbine_fenicsx.parallel import on_rank0
+from turbine_fenicsx.observers.row_file import RowFile
 from turbine_fenicsx.simulation import Snapshot
 
 HEAD = 8
@@ -51,8 +50,6 @@ class OpenFastOutput:
     ) -> None:
         """Open the file and write the head."""
         self._channels = tuple(channels)
-        self._comm = comm
-        self._file: TextIO | None = None
         columns = ["Time_[s]", *(name for channel in self._channels for name in channel.columns)]
         names, units = zip(*(column[:-1].split("_[") for column in columns), strict=True)
         head = [
@@ -67,33 +64,20 @@ class OpenFastOutput:
         ]
         assert len(head) == HEAD
 
-        def create() -> None:
-            kept = [] if keep_until is None else rows_until(path, keep_until)
-            temporary = Path(f"{os.fspath(path)}.tmp")  # or a crash here would lose the rows
-            self._file = temporary.open("w", encoding="ascii", newline="\n")
-            self._file.write("\n".join([*head, *kept]) + "\n")
-            self._file.flush()
-            os.replace(temporary, path)
+        def first() -> list[str]:
+            return [*head, *([] if keep_until is None else rows_until(path, keep_until))]
 
-        on_rank0(comm, create)
+        self._file = RowFile(comm, path, first)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Append a row, but for the first state of a run, initial or resumed."""
         values = [x for channel in self._channels for x in channel.values(snapshot)]
         if snapshot.report is not None:
-            row = _line([f"{snapshot.state.time:.12g}", *(f"{x:.6E}" for x in values)])
-            on_rank0(self._comm, lambda: self._write(row))
+            self._file.write(_line([f"{snapshot.state.time:.12g}", *(f"{x:.6E}" for x in values)]))
 
     def finish(self) -> None:
         """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
-    def _write(self, row: str) -> None:
-        """Write one line and flush it."""
-        assert self._file is not None
-        self._file.write(row + "\n")
-        self._file.flush()
+        self._file.close()
 
 
 def rows_until(path: str | os.PathLike[str], time: float) -> list[str]:
