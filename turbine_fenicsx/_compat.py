@@ -16,6 +16,7 @@ import dolfinx.jit
 import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
+import ufl
 from dolfinx import fem
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
@@ -121,3 +122,15 @@ def cell_name(mesh: Any) -> str:
     """Name of the cell type, for example "hexahedron"."""
     name = mesh.ufl_cell().cellname
     return str(name() if callable(name) else name)
+
+
+def facet_measure(mesh: Any, facets: npt.NDArray[np.int32], tags: npt.NDArray[np.int32]) -> Any:
+    """Measure of the surface with numbered parts.
+
+    Args:
+        mesh: The mesh.
+        facets: Facets of this rank, sorted, shape (n,).
+        tags: Number of the part of each, shape (n,).
+    """
+    mesh_tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim - 1, facets, tags)
+    return ufl.Measure("ds", domain=mesh, subdomain_data=mesh_tags)

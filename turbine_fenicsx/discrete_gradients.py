@@ -60,3 +60,16 @@ def general_stress(energy: Energy, F: Any, D: Any) -> Any:
 def discrete_gradient_stress(quadratic: bool) -> AlgorithmicStress:
     """The stress that conserves energy exactly for the kind of strain energy."""
     return mean_stress if quadratic else general_stress
+
+
+def strain_increment(F: Any, D: Any) -> Any:
+    """E_{n+1} - E_n = sym(F^T D) with F at the midpoint."""
+    return ufl.sym(F.T * D)
+
+
+def stiffness_at_rest(energy: Energy, E: Any) -> Any:
+    """The linear stress D_0 : E, with the elasticity D_0 = 4 W''(I) of the material at rest."""
+    C = ufl.variable(ufl.Identity(3))
+    S = 2.0 * ufl.sym(ufl.diff(energy(C), C))
+    i, j, k, m = ufl.indices(4)
+    return ufl.sym(ufl.as_tensor(ufl.diff(S, C)[i, j, k, m] * 2.0 * E[k, m], (i, j)))

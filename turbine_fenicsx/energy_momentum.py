@@ -20,6 +20,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.dense import ScaledFactor
+from turbine_fenicsx.elements.base import Step
 from turbine_fenicsx.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.rigid_block import RigidStep
 from turbine_fenicsx.rotations import Array
@@ -71,7 +72,9 @@ class EnergyMomentumStep:
         self._inverse_masses = 1.0 / np.where(masses > 0.0, masses, largest).ravel()
         self._arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
         self.rigid_tangent = np.zeros((self._n_r, self._n_r))
-        sizes = np.array([part.size for part in system.rigid_block.split(np.zeros(n))])
+        *parts, prescribed = (part.size for part in system.rigid_block.split(np.zeros(n)))
+        parts[-1] += prescribed
+        sizes = np.array(parts)
         self._parts = np.flatnonzero(sizes)
         self._starts = (np.cumsum(sizes) - sizes)[self._parts]
         self._gaps: tuple[Array, ...] = ()
@@ -93,28 +96,31 @@ class EnergyMomentumStep:
         k = len(self.system.flexible_blocks)
         return parts[:k], parts[k : 2 * k], parts[2 * k]
 
-    def begin(self, state: State, dt: float) -> None:
-        """Set the state at t_n and the step dt [s]."""
+    def begin(self, state: State, dt: float, at: float | None = None) -> None:
+        """Set the state at t_n and the step dt [s].
+
+        Args:
+            state: The state.
+            dt: The step.
+            at: Time of all loads and motions [s]; if None, that of the middle and of the end.
+        """
         system = self.system
         half_dt2 = 0.5 * dt * dt
-        forces = system.forces(state.time + 0.5 * dt)
-        g = forces.acceleration
-        self.weight = system.gravity_force(g)
-        force_q = self.weight.copy()
-        for body, first in system.first_coordinate.items():
-            force_q[first : first + 12] += forces.coordinates[body]
-        self.force_q = force_q
-        self.torque = np.array([forces.torques[name] for name in system.angle_names])
+        middle, end = (state.time + 0.5 * dt, state.time + dt) if at is None else (at, at)
+        self.load_q, self.load_T = system.forces_by_load(middle)
+        weight = system.gravity_force(system.gravity)
         self.rigid_step = RigidStep(
             q=state.q,
             angles=state.angles,
             dt_q_dot=dt * state.q_dot,
-            impulse_q=half_dt2 * force_q,
-            impulse_T=half_dt2 * self.torque,
+            impulse_q=half_dt2 * (weight + self.load_q.sum(axis=0)),
+            impulse_T=half_dt2 * self.load_T.sum(axis=0),
+            prescribed=np.array([m.motion(end) for m in system.motions]),
+            elements=Step(dt, middle),
         )
         coordinates = system.coordinates_of(state.q)
         for f, u, v in zip(system.flexible_blocks, state.u, state.v, strict=True):
-            f.begin(u, v, dt, g)
+            f.begin(u, v, dt, system.gravity, middle)
         self._gaps = tuple(
             c.gap(coordinates, u) for c, u in zip(system.coupling_blocks, state.u, strict=True)
         )
@@ -191,7 +197,7 @@ class EnergyMomentumStep:
         """
         if self._n_r:
             r.array[:] = reduced.solve(r.array_r)
-        return self._on_all_ranks(r)
+        return self.on_all_ranks(r)
 
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
@@ -229,35 +235,57 @@ class EnergyMomentumStep:
 
     def accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
-        r = self._on_all_ranks(self.split(self.x)[2])
+        r = self.on_all_ranks(self.split(self.x)[2])
         return self.system.rigid_block.acceptable(self.rigid_step, r)
 
-    def finish(self, out: State) -> float:
-        """Write the state at t_{n+1} that belongs to X.
+    def finish(self, out: State) -> tuple[Array, Array]:
+        """Write the state at t_{n+1} that belongs to X. Collective.
 
         Args:
             out: A state other than the one of `begin`, overwritten.
 
         Returns:
-            Work of all forces but gravity in the step [J]: exactly force times increment.
+            Work of each of `MultibodySystem.work_names` in the step [J], exactly force times
+            increment and zero for gravity, and what each of
+            `MultibodySystem.dissipation_names` dissipated [J].
         """
         state, dt = self.state, self.dt
         du, mu_c, r_part = self.split(self.x)
-        r = self._on_all_ranks(r_part)
-        dq, dT, mu, nu = self.system.rigid_block.split(r)
+        r = self.on_all_ranks(r_part)
+        dq, dT, mu, nu, pi = self.system.rigid_block.split(r)
         out.time = state.time + dt
         out.q = state.q + dq
         out.q_dot = 2.0 / dt * dq - state.q_dot
         out.angles = state.angles + dT
         out.angle_rates = dT / dt
-        out.multipliers = 2.0 / dt**2 * np.concatenate([mu, nu])
+        out.multipliers = 2.0 / dt**2 * np.concatenate([mu, nu, pi])
         for i, increment in enumerate(du):
             out.u[i].waxpy(1.0, state.u[i], increment)
             state.v[i].copy(out.v[i])
             out.v[i].axpby(2.0 / dt, -1.0, increment)
             mu_c[i].copy(out.coupling[i])
             out.coupling[i].scale(2.0 / dt**2)
-        return float((self.force_q - self.weight) @ dq + self.torque @ dT)
+        system = self.system
+        blocks = system.flexible_blocks
+        flexible = [
+            *(f.works(x) for f, x in zip(blocks, du, strict=True)),
+            *(f.dissipated(x) for f, x in zip(blocks, du, strict=True)),
+        ]
+        totals = np.concatenate([np.zeros(0), *flexible])
+        if totals.size:
+            totals = sum_over_ranks(system.comm, totals)
+        n_works = sum(len(f.loads) for f in blocks)
+        elements = system.rigid_block.element_works(self.rigid_step, r)
+        kinds = [e.kind for e in system.elements]
+        prescribed = [system.angle_names.index(m.coordinate) for m in system.motions]
+        works = [
+            self.load_q @ dq + self.load_T @ dT,
+            elements[[kind == "external" for kind in kinds]] if kinds else elements,
+            totals[:n_works],
+            -2.0 / dt**2 * pi * dT[prescribed],
+        ]
+        damped = elements[[kind == "dissipative" for kind in kinds]] if kinds else elements
+        return np.concatenate(works), np.concatenate([-damped, totals[n_works:]])
 
     def _scales(self, terms: Array) -> Array:
         """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""
@@ -278,7 +306,7 @@ class EnergyMomentumStep:
             largest[self._parts] = np.maximum.reduceat(rigid, self._starts)
         return largest
 
-    def _on_all_ranks(self, r: PETSc.Vec) -> Array:
+    def on_all_ranks(self, r: PETSc.Vec) -> Array:
         """The rigid part of a vector, a copy on every rank."""
         values = np.array(r.array_r) if self._n_r else np.empty(self.system.rigid_block.size)
         return from_rank0(self.system.comm, values)

@@ -3,13 +3,21 @@
 Unknown: the increment du = u_{n+1} - u_n of all nodal displacements. With v_{n+1} = 2 du/dt - v_n
 the step (55), (57), multiplied by dt^2/2, is
 
-    int rho (du - dt v_n) . w dV + dt^2/2 int F_mid S_alg : grad w dV = dt^2/2 int rho g . w dV
+    int rho (du - dt v_n) . w dV + dt^2/2 int F_mid (S_alg + S_dis) : grad w dV
+        = dt^2/2 int rho g . w dV + dt^2/2 int t . w dA
+
+with the surface loads t. The stress S_dis takes energy out: that of a viscous material, which is a
+function of dE/dt with dE = E_{n+1} - E_n, and chi/2 D_0 : dE of the energy-decaying variant, with
+the elasticity D_0 of the material at rest. A step dissipates exactly int S_dis : dE dV, which is
+not negative; momenta are conserved for any symmetric S_dis.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -17,11 +25,19 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.discrete_gradients import AlgorithmicStress, discrete_gradient_stress
+from turbine_fenicsx.discrete_gradients import (
+    AlgorithmicStress,
+    discrete_gradient_stress,
+    stiffness_at_rest,
+    strain_increment,
+)
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.kinematics import deformation_gradient, right_cauchy_green
-from turbine_fenicsx.materials.base import second_piola_kirchhoff
+from turbine_fenicsx.loads.base import SurfaceLoad
+from turbine_fenicsx.loads.node_force import NodeForce
+from turbine_fenicsx.materials.base import Viscous, second_piola_kirchhoff
 from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.surface_forms import surface_integrals
 
 
 class FlexibleBlock:
@@ -30,8 +46,14 @@ class FlexibleBlock:
     Args:
         body: The body.
         stress: Algorithmic stress; the exact discrete gradient of the material if None.
+        loads: Surface loads and forces on nodes.
+        numerical_dissipation: chi >= 0. A mode of the frequency omega loses the part
+            chi (omega dt)^2/2 of its strain energy per step as long as omega dt is small; the
+            scheme is then of first order.
 
     Attributes:
+        loads: The surface loads, then the forces on nodes.
+        dissipations: What dissipates in this body, names.
         space: Space of the displacement.
         n_owned: Number of nodes owned by this rank.
         positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
@@ -41,15 +63,27 @@ class FlexibleBlock:
         force_round_off: Norm of the round-off of the elastic forces [N].
     """
 
-    def __init__(self, body: FlexibleBody, stress: AlgorithmicStress | None = None) -> None:
+    def __init__(
+        self,
+        body: FlexibleBody,
+        stress: AlgorithmicStress | None = None,
+        loads: Sequence[SurfaceLoad | NodeForce] = (),
+        numerical_dissipation: float = 0.0,
+    ) -> None:
         """Compile the forms."""
+        if not 0.0 <= numerical_dissipation < np.inf:
+            raise ValueError(f"numerical_dissipation must be >= 0, got {numerical_dissipation:g}")
         self.body = body
+        surface_loads = [x for x in loads if not isinstance(x, NodeForce)]
+        node_forces = [x for x in loads if isinstance(x, NodeForce)]
+        self.loads: tuple[SurfaceLoad | NodeForce, ...] = (*surface_loads, *node_forces)
         mesh = body.mesh
         self.space = V = _compat.vector_space(mesh, body.degree)
         self.n_owned = V.dofmap.index_map.size_local
         self._u_n, self._du, self._u, self._v = (fem.Function(V) for _ in range(4))
         self._dt_v = fem.Function(V)
         self._half_dt2 = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self._dt = fem.Constant(mesh, PETSc.ScalarType(1.0))
         self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
 
         def parameter(value: Any) -> Any:
@@ -66,14 +100,37 @@ class FlexibleBlock:
         if stress is None:
             stress = discrete_gradient_stress(body.material.quadratic)
         F_mid = deformation_gradient(self._u_n + 0.5 * self._du)
-        S_alg = stress(energy, F_mid, ufl.grad(self._du))
+        D = ufl.grad(self._du)
+        S, dE = stress(energy, F_mid, D), strain_increment(F_mid, D)
+        dissipative = {}
+        if isinstance(body.material, Viscous):
+            dissipative["viscosity"] = body.material.viscous_stress(dE / self._dt, parameter)
+        if numerical_dissipation:
+            chi = parameter(numerical_dissipation)
+            dissipative["numerical dissipation"] = 0.5 * chi * stiffness_at_rest(energy, dE)
+        for S_dis in dissipative.values():
+            S += S_dis
         R = rho * ufl.dot(self._du - self._dt_v - h * g, w) * dx_mass
-        R += h * ufl.inner(F_mid * S_alg, ufl.grad(w)) * dx_stress
+        R += h * ufl.inner(F_mid * S, ufl.grad(w)) * dx_stress
+        self._factors = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in surface_loads]
+        works = []
+        if surface_loads:
+            integrals = surface_integrals(
+                mesh, surface_loads, self._factors, F_mid, parameter, 2 * body.degree + 1
+            )
+            for integral in integrals(w):
+                R -= h * integral
+            works = integrals(self._du)
         F = deformation_gradient(self._u)
         S = second_piola_kirchhoff(energy, right_cauchy_green(F))
         sigma = F * S * F.T / ufl.det(F)
 
         compile_form = _compat.compile_form
+        self.dissipations = tuple(dissipative)
+        self._dissipated = [
+            compile_form(ufl.inner(S_dis, dE) * dx_stress) for S_dis in dissipative.values()
+        ]
+        self._works = [compile_form(work) for work in works]
         self._residual = compile_form(R)
         self._tangent = compile_form(ufl.derivative(R, self._du, delta))
         self._strain_energy = compile_form(energy(right_cauchy_green(F)) * dx_stress)
@@ -112,6 +169,8 @@ class FlexibleBlock:
         self._masses = np.repeat(np.abs(self.nodal_mass), 3)
         self._fixed_terms = np.zeros_like(self._masses)
         ones.destroy()
+        self._node_forces = [(load, self._node_at(load.point), load.force) for load in node_forces]
+        self._nodal_forces: list[tuple[slice, Array]] = []
 
     def new_vector(self) -> PETSc.Vec:
         """New distributed vector of nodal values without ghosts, zero."""
@@ -123,13 +182,22 @@ class FlexibleBlock:
         vector.set(0.0)
         return vector
 
-    def begin(self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array) -> None:
-        """Set the state at t_n, the step [s] and the acceleration of gravity [m/s^2]."""
+    def begin(
+        self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array, time: float = 0.0
+    ) -> None:
+        """Set the state at t_n, the step [s], gravity [m/s^2] and the middle of the step [s]."""
         self._set(self._u_n, u)
         self._set(self._dt_v, v)
         self._dt_v.x.array[:] *= dt
         self._half_dt2.value = 0.5 * dt * dt
+        self._dt.value = dt
         self._gravity.value[:] = gravity
+        for factor, load in zip(self._factors, self.loads, strict=False):
+            factor.value = load.function(time)
+        self._nodal_forces = [
+            (dofs, load.function(time) * np.asarray(force, dtype=float))
+            for load, dofs, force in self._node_forces
+        ]
         dt_v = np.abs(self._dt_v.x.array[: 3 * self.n_owned])
         self._fixed_terms = self._masses * (dt_v + 0.5 * dt * dt * np.linalg.norm(gravity))
 
@@ -137,11 +205,28 @@ class FlexibleBlock:
         """Assemble the residual [kg m] for the increment du into R."""
         self._set(self._du, du)
         self._assemble(self._residual, R)
+        for dofs, force in self._nodal_forces:
+            R.array[dofs] -= self._half_dt2.value * force[: dofs.stop - dofs.start]
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`."""
         self._set(self._du, du)
         _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def works(self, du: PETSc.Vec) -> Array:
+        """This rank's part of the work of each load [J] in the increment du."""
+        if self.loads:
+            self._set(self._du, du)
+        works = [float(fem.assemble_scalar(work)) for work in self._works]
+        for dofs, force in self._nodal_forces:
+            works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
+        return np.array(works)
+
+    def dissipated(self, du: PETSc.Vec) -> Array:
+        """This rank's part of what each of `dissipations` takes out [J] in the increment du."""
+        if self._dissipated:
+            self._set(self._du, du)
+        return np.array([float(fem.assemble_scalar(form)) for form in self._dissipated])
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""
@@ -229,6 +314,14 @@ class FlexibleBlock:
         square = float(np.sum((h[: self.n_owned, None] * K) ** 2))
         diagonal.destroy()
         return 0.5 * float(np.finfo(float).eps * np.sqrt(self.body.mesh.comm.allreduce(square)))
+
+    def _node_at(self, point: Any) -> slice:
+        """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
+        distance = np.linalg.norm(self.positions - np.asarray(point, dtype=float), axis=1)
+        node = int(np.argmin(distance)) if distance.size else 0
+        mine = (float(distance[node]) if distance.size else np.inf, self.body.mesh.comm.rank)
+        owner = self.body.mesh.comm.allreduce(mine, op=MPI.MINLOC)[1]
+        return slice(3 * node, 3 * node + (3 if owner == self.body.mesh.comm.rank else 0))
 
     def _assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form and copy the owned entries."""

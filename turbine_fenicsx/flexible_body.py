@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from turbine_fenicsx.materials.base import Material
+from turbine_fenicsx.rotations import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +22,8 @@ class FlexibleBody:
         degree: Polynomial degree of the displacement, 1 or 2.
         fibre: Direction field of the fibres, or of the span, in the initial configuration as a
             UFL vector: for output, and the slender direction for iterative solvers; or None.
+        velocity: Initial velocity field [m/s], a function of positions of shape (n, 3) that returns
+            as many velocities; that of the first carrier, or rest, if None.
 
     Raises:
         ValueError: for a density that is not positive, or a degree other than 1 or 2.
@@ -32,6 +36,7 @@ class FlexibleBody:
     density: float
     degree: int = 1
     fibre: Any = None
+    velocity: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         """Check the data."""

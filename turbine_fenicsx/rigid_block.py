@@ -1,26 +1,32 @@
-"""The small global block of one energy-momentum step: rigid bodies, joints, joint angles.
+"""The small global block of one energy-momentum step: rigid bodies, joints, joint coordinates.
 
-Unknowns  r = (dq, dT, mu, nu): increments of the coordinates and of the joint angles, and the
-multipliers of internal and joint constraints and of the angle constraints, each scaled by dt^2/2.
-With q_{n+1} = q_n + dq and v_{n+1} = 2 dq/dt - v_n the step (21)-(24), (57)-(59) reads
+Unknowns  r = (dq, dT, mu, nu, pi): increments of the coordinates and of the joint coordinates, and
+the multipliers of internal and joint constraints, of the constraints of the joint coordinates and
+of prescribed motions, each scaled by dt^2/2. With q_{n+1} = q_n + dq and v_{n+1} = 2 dq/dt - v_n
+the step (21)-(24), (57)-(59) reads
 
     M (dq - dt v_n) + G(q_mid)^T mu + G_c(q_mid)^T g_c nu + G_s(q_mid)^T g_s nu = dt^2/2 F_q
-                                                                       g_T nu   = dt^2/2 F_T
-    Phi(q_{n+1})        = 0
+                                                              g_T nu + S^T pi   = dt^2/2 F_T
+    Phi(q_{n+1})            = 0
     Phi_T(q_{n+1}, T_{n+1}) = 0
+    S T_{n+1} - p(t_{n+1})  = 0
 
-multiplied by dt^2/2, so that neither its condition nor its round-off grows as dt -> 0.
+multiplied by dt^2/2, so that neither its condition nor its round-off grows as dt -> 0. S selects
+the joint coordinates with a prescribed motion; F_q and F_T hold the loads and the force elements.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from turbine_fenicsx.elements.base import BoundElement, Step
 from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms, on_right_branch
+from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, augmentation
 from turbine_fenicsx.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.rotations import Array
 
@@ -32,6 +38,11 @@ class RigidUnknowns(NamedTuple):
     dT: Array
     mu: Array
     nu: Array
+    pi: Array
+
+
+REDUNDANT_GAP = 1e-6
+"""A step that opens a redundant constraint further than this [m, -] is not accepted."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +51,12 @@ class RigidStep:
 
     Args:
         q: Coordinates q_n, shape (n_q,) [m, -].
-        angles: Joint angles Theta_n, shape (n_T,) [rad].
+        angles: Joint coordinates Theta_n, shape (n_T,) [rad, m].
         dt_q_dot: dt times the rates at t_n, shape (n_q,).
         impulse_q: dt^2/2 times the generalised force on q at t_{n+1/2}, shape (n_q,).
         impulse_T: dt^2/2 times the torque on the angles at t_{n+1/2}, shape (n_T,).
+        prescribed: p(t_{n+1}) of the prescribed motions, shape (n_p,).
+        elements: Length and middle of the step, for force elements.
     """
 
     q: Array
@@ -51,6 +64,8 @@ class RigidStep:
     dt_q_dot: Array
     impulse_q: Array
     impulse_T: Array
+    prescribed: Array = field(default_factory=lambda: np.zeros(0))
+    elements: Step = field(default_factory=lambda: Step(1.0, 0.0))
 
 
 class _Evaluation(NamedTuple):
@@ -63,6 +78,9 @@ class _Evaluation(NamedTuple):
     G1: Array
     a: AngleTerms
     lam: Array
+    forces: Array
+    forces_scale: Array
+    stiffness: Array | None
 
 
 class RigidBlock:
@@ -73,33 +91,54 @@ class RigidBlock:
     Args:
         masses: Diagonal of the mass matrix, shape (n_q,).
         constraints: Internal and joint constraints, quadratic in q.
-        cosines: cos of each joint angle as a function of q.
-        sines: sin of each joint angle as a function of q.
+        coordinates: The joint coordinates as functions of q.
         angle_form: Form of the angle constraints.
+        prescribed: Which joint coordinates have a prescribed motion, shape (n_p,).
+        elements: Force elements.
+        redundant: Which constraints depend on the others; they have no multiplier and are only
+            watched.
+
+    Attributes:
+        n_q: Number of coordinates of rigid bodies.
+        n_angles: Number of joint coordinates.
+        is_angle: Which of them are angles, shape (n_angles,).
+        n_constraints: Number of internal and joint constraints with a multiplier.
+        n_prescribed: Number of prescribed motions.
+        size: Number of unknowns.
     """
 
     def __init__(
         self,
         masses: Array,
         constraints: Sequence[Quadratic],
-        cosines: Sequence[Quadratic],
-        sines: Sequence[Quadratic],
+        coordinates: Sequence[JointCoordinate],
         angle_form: AngleForm,
+        prescribed: Sequence[int] = (),
+        elements: Sequence[BoundElement] = (),
+        redundant: npt.ArrayLike = (),
     ) -> None:
         """Compile the functions."""
-        self.masses = masses
-        self.angle_form = angle_form
-        n_q, n_g, n_T = masses.size, len(constraints), len(cosines)
-        self._map = QuadraticMap([*constraints, *cosines, *sines], n_q)
+        self.masses, self.elements = masses, tuple(elements)
+        self.is_angle = np.array([isinstance(c, Angle) for c in coordinates], dtype=bool)
+        self.angle_form = augmentation(angle_form, self.is_angle)
+        left_out = set(np.asarray(redundant, dtype=int).tolist())
+        kept = [c for k, c in enumerate(constraints) if k not in left_out]
+        n_q, n_g, n_T, n_p = masses.size, len(kept), len(coordinates), len(prescribed)
+        sines = [c.sine if isinstance(c, Angle) else Quadratic(0.0) for c in coordinates]
+        self._map = QuadraticMap([*kept, *(c[0] for c in coordinates), *sines], n_q)
+        self._redundant = QuadraticMap([constraints[k] for k in sorted(left_out)], n_q)
         self._g, self._c, self._s = (
             slice(0, n_g),
             slice(n_g, n_g + n_T),
             slice(n_g + n_T, n_g + 2 * n_T),
         )
-        ends = np.cumsum([n_q, n_T, n_g, n_T])
-        self._parts = [slice(e - n, e) for e, n in zip(ends, (n_q, n_T, n_g, n_T), strict=True)]
+        sizes = (n_q, n_T, n_g, n_T, n_p)
+        ends = np.cumsum(sizes)
+        self._parts = [slice(e - n, e) for e, n in zip(ends, sizes, strict=True)]
         self.size = int(ends[-1])
-        self.n_q, self.n_angles, self.n_constraints = n_q, n_T, n_g
+        self.n_q, self.n_angles, self.n_constraints, self.n_prescribed = n_q, n_T, n_g, n_p
+        self._prescribed = np.array(prescribed, dtype=np.int64)
+        self._selection = np.eye(n_T)[self._prescribed]
         self._mass_matrix = np.zeros((self.size, self.size))
         np.fill_diagonal(self._mass_matrix[:n_q, :n_q], masses)
         self._start: tuple[RigidStep | None, Array, Array] = (None, np.zeros(0), np.zeros(0))
@@ -110,10 +149,30 @@ class RigidBlock:
         return RigidUnknowns(*(r[part] for part in self._parts))
 
     def constraint_values(self, q: Array, angles: Array) -> Array:
-        """All constraints (internal, joints, angles) at one configuration [m, -]."""
+        """All constraints (internal, joints, coordinates) at one configuration [m, -]."""
         y = self._map.value(q)
         angle = self.angle_form(angles, angles, y[self._c], y[self._c], y[self._s], y[self._s])
-        return np.concatenate([y[self._g], angle.Phi])
+        return np.concatenate([y[self._g], angle.Phi, self._redundant.value(q)])
+
+    def constraint_rates(self, q: Array, q_dot: Array) -> Array:
+        """Rates of all internal and joint constraints with a multiplier [m/s, 1/s]."""
+        return self._map.jacobian(q)[self._g] @ q_dot
+
+    def element_works(self, step: RigidStep, r: Array) -> Array:
+        """Work of each force element in a step [J]: exactly force times increment."""
+        y0, y1 = self._both(step, self.split(r))
+        works = []
+        for e in self.elements:
+            start, end = y0[e.index], y1[e.index]
+            works.append(float(e.force(start, end, step.elements)[0] @ (end - start)))
+        return np.array(works)
+
+    def element_energy(self, q: Array, angles: Array) -> float:
+        """Energy of all conservative force elements [J]."""
+        if not self.elements:
+            return 0.0
+        y = np.concatenate([q, angles])
+        return sum(e.energy(y[e.index]) for e in self.elements)
 
     def residual(self, step: RigidStep, r: Array) -> tuple[Array, Array]:
         """Residual of the four equations and its scale.
@@ -126,13 +185,15 @@ class RigidBlock:
             The residual R, shape (size,), and the sum of the absolute values of its terms,
             shape (size,), which tells how small R can be made in floating point.
         """
-        x, q1, y1, G, G1, a, lam = self._evaluate(step, r)
+        x, q1, y1, G, G1, a, lam, forces, forces_scale, _ = self._evaluate(step, r)
+        n_q, prescribed = self.n_q, step.angles + x.dT
         R = np.concatenate(
             [
                 self.masses * (x.dq - step.dt_q_dot) + lam @ G - step.impulse_q,
                 a.g_T * x.nu - step.impulse_T,
                 y1[self._g],
                 a.Phi,
+                prescribed[self._prescribed] - step.prescribed,
             ]
         )
         scale = np.concatenate(
@@ -142,16 +203,23 @@ class RigidBlock:
                 + np.abs(step.impulse_q),
                 np.abs(a.g_T * x.nu) + np.abs(step.impulse_T),
                 np.abs(self._map.constant[self._g]) + np.abs(G1[self._g]) @ np.abs(q1),
-                np.abs(y1[self._c]) + np.abs(y1[self._s]),
+                self._coordinate_scale(q1, y1, G1),
+                1.0 + np.abs(step.prescribed),
             ]
         )
+        if self.elements:
+            R[: forces.size] -= forces
+            scale[: forces.size] += forces_scale
+        if self.n_prescribed:
+            R[n_q : forces.size] += x.pi @ self._selection
+            scale[n_q : forces.size] += np.abs(x.pi) @ self._selection
         return R, scale
 
     def tangent(self, step: RigidStep, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
-        x, _, _, G, G1, a, lam = self._evaluate(step, r)
+        x, _, _, G, G1, a, lam, _, _, stiffness = self._evaluate(step, r)
         K = self._mass_matrix.copy()
-        q, T, mu, nu = self._parts
+        q, T, mu, nu, pi = self._parts
         K[q, q] += 0.5 * self._map.hessian(lam)
         K[q, T] = (
             (a.g_c_T * x.nu)[:, None] * G[self._c] + (a.g_s_T * x.nu)[:, None] * G[self._s]
@@ -164,6 +232,9 @@ class RigidBlock:
         K[mu, q] = G1[self._g]
         K[nu, q] = a.Phi_c[:, None] * G1[self._c] + a.Phi_s[:, None] * G1[self._s]
         K[nu, T] = np.diag(a.Phi_T)
+        K[pi, T], K[T, pi] = self._selection, self._selection.T
+        if stiffness is not None:
+            K[: len(stiffness), : len(stiffness)] -= stiffness
         return K
 
     def _evaluate(self, step: RigidStep, r: Array) -> _Evaluation:
@@ -183,12 +254,47 @@ class RigidBlock:
         y1 = self._map.value(q1, G1)
         a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
         lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
-        found = _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam)
+        forces = self._element_forces(step, x)
+        found = _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam, *forces)
         self._last = (r, found)
         return found
 
+    def _coordinate_scale(self, q1: Array, y1: Array, G1: Array) -> Array:
+        """Sizes of the terms of the constraints of joint coordinates, shape (n_T,)."""
+        angle = np.abs(y1[self._c]) + np.abs(y1[self._s])
+        if np.all(self.is_angle):
+            return angle
+        length = np.abs(self._map.constant[self._c]) + np.abs(G1[self._c]) @ np.abs(q1)
+        return np.where(self.is_angle, angle, length)
+
+    def _both(self, step: RigidStep, x: RigidUnknowns) -> tuple[Array, Array]:
+        """Coordinates (q, Theta) at both ends of the step."""
+        y0 = np.concatenate([step.q, step.angles])
+        return y0, y0 + np.concatenate([x.dq, x.dT])
+
+    def _element_forces(
+        self, step: RigidStep, x: RigidUnknowns
+    ) -> tuple[Array, Array, Array | None]:
+        """dt^2/2 times the forces of all elements, their sizes and their derivatives."""
+        n = self.n_q + self.n_angles
+        forces, sizes = np.zeros(n), np.zeros(n)
+        if not self.elements:
+            return forces, sizes, None
+        factor = 0.5 * step.elements.dt**2
+        stiffness = np.zeros((n, n))
+        y0, y1 = self._both(step, x)
+        for e in self.elements:
+            F, K = e.force(y0[e.index], y1[e.index], step.elements)
+            forces[e.index] += factor * F
+            sizes[e.index] += np.abs(factor * F)
+            stiffness[np.ix_(e.index, e.index)] += factor * K
+        return forces, sizes, stiffness
+
     def acceptable(self, step: RigidStep, r: Array) -> bool:
-        """Whether the joint angles of a solution lie on the right branch."""
+        """Whether angles lie on the right branch and redundant constraints hold."""
         x = self.split(r)
-        y1 = self._map.value(step.q + x.dq)
-        return on_right_branch(x.dT, step.angles + x.dT, y1[self._c], y1[self._s])
+        q1 = step.q + x.dq
+        y1, k = self._map.value(q1), self.is_angle
+        angles = on_right_branch(x.dT[k], (step.angles + x.dT)[k], y1[self._c][k], y1[self._s][k])
+        gaps = self._redundant.value(q1) if self._redundant.shape[0] else np.zeros(0)
+        return angles and bool(np.max(np.abs(gaps), initial=0.0) <= REDUNDANT_GAP)

@@ -15,6 +15,7 @@ from turbine_fenicsx import timing
 from turbine_fenicsx.checkpoint import Checkpoints, recall_state, remember_state
 from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import sum_over_ranks
+from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions, StepFailure, StepReport
 from turbine_fenicsx.state import State
 from turbine_fenicsx.step_error import StepError
@@ -32,8 +33,9 @@ class Snapshot:
         index: Number of accepted steps since t = 0.
         state: The state; valid until the observer returns.
         balance: Its energies and momenta.
-        external_work: Work of all loads but gravity since t = 0 [J].
-        energy_error: Total energy minus initial energy minus external work [J].
+        works: Work of each of `MultibodySystem.work_names` since t = 0 [J].
+        dissipated: What each of `MultibodySystem.dissipation_names` dissipated since t = 0 [J].
+        energy_error: Total energy and dissipation minus initial energy and external work [J].
         constraint_error: Largest violation of a constraint [m, -].
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
@@ -43,12 +45,18 @@ class Snapshot:
     index: int
     state: State
     balance: Balance
-    external_work: float
+    works: Array
+    dissipated: Array
     energy_error: float
     constraint_error: float
     report: StepReport | None
     wall_time: float
     resumed: bool = False
+
+    @property
+    def external_work(self) -> float:
+        """Work of all loads but gravity since t = 0 [J]."""
+        return float(self.works.sum())
 
 
 class Observer(Protocol):
@@ -68,8 +76,9 @@ class _Run:
     state: State
     grid: StepGrid
     initial_energy: float
+    works: Array
+    dissipated: Array
     index: int = 0
-    work: float = 0.0
     wall_before: float = 0.0
 
 
@@ -153,7 +162,8 @@ class Simulation:
                 if report is None:
                     continue
                 run.state, spare = spare, run.state
-                run.work += report.work
+                run.works = run.works + report.works
+                run.dissipated = run.dissipated + report.dissipated
                 run.index += 1
                 snapshot = self._snapshot(run, report, start)
                 self._notify(snapshot)
@@ -170,7 +180,14 @@ class Simulation:
         if self._error is not None:
             self._error.reset()
             grid.level = self._deepest  # nothing is known of the first steps, which are small
-        return _Run(state, grid, self.system.balance(state).total)
+        works, dissipated = self.system.work_names, self.system.dissipation_names
+        return _Run(
+            state,
+            grid,
+            self.system.balance(state).total,
+            np.zeros(len(works)),
+            np.zeros(len(dissipated)),
+        )
 
     def _make_step(self, run: _Run, out: State) -> StepReport | None:
         """Try the next step; None if it must be tried again with half its length."""
@@ -234,12 +251,12 @@ class Simulation:
                 "level": grid.level,
                 "deepest": grid.deepest,
                 "index": run.index,
-                "work": run.work,
                 "initial_energy": run.initial_energy,
                 "halvings": self.halvings,
                 "wall_time": wall_time,
             }
         )
+        memory.arrays.update(works=run.works.copy(), dissipated=run.dissipated.copy())
         memory.add("state", remember_state(self.system, run.state))
         memory.add("solver", self.solver.remember())
         if self._error is not None:
@@ -257,7 +274,16 @@ class Simulation:
         self.solver.recall(memory.part("solver"))
         if self._error is not None:
             self._error.recall(memory.part("error"))
-        return _Run(state, grid, n["initial_energy"], n["index"], n["work"], n["wall_time"])
+        a = memory.arrays
+        return _Run(
+            state,
+            grid,
+            n["initial_energy"],
+            a["works"],
+            a["dissipated"],
+            n["index"],
+            n["wall_time"],
+        )
 
     def _notify(self, snapshot: Snapshot) -> None:
         """Show a snapshot to all observers."""
@@ -276,8 +302,12 @@ class Simulation:
             index=run.index,
             state=run.state,
             balance=balance,
-            external_work=run.work,
-            energy_error=balance.total - run.initial_energy - run.work,
+            works=run.works,
+            dissipated=run.dissipated,
+            energy_error=balance.total
+            + float(run.dissipated.sum())
+            - run.initial_energy
+            - float(run.works.sum()),
             constraint_error=constraint_error,
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,

@@ -44,14 +44,21 @@ class StepReport:
     Args:
         newton_iterations: Newton iterations, failed attempts included.
         krylov_iterations: Krylov iterations in them; a direct solve counts as one.
-        work: Work of all forces but gravity [J].
+        works: Work of each of `MultibodySystem.work_names` [J], zero for gravity.
+        dissipated: What each of `MultibodySystem.dissipation_names` dissipated [J].
         residual: Largest relative residual of any block at the end.
     """
 
     newton_iterations: int
     krylov_iterations: int
-    work: float
+    works: tuple[float, ...]
+    dissipated: tuple[float, ...]
     residual: float
+
+    @property
+    def work(self) -> float:
+        """Work of all forces but gravity [J]."""
+        return sum(self.works)
 
 
 @dataclass(frozen=True)
@@ -168,9 +175,10 @@ class EnergyMomentumSolver:
             krylov += linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
             if reason > 0 and self.step.accepted():
-                work = self.step.finish(out)
+                works, dissipated = self.step.finish(out)
                 residual = self._convergence.history[-1] * self.options.tolerance
-                return StepReport(newton, krylov, work, residual)
+                done = tuple(works.tolist()), tuple(dissipated.tolist())
+                return StepReport(newton, krylov, *done, residual)
             reasons.append(_in_words(reason))
         raise StepFailure(
             f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: "
@@ -301,5 +309,5 @@ def _in_words(reason: int) -> str:
         if isinstance(value, int)
     }
     if reason > 0:
-        return "a joint angle on the wrong branch"
+        return "a joint angle on the wrong branch, or a redundant constraint that does not hold"
     return names.get(reason, f"reason {reason}").lower().replace("_", " ")

@@ -1,7 +1,8 @@
-"""A system of rigid and flexible bodies, joints, couplings and loads."""
+"""A system of rigid and flexible bodies, joints, couplings, force elements and loads."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -12,15 +13,23 @@ import numpy as np
 
 from turbine_fenicsx.coupling import Coupling, CouplingBlock
 from turbine_fenicsx.discrete_gradients import AlgorithmicStress
+from turbine_fenicsx.elements.base import Element, Layout
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.joints.base import Joint
-from turbine_fenicsx.loads.base import Forces, Load
+from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
+from turbine_fenicsx.loads.base import Forces, Load, SurfaceLoad
+from turbine_fenicsx.loads.node_force import NodeForce
+from turbine_fenicsx.quadratic import Quadratic, QuadraticMap
+from turbine_fenicsx.redundancy import redundant_rows
 from turbine_fenicsx.rigid_block import RigidBlock
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.state import State
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -31,6 +40,7 @@ class Balance:
         kinetic: Kinetic energy [J].
         strain: Strain energy [J].
         potential: Potential energy of gravity, zero at the origin [J].
+        spring: Energy of springs on rigid bodies and joint coordinates [J].
         linear: Linear momentum, shape (3,) [kg m/s].
         angular: Angular momentum about the origin, shape (3,) [N m s].
     """
@@ -38,13 +48,14 @@ class Balance:
     kinetic: float
     strain: float
     potential: float
+    spring: float
     linear: Array
     angular: Array
 
     @property
     def total(self) -> float:
         """Total energy H [J]."""
-        return self.kinetic + self.strain + self.potential
+        return self.kinetic + self.strain + self.potential + self.spring
 
 
 class MultibodySystem:
@@ -52,15 +63,25 @@ class MultibodySystem:
 
     Args:
         comm: Communicator of the meshes.
-        parts: Rigid and flexible bodies, joints, couplings and loads, in any order. Bodies must
-            be among the parts themselves.
+        parts: Rigid and flexible bodies, joints, prescribed motions, couplings, force elements and
+            loads, in any order. Bodies must be among the parts themselves.
         angle_form: Form of the augmented joint angles, "regular" or "paper".
         stress: Algorithmic stress of all flexible bodies; their exact discrete gradients if None.
+        numerical_dissipation: chi >= 0 of the energy-decaying variant, see `FlexibleBlock`; 0
+            conserves energy.
+
+    Attributes:
+        angle_names: Names of the joint coordinates.
+        work_names: Names of what does external work, in the order of `StepReport.works`.
+        dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
+        gravity: Acceleration of gravity, shape (3,) [m/s^2].
+        redundant: Number of redundant constraints of each joint that has some, by its name.
 
     Raises:
         TypeError: for a part of unknown kind, or a joint or coupling of the wrong kind of body.
-        ValueError: for a duplicate name, a joint or coupling whose body is not among the parts, a
-            load on an unknown joint, or an unknown angle form.
+        ValueError: for a duplicate name, a joint, coupling or load whose body is not among the
+            parts, an unknown joint coordinate, two motions or a dependent motion of one, or an
+            unknown angle form.
 
     Note:
         Collective over ``comm``.
@@ -72,48 +93,34 @@ class MultibodySystem:
         parts: Iterable[Any],
         angle_form: str = "regular",
         stress: AlgorithmicStress | None = None,
+        numerical_dissipation: float = 0.0,
     ) -> None:
         """Sort the parts and compile the blocks."""
         self.comm = comm
         if angle_form not in FORMS:
             raise ValueError(f"angle_form must be one of {sorted(FORMS)}, got {angle_form!r}")
-        groups: dict[type, list[Any]] = {
-            kind: [] for kind in (RigidBody, FlexibleBody, Coupling, Joint, Load)
-        }
-        for part in parts:
-            kind = next((k for k in groups if isinstance(part, k)), None)
-            if kind is None:
-                raise TypeError(f"{part!r} is no body, joint, coupling or load")
-            groups[kind].append(part)
+        groups = _sorted(parts)
         self.rigid_bodies: tuple[RigidBody, ...] = tuple(groups[RigidBody])
         self.flexible_bodies: tuple[FlexibleBody, ...] = tuple(groups[FlexibleBody])
         self.couplings: tuple[Coupling, ...] = tuple(groups[Coupling])
         self.joints: tuple[Joint, ...] = tuple(groups[Joint])
+        self.motions: tuple[PrescribedMotion, ...] = tuple(groups[PrescribedMotion])
+        self.elements: tuple[Element, ...] = tuple(groups[Element])
         self.loads: tuple[Load, ...] = tuple(groups[Load])
+        self._on_bodies: tuple[SurfaceLoad | NodeForce, ...] = (
+            *groups[SurfaceLoad],
+            *groups[NodeForce],
+        )
         self._check_names_and_partners()
 
         self.first_coordinate = {b: 12 * k for k, b in enumerate(self.rigid_bodies)}
-        frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(self.rigid_bodies)}
-        frames_of = [
-            [BodyFrame(None) if b is None else frames[b] for b in j.bodies] for j in self.joints
-        ]
-        constraints = [c for f in frames.values() for c in f.internal_constraints()]
-        angles = {}
-        for joint, (a, b) in zip(self.joints, frames_of, strict=True):
-            constraints += joint.constraints(a, b)
-            angle = joint.angle(a, b)
-            if angle is not None:
-                angles[joint.name] = angle
-        self.angle_names = tuple(angles)
-        masses = [b.masses for b in self.rigid_bodies]
-        self.rigid_block = RigidBlock(
-            np.concatenate([np.zeros(0), *masses]),
-            constraints,
-            [c for c, _ in angles.values()],
-            [s for _, s in angles.values()],
-            FORMS[angle_form],
+        self.rigid_block = self._make_rigid_block(angle_form)
+        self.flexible_blocks = tuple(
+            FlexibleBlock(
+                b, stress, [x for x in self._on_bodies if x.flexible is b], numerical_dissipation
+            )
+            for b in self.flexible_bodies
         )
-        self.flexible_blocks = tuple(FlexibleBlock(b, stress) for b in self.flexible_bodies)
         self.coupling_blocks = tuple(
             CouplingBlock(
                 block,
@@ -123,14 +130,81 @@ class MultibodySystem:
             )
             for block in self.flexible_blocks
         )
-        self.forces(0.0)  # loads on unknown joints are found here, not in the first step
+        # loads on unknown joints and bodies are found here, not in the first step
+        self.gravity = self.forces(0.0).acceleration
         self._momenta = tuple(block.new_vector() for block in self.flexible_blocks)
+        external = [e.name for e in self.elements if e.kind == "external"]
+        on_bodies = [load.name for b in self.flexible_blocks for load in b.loads]
+        motions = [m.name for m in self.motions]
+        loads = [getattr(load, "name", type(load).__name__) for load in self.loads]
+        self.work_names = _distinct([*loads, *external, *on_bodies, *motions])
+        self.dissipation_names = (
+            *(e.name for e in self.elements if e.kind == "dissipative"),
+            *(f"{name} of {b.body.name}" for b in self.flexible_blocks for name in b.dissipations),
+        )
+
+    def _make_rigid_block(self, angle_form: str) -> RigidBlock:
+        """Number joint coordinates, find redundant constraints, bind force elements."""
+        frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(self.rigid_bodies)}
+        constraints = [c for f in frames.values() for c in f.internal_constraints()]
+        n_internal, owners = len(constraints), []
+        coordinates: dict[str, JointCoordinate] = {}
+        for joint in self.joints:
+            a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
+            mine = joint.constraints(a, b)
+            constraints += mine
+            owners += [joint.name] * len(mine)
+            for name, coordinate in joint.coordinates(a, b).items():
+                if name in coordinates:
+                    raise ValueError(f"two joint coordinates are called {name!r}")
+                coordinates[name] = coordinate
+        self.angle_names = tuple(coordinates)
+        n_q = 12 * len(self.rigid_bodies)
+        layout = Layout(
+            self.first_coordinate, {name: n_q + k for k, name in enumerate(coordinates)}
+        )
+        prescribed = [layout.coordinate(m.coordinate) - n_q for m in self.motions]
+        redundant = self._redundant(constraints, n_internal)
+        kept = [c for k, c in enumerate(constraints) if k not in redundant]
+        moved = [list(coordinates.values())[k][-1] for k in prescribed]  # sine or displacement
+        for k in self._redundant([*kept, *moved], len(kept)) - len(kept):
+            raise ValueError(
+                f"the prescribed motion of {self.motions[k].coordinate!r} depends on the joints "
+                "and the other prescribed motions"
+            )
+        self.redundant: dict[str, int] = {}
+        for k in redundant:
+            name = owners[k - n_internal]
+            self.redundant[name] = self.redundant.get(name, 0) + 1
+        if self.redundant and self.comm.rank == 0:
+            log.warning(
+                "%d of %d joint constraints are redundant (in joints %s): they hold without a "
+                "multiplier, and the forces in these joints are one choice of many",
+                len(redundant),
+                len(owners),
+                ", ".join(self.redundant),
+            )
+        masses = [b.masses for b in self.rigid_bodies]
+        return RigidBlock(
+            np.concatenate([np.zeros(0), *masses]),
+            constraints,
+            list(coordinates.values()),
+            FORMS[angle_form],
+            prescribed,
+            [e.bind(layout) for e in self.elements],
+            redundant,
+        )
+
+    def _redundant(self, constraints: list[Quadratic], n_internal: int) -> Any:
+        """Numbers of the constraints that depend on the others in the initial configuration."""
+        q = np.concatenate([np.zeros(0), *(b.coordinates for b in self.rigid_bodies)])
+        return redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
 
     def initial_state(self) -> State:
         """State at t = 0: bodies as given, flexible bodies moving with their carrier.
 
-        A flexible body that is coupled to rigid bodies starts with the rigid velocity field of
-        the first of them; one without starts at rest.
+        A flexible body starts with its own velocity field if it has one; else, coupled to rigid
+        bodies, with the rigid velocity field of the first of them, and at rest without.
         """
         block = self.rigid_block
         q = np.concatenate([np.zeros(0), *(b.coordinates for b in self.rigid_bodies)])
@@ -140,7 +214,9 @@ class MultibodySystem:
         for flexible, coupling, velocity in zip(
             self.flexible_blocks, self.coupling_blocks, v, strict=True
         ):
-            if coupling.carriers:
+            if flexible.body.velocity is not None:
+                velocity.array[:] = np.ravel(flexible.body.velocity(flexible.positions))
+            elif coupling.carriers:
                 carrier = coupling.carriers[0]
                 xi = carrier.body_coordinates(flexible.positions)
                 rates = carrier.rates.reshape(4, 3)
@@ -151,21 +227,34 @@ class MultibodySystem:
             q_dot=q_dot,
             angles=np.zeros(block.n_angles),
             angle_rates=np.zeros(block.n_angles),
-            multipliers=np.zeros(block.n_constraints + block.n_angles),
+            multipliers=np.zeros(block.n_constraints + block.n_angles + block.n_prescribed),
             u=u,
             v=v,
             coupling=tuple(c.C.createVecLeft() for c in self.coupling_blocks),
         )
 
     def forces(self, time: float) -> Forces:
-        """All loads at one time [s]."""
-        forces = Forces(
-            coordinates={b: np.zeros(12) for b in self.rigid_bodies},
-            torques=dict.fromkeys(self.angle_names, 0.0),
-        )
+        """All loads at one time [s], but those on flexible bodies and force elements."""
+        q = np.zeros(12 * len(self.rigid_bodies))
+        forces = Forces(self.coordinates_of(q), dict.fromkeys(self.angle_names, 0.0))
         for load in self.loads:
             load.add_to(forces, time)
         return forces
+
+    def forces_by_load(self, time: float) -> tuple[Array, Array]:
+        """Each of the loads at one time [s], without gravity.
+
+        Returns:
+            Forces on the coordinates of rigid bodies and on the joint coordinates, shapes
+            (loads, 12 bodies) and (loads, joint coordinates).
+        """
+        n = len(self.loads)
+        q, T = np.zeros((n, 12 * len(self.rigid_bodies))), np.zeros((n, len(self.angle_names)))
+        for k, load in enumerate(self.loads):
+            forces = Forces(self.coordinates_of(q[k]), dict.fromkeys(self.angle_names, 0.0))
+            load.add_to(forces, time)
+            T[k] = list(forces.torques.values())
+        return q, T
 
     def gravity_force(self, acceleration: Array) -> Array:
         """Weight of the rigid bodies as generalised force on q, shape (12 bodies,) [N]."""
@@ -180,7 +269,7 @@ class MultibodySystem:
 
     def balance(self, state: State) -> Balance:
         """Energies and momenta. Collective."""
-        g = self.forces(state.time).acceleration
+        g = self.gravity
         partial = np.zeros(9)
         for block, u, v, p in zip(
             self.flexible_blocks, state.u, state.v, self._momenta, strict=True
@@ -200,6 +289,7 @@ class MultibodySystem:
             kinetic=float(total[0] + 0.5 * np.sum(momentum * v_rigid)),
             strain=float(total[1]),
             potential=float(total[2] - self.gravity_force(g) @ state.q),
+            spring=self.rigid_block.element_energy(state.q, state.angles),
             linear=total[3:6] + momentum[::4].sum(axis=0),
             angular=total[6:9] + np.cross(q, momentum).sum(axis=0),
         )
@@ -214,21 +304,22 @@ class MultibodySystem:
 
     def _check_names_and_partners(self) -> None:
         """Raise a ValueError for duplicate names and missing partners."""
-        parts: list[Any] = [*self.rigid_bodies, *self.flexible_bodies, *self.joints]
-        names = [part.name for part in (*parts, *self.couplings)]
-        twice = sorted({n for n in names if names.count(n) > 1})
-        if twice:
-            raise ValueError(f"names must be unique, but {twice} occur more than once")
+        bodies: list[Any] = [*self.rigid_bodies, *self.flexible_bodies]
+        _check_unique([*bodies, *self.joints, *self.couplings])
+        _check_unique([*self.elements, *self._on_bodies, *self.motions])
         for joint in self.joints:
             for body in joint.bodies:
                 _require(joint.name, body, RigidBody, "a rigid body or the ground")
         for coupling in self.couplings:
             _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
-            if not isinstance(coupling.flexible, FlexibleBody):
-                _require(coupling.name, coupling.flexible, FlexibleBody, "a flexible body")
-        known = {id(b) for b in (*self.rigid_bodies, *self.flexible_bodies)} | {id(None)}
+        attached: list[Any] = [*self.couplings, *self._on_bodies]
+        for part in attached:
+            if not isinstance(part.flexible, FlexibleBody):
+                _require(part.name, part.flexible, FlexibleBody, "a flexible body")
+        known = {id(b) for b in bodies} | {id(None)}
         pairs: list[tuple[str, tuple[Any, ...]]] = [(j.name, j.bodies) for j in self.joints]
         pairs += [(c.name, (c.flexible, c.rigid)) for c in self.couplings]
+        pairs += [(x.name, (x.flexible,)) for x in self._on_bodies]
         for name, partners in pairs:
             for partner in partners:
                 if id(partner) not in known:
@@ -236,6 +327,33 @@ class MultibodySystem:
                     raise ValueError(
                         f"{name!r} refers to body {body!r}, which is not among the parts"
                     )
+
+
+def _sorted(parts: Iterable[Any]) -> dict[type, list[Any]]:
+    """Parts by kind."""
+    kinds = (RigidBody, FlexibleBody, Coupling, PrescribedMotion, NodeForce)
+    protocols = (Joint, Element, SurfaceLoad, Load)
+    groups: dict[type, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
+    for part in parts:
+        kind = next((k for k in groups if isinstance(part, k)), None)
+        if kind is None:
+            raise TypeError(f"{part!r} is no body, joint, coupling, force element or load")
+        groups[kind].append(part)
+    return groups
+
+
+def _check_unique(parts: Iterable[Any]) -> None:
+    """Raise a ValueError for names that occur more than once."""
+    names = [part.name for part in parts]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ValueError(f"names must be unique, but {twice} occur more than once")
+
+
+def _distinct(names: list[str]) -> tuple[str, ...]:
+    """The names, numbered where they occur again."""
+    count = [names[:k].count(name) for k, name in enumerate(names)]
+    return tuple(f"{name} {n + 1}" if n else name for name, n in zip(names, count, strict=True))
 
 
 def _require(name: str, body: Any, kind: type, words: str) -> None:

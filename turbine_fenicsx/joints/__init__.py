@@ -1,6 +1,27 @@
 """Joints between rigid bodies, one file each."""
 
 from turbine_fenicsx.joints.base import Joint
+from turbine_fenicsx.joints.coordinates import Angle, Displacement, JointCoordinate
+from turbine_fenicsx.joints.cylindrical import Cylindrical
+from turbine_fenicsx.joints.planar import Planar
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
+from turbine_fenicsx.joints.prismatic import Prismatic
 from turbine_fenicsx.joints.revolute import Revolute
+from turbine_fenicsx.joints.rigid import Rigid
+from turbine_fenicsx.joints.spherical import Spherical
+from turbine_fenicsx.joints.universal import Universal
 
-__all__ = ["Joint", "Revolute"]
+__all__ = [
+    "Angle",
+    "Cylindrical",
+    "Displacement",
+    "Joint",
+    "JointCoordinate",
+    "Planar",
+    "PrescribedMotion",
+    "Prismatic",
+    "Revolute",
+    "Rigid",
+    "Spherical",
+    "Universal",
+]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
+from turbine_fenicsx.joints.coordinates import JointCoordinate
 from turbine_fenicsx.quadratic import Quadratic
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
 
@@ -29,5 +31,5 @@ class Joint(Protocol):
     def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
         """Functions that vanish, one per locked degree of freedom."""
 
-    def angle(self, a: BodyFrame, b: BodyFrame) -> tuple[Quadratic, Quadratic] | None:
-        """Functions (c, s) equal to cosine and sine of the joint angle, or None without one."""
+    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
+        """Joint coordinates by unique name; the name of the joint itself if there is one."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy.typing as npt
 
+from turbine_fenicsx.joints.coordinates import JointCoordinate, angle_between
 from turbine_fenicsx.quadratic import Quadratic, dot
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.rotations import frame_with_axis
@@ -50,10 +52,9 @@ class Revolute:
         n_b = b.direction(n)
         return [*gap.components(), dot(n_b, a.direction(t1)), dot(n_b, a.direction(t2))]
 
-    def angle(self, a: BodyFrame, b: BodyFrame) -> tuple[Quadratic, Quadratic] | None:
-        """Cosine and sine of the joint angle as functions of the directors, eq. (16)."""
+    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
+        """The joint angle, eq. (16)."""
         if not self.with_angle:
-            return None
+            return {}
         t1, t2, _ = frame_with_axis(self.axis, self.reference).T
-        t1_b = b.direction(t1)
-        return dot(a.direction(t1), t1_b), dot(a.direction(t2), t1_b)
+        return {self.name: angle_between(a.direction(t1), a.direction(t2), b.direction(t1))}

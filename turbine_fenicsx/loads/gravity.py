@@ -15,9 +15,11 @@ class Gravity:
 
     Args:
         acceleration: Acceleration in space [m/s^2], by default 9.81 downwards (-e2).
+        name: Its name; it does no external work.
     """
 
     acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
+    name: str = "gravity"
 
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the acceleration."""

@@ -1,4 +1,4 @@
-"""External torque on a joint angle."""
+"""External torque or force on a joint coordinate."""
 
 from __future__ import annotations
 
@@ -10,15 +10,21 @@ from turbine_fenicsx.loads.base import Forces
 
 @dataclass(frozen=True)
 class JointTorque:
-    """A torque between the partners of a joint, about the joint axis, eqs (22), (58).
+    """A torque about a joint axis, or a force along it, between the partners, eqs (22), (58).
 
     Args:
-        joint: Name of a joint with an angle.
-        torque: Torque [N m] as a function of time [s]; positive in the sense of the angle.
+        joint: Name of a joint coordinate; that of the joint if it has only one.
+        torque: Torque [N m] on an angle or force [N] on a displacement as a function of time [s];
+            positive in the sense of the coordinate.
     """
 
     joint: str
     torque: Callable[[float], float]
+
+    @property
+    def name(self) -> str:
+        """Name under which its work is reported."""
+        return f"torque on {self.joint}"
 
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the torque."""

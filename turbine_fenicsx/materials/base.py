@@ -1,4 +1,4 @@
-"""What every material is to the rest of the code: a strain energy."""
+"""What a material is to the rest of the code: a strain energy, and perhaps a viscous stress."""
 
 from __future__ import annotations
 
@@ -27,6 +27,26 @@ class Material(Protocol):
             C: Right Cauchy-Green tensor, a UFL tensor of shape (3, 3).
             parameter: Turns numbers and arrays into UFL constants, so that another value of a
                 parameter needs no new compilation.
+        """
+
+
+@runtime_checkable
+class Viscous(Protocol):
+    """What a material has besides, if it is viscous; the code asks for it by `isinstance`."""
+
+    def viscous_stress(self, E_dot: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Viscous second Piola-Kirchhoff stress S_v [Pa] as a UFL expression.
+
+        It must be symmetric, and S_v : E_dot must not be negative for any E_dot.
+
+        Args:
+            E_dot: Rate of the Green-Lagrange strain [1/s], a symmetric UFL tensor of shape (3, 3).
+                In a step it is (E_{n+1} - E_n)/dt, so that S_v : (E_{n+1} - E_n) is the energy
+                per volume that the step takes out [J/m^3].
+            parameter: As for `Material.strain_energy`.
+
+        Returns:
+            UFL tensor of shape (3, 3).
         """
 
 

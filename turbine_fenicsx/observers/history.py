@@ -113,9 +113,32 @@ def energy_channel() -> Channel:
 
 
 def angle_channel(system: MultibodySystem) -> Channel:
-    """All joint angles."""
-    columns = tuple(f"angle_{name}_[rad]" for name in system.angle_names)
+    """All joint coordinates: angles, and displacements under names of their own."""
+    kinds = zip(system.angle_names, system.rigid_block.is_angle, strict=True)
+    columns = tuple(f"angle_{n}_[rad]" if a else f"displacement_{n}_[m]" for n, a in kinds)
     return Channel(columns, lambda s: list(s.state.angles))
+
+
+def work_channel(system: MultibodySystem) -> Channel:
+    """Energy of springs, work of each load, drive and damper, and viscous dissipation so far.
+
+    What does not occur in the system has no column. Total energy is initial energy plus all works
+    minus everything dissipated.
+    """
+    springs = any(e.kind == "conservative" for e in system.elements)
+    works = [name for name in system.work_names if name != "gravity"]
+    places = [system.work_names.index(name) for name in works]
+    columns = (
+        *(("spring_energy_[J]",) if springs else ()),
+        *(f"work_of_{name}_[J]".replace(" ", "_") for name in works),
+        *(f"dissipated_by_{name}_[J]".replace(" ", "_") for name in system.dissipation_names),
+    )
+
+    def values(s: Snapshot) -> list[float]:
+        energy = [s.balance.spring] if springs else []
+        return [*energy, *s.works[places], *s.dissipated]
+
+    return Channel(columns, values)
 
 
 def numerics_channel() -> Channel:

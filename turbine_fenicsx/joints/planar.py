@@ -1,0 +1,68 @@
+"""Planar joint: free to slide in a plane and to turn about its normal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate, angle_between
+from turbine_fenicsx.quadratic import Quadratic, dot
+from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.rotations import frame_with_axis
+
+
+@dataclass(frozen=True, eq=False)
+class Planar:
+    """Planar joint with three joint coordinates.
+
+    The three constraints keep the normal n of ``second`` normal to t1 and t2 of ``first``, and its
+    joint point in the plane of ``first``. The coordinates are the displacements ``NAME.first`` and
+    ``NAME.second`` [m] along t1 and t2 of ``first``, and ``NAME.angle`` [rad] about n; all are zero
+    initially.
+
+    Args:
+        name: Unique name.
+        first: First partner, None for the ground.
+        second: Second partner.
+        point: Joint point in the initial configuration [m], shape (3,).
+        normal: Normal of the plane in the initial configuration, shape (3,).
+        reference: Direction of t1 in the plane, shape (3,); any if None.
+        with_coordinates: Whether the joint coordinates are coordinates of the system.
+    """
+
+    name: str
+    first: RigidBody | None
+    second: RigidBody | None
+    point: npt.ArrayLike
+    normal: npt.ArrayLike
+    reference: npt.ArrayLike | None = None
+    with_coordinates: bool = True
+
+    @property
+    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
+        """The two partners; None is the ground."""
+        return self.first, self.second
+
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
+        """Three functions that vanish: parallel normals [-], distance to the plane [m]."""
+        t1, t2, n = frame_with_axis(self.normal, self.reference).T
+        gap, n_b = b.point(self.point) - a.point(self.point), b.direction(n)
+        return [dot(n_b, a.direction(t1)), dot(n_b, a.direction(t2)), dot(gap, a.direction(n))]
+
+    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
+        """Displacements in the plane and angle about its normal."""
+        if not self.with_coordinates:
+            return {}
+        t1, t2, _ = frame_with_axis(self.normal, self.reference).T
+        gap, t1_a, t2_a = (
+            b.point(self.point) - a.point(self.point),
+            a.direction(t1),
+            a.direction(t2),
+        )
+        return {
+            f"{self.name}.first": Displacement(dot(gap, t1_a)),
+            f"{self.name}.second": Displacement(dot(gap, t2_a)),
+            f"{self.name}.angle": angle_between(t1_a, t2_a, b.direction(t1)),
+        }

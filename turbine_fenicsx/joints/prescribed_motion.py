@@ -1,0 +1,37 @@
+"""Prescribed motion of a joint coordinate, a rheonomic constraint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class PrescribedMotion:
+    """A joint coordinate that follows a function of time, Phi = Theta - p(t).
+
+    Its multiplier is the torque or force of the drive, whose work counts as external work.
+
+    Args:
+        coordinate: Name of the joint coordinate.
+        motion: p(t) [rad or m]; zero at t = 0, where all joint coordinates are zero.
+
+    Raises:
+        ValueError: if p(0) is not zero.
+    """
+
+    coordinate: str
+    motion: Callable[[float], float]
+
+    def __post_init__(self) -> None:
+        """Check the start."""
+        if abs(self.motion(0.0)) > 1e-12:
+            raise ValueError(
+                f"the prescribed motion of {self.coordinate!r} must be zero at t = 0, "
+                f"got {self.motion(0.0):g}"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name under which its work is reported."""
+        return f"motion of {self.coordinate}"

@@ -1,0 +1,46 @@
+"""Rigid joint: two bodies that move as one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.quadratic import Quadratic, dot
+from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid:
+    """Rigid joint: six constraints, no relative motion and no joint coordinates.
+
+    Args:
+        name: Unique name.
+        first: First partner, None for the ground.
+        second: Second partner.
+        point: Joint point in the initial configuration [m], shape (3,).
+    """
+
+    name: str
+    first: RigidBody | None
+    second: RigidBody | None
+    point: npt.ArrayLike
+
+    @property
+    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
+        """The two partners; None is the ground."""
+        return self.first, self.second
+
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
+        """Six functions that vanish: common point [m], common directions e1, e2, e3 [-]."""
+        gap = b.point(self.point) - a.point(self.point)
+        e = np.eye(3)
+        turned = [dot(b.direction(e[i]), a.direction(e[(i + 1) % 3])) for i in range(3)]
+        return [*gap.components(), *turned]
+
+    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
+        """None."""
+        return {}

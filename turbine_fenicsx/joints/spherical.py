@@ -1,0 +1,42 @@
+"""Spherical joint: a common point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.quadratic import Quadratic
+from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
+
+
+@dataclass(frozen=True, eq=False)
+class Spherical:
+    """Spherical joint: three constraints for the common point; no joint coordinates.
+
+    Args:
+        name: Unique name.
+        first: First partner, None for the ground.
+        second: Second partner.
+        point: Joint point in the initial configuration [m], shape (3,).
+    """
+
+    name: str
+    first: RigidBody | None
+    second: RigidBody | None
+    point: npt.ArrayLike
+
+    @property
+    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
+        """The two partners; None is the ground."""
+        return self.first, self.second
+
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
+        """Three functions that vanish: common point [m]."""
+        return list((b.point(self.point) - a.point(self.point)).components())
+
+    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
+        """None."""
+        return {}

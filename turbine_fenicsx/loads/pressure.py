@@ -1,0 +1,37 @@
+"""Pressure on the surface of a flexible body, a follower load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.time_functions import ALWAYS
+
+
+@dataclass(frozen=True, eq=False)
+class Pressure:
+    """A force -p n per present area, n the present normal: -p cof(F) N per reference area.
+
+    Args:
+        name: Name under which its work is reported.
+        flexible: The body.
+        facets: Facets of the surface, indices local to this rank (ghosts allowed).
+        pressure: p [N/m^2], positive inwards.
+        function: Factor as a function of time [s].
+    """
+
+    name: str
+    flexible: FlexibleBody
+    facets: npt.NDArray[np.int32]
+    pressure: float
+    function: Callable[[float], float] = ALWAYS
+
+    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
+        """-factor p cof(F) N."""
+        return -factor * parameter(self.pressure) * ufl.det(F) * ufl.inv(F).T * N

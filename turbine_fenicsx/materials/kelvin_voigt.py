@@ -1,0 +1,66 @@
+"""Kelvin-Voigt material: a viscous stress beside the elastic one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+from turbine_fenicsx.materials.base import Material, Viscous
+
+
+@dataclass(frozen=True, eq=False)
+class KelvinVoigt:
+    """S = 2 dW/dC + 2 eta_s dev(E') + eta_b tr(E') I, any material with damping.
+
+    E' is the rate of the Green-Lagrange strain E = (C - I)/2, so that rigid motion is not damped
+    and angular momentum is conserved. In a step E' = (E_{n+1} - E_n)/dt; the energy that a step
+    takes out of the body is then
+
+        int S_v : (E_{n+1} - E_n) dV >= 0
+
+    exactly, whatever the size of the step. Damping grows with frequency: with eta_s = tau mu and
+    eta_b = tau (Lambda + 2 mu/3) an isotropic body is damped in each of its modes by the ratio
+    tau w/2, w the angular frequency of the mode [rad/s] and tau a time [s].
+
+    Args:
+        elastic: Material of the elastic stress, not viscous itself.
+        shear_viscosity: eta_s [Pa s], not negative.
+        bulk_viscosity: eta_b [Pa s], not negative.
+
+    Raises:
+        ValueError: for a viscosity that is negative or no number.
+        TypeError: if ``elastic`` is no material, or viscous already.
+    """
+
+    elastic: Material
+    shear_viscosity: float
+    bulk_viscosity: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        for name in ("shear", "bulk"):
+            viscosity = getattr(self, f"{name}_viscosity")
+            if not 0.0 <= viscosity < np.inf:
+                raise ValueError(f"{name} viscosity must not be negative, got {viscosity} Pa s")
+        if not isinstance(self.elastic, Material):
+            raise TypeError(f"elastic part of a viscous material is no material: {self.elastic!r}")
+        if isinstance(self.elastic, Viscous):
+            raise TypeError(f"elastic part of a viscous material is viscous: {self.elastic!r}")
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether W is quadratic in C."""
+        return self.elastic.quadratic
+
+    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Strain energy of the elastic material [J/m^3]."""
+        return self.elastic.strain_energy(C, parameter)
+
+    def viscous_stress(self, E_dot: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Viscous second Piola-Kirchhoff stress S_v [Pa] as a UFL expression, shape (3, 3)."""
+        eta_s, eta_b = parameter(self.shear_viscosity), parameter(self.bulk_viscosity)
+        return 2.0 * eta_s * ufl.dev(E_dot) + eta_b * ufl.tr(E_dot) * ufl.Identity(3)

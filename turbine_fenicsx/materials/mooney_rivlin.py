@@ -1,0 +1,59 @@
+"""Compressible Mooney-Rivlin material, for rubber."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+
+@dataclass(frozen=True)
+class MooneyRivlin:
+    """W = c10 (J^(-2/3) I1 - 3) + c01 (J^(-4/3) I2 - 3) + kappa/4 (J^2 - 1 - 2 ln J).
+
+    I1 = tr C, I2 = (I1^2 - tr C^2)/2 and J = sqrt(det C). The shear modulus at rest is
+    2 (c10 + c01). The last term is convex in J and grows without bound for J -> 0 and
+    J -> infinity: kappa/2 (J - 1)^2 would let a cell collapse for a finite energy, and
+    kappa/2 (ln J)^2 is not convex beyond J = e (Doll and Schweizerhof 2000).
+
+    Args:
+        c10: Factor of the first invariant [Pa], not negative.
+        c01: Factor of the second invariant [Pa], not negative; zero for neo-Hookean rubber.
+            Either of the two must be positive. (Negative factors, which some fits give, make the
+            energy fall without bound in large stretches.)
+        bulk_modulus: kappa [Pa], positive. Where it is a hundred times the shear modulus or more,
+            trilinear hexahedra and linear tetrahedra lock; take quadratic ones.
+
+    Raises:
+        ValueError: if the energy is not positive definite.
+    """
+
+    c10: float
+    c01: float
+    bulk_modulus: float
+    quadratic = False
+
+    def __post_init__(self) -> None:
+        """Check positive definiteness."""
+        c10, c01 = self.c10, self.c01
+        if not (0.0 <= c10 < np.inf and 0.0 <= c01 < np.inf and c10 + c01 > 0.0):
+            raise ValueError(
+                f"material is not positive definite: c10 = {c10:g} Pa and c01 = {c01:g} Pa must "
+                "not be negative, nor both zero"
+            )
+        if not 0.0 < self.bulk_modulus < np.inf:
+            raise ValueError(
+                f"material is not positive definite: bulk modulus {self.bulk_modulus:g} Pa"
+            )
+
+    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Strain energy [J/m^3]."""
+        c10, c01, kappa = (parameter(c) for c in (self.c10, self.c01, self.bulk_modulus))
+        J2 = ufl.det(C)
+        I1 = ufl.tr(C)
+        I2 = 0.5 * (I1**2 - ufl.tr(C * C))
+        shape = c10 * (J2 ** (-1.0 / 3.0) * I1 - 3.0) + c01 * (J2 ** (-2.0 / 3.0) * I2 - 3.0)
+        return shape + 0.25 * kappa * (J2 - 1.0 - ufl.ln(J2))

@@ -1,0 +1,154 @@
+"""Static equilibrium of a system.
+
+At rest the equations of a step with dq = du = 0 are those of static equilibrium, and their tangent
+with respect to the increments is half the stiffness, because discrete gradients are symmetric in
+their two ends,
+
+    K_step = | K/2  G^T |,      K_static = | K  G^T |.
+             | G     0  |                  | G   0  |
+
+So with the constraint residuals doubled, the linear solver of the step gives twice the Newton
+increment of the displacements and the increment of the multipliers: Newton's method for
+equilibrium needs no forms of its own. Inertia drops out because the step is taken to be very long.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.linear.elimination import Elimination
+from turbine_fenicsx.solver import StepFailure
+from turbine_fenicsx.state import State
+from turbine_fenicsx.system import MultibodySystem
+
+log = logging.getLogger(__name__)
+
+LONG_STEP = 1e8
+"""Length of the step [s]; the masses weigh dt^2/2 times less than the stiffness."""
+
+SMALLEST_EXTENT = 1e-12
+"""Displacements below this [m] count as none."""
+
+
+def equilibrium(
+    system: MultibodySystem,
+    times: Iterable[float] = (0.0,),
+    state: State | None = None,
+    tolerance: float = 1e-10,
+    max_iterations: int = 30,
+) -> State:
+    """Static equilibrium under the loads at a time, reached through those at earlier times.
+
+    Rigid bodies must not be free to move without stiffness, else the tangent is singular. Loads are
+    taken at the given times, so that a ramp with several of them is a sequence of load steps;
+    prescribed motions are followed in the same way. Dampers and viscosity do not act.
+
+    Args:
+        system: The system.
+        times: Times of the load steps [s].
+        state: Where to start; the initial state if None. Not changed.
+        tolerance: Newton's method ends when its increment is below this part of the largest
+            displacement.
+        max_iterations: Largest number of iterations per load step.
+
+    Returns:
+        The equilibrium under the loads at the last time, with zero velocities.
+
+    Raises:
+        StepFailure: if Newton's method does not converge.
+
+    Note:
+        Collective.
+    """
+    state = (system.initial_state() if state is None else state).copy()
+    state.q_dot[:] = 0.0
+    state.angle_rates[:] = 0.0
+    for v in state.v:
+        v.set(0.0)
+    step = EnergyMomentumStep(system)
+    solver = Elimination(step, "static_")
+    try:
+        for time in times:
+            n = _newton(step, solver, state, time, tolerance, max_iterations)
+            log.info("equilibrium at t = %g s after %d iterations", time, n)
+    finally:
+        solver.destroy()
+    return state
+
+
+def _newton(
+    step: EnergyMomentumStep,
+    solver: Elimination,
+    state: State,
+    time: float,
+    tolerance: float,
+    max_iterations: int,
+) -> int:
+    """Newton's method for one load step, changing the state; returns the iterations."""
+    correction = step.new_nested_vector()
+    sizes: list[float] = []
+    for iteration in range(1, max_iterations + 1):
+        step.begin(state, LONG_STEP, at=time)
+        step.guess(extrapolate=False)
+        step.residual(step.x, step.residual_vector)
+        _double_constraints(step)
+        solver.update(step.x)
+        solver.solve(step.residual_vector, correction)
+        size, extent = _move(step, state, correction)
+        sizes.append(size / extent)
+        if not np.isfinite(size):
+            break
+        if size <= tolerance * extent:
+            state.time = time
+            return iteration
+    raise StepFailure(
+        f"no equilibrium at t = {time:g} s: the increments of Newton's method relative to the "
+        f"displacements are {', '.join(f'{s:.1e}' for s in sizes[-4:])} after {len(sizes)} "
+        "iterations; more load steps may help"
+    )
+
+
+def _double_constraints(step: EnergyMomentumStep) -> None:
+    """Double the constraint residuals of the step."""
+    _, R_c, R_r = step.split(step.residual_vector)
+    for part in R_c:
+        part.scale(2.0)
+    if R_r.array_r.size:
+        for rigid in step.system.rigid_block.split(R_r.array)[2:]:
+            rigid *= 2.0
+
+
+def _move(step: EnergyMomentumStep, state: State, correction: PETSc.Vec) -> tuple[float, float]:
+    """Apply a correction to the state.
+
+    Returns:
+        The largest increment of a displacement or director, and the largest displacement or
+        director increment so far [m, -], equal on all ranks.
+    """
+    system, force = step.system, 2.0 / step.dt**2
+    du, dmu, dr = step.split(correction)
+    _, mu, r = step.split(step.x)
+    size = extent = 0.0
+    for u, increment in zip(state.u, du, strict=True):
+        u.axpy(-0.5, increment)
+        size = max(size, 0.5 * increment.norm(PETSc.NormType.NORM_INFINITY))
+        extent = max(extent, u.norm(PETSc.NormType.NORM_INFINITY))
+    for forces, multipliers, increment in zip(state.coupling, mu, dmu, strict=True):
+        multipliers.copy(forces)
+        forces.axpy(-1.0, increment)
+        forces.scale(force)
+    dq, dT, *changes = system.rigid_block.split(step.on_all_ranks(dr))
+    _, _, *multipliers = system.rigid_block.split(step.on_all_ranks(r))
+    start = np.concatenate([np.zeros(0), *(b.coordinates for b in system.rigid_bodies)])
+    state.q = state.q - 0.5 * dq
+    state.angles = state.angles - 0.5 * dT
+    state.multipliers = force * (np.concatenate(multipliers) - np.concatenate(changes))
+    size = max(size, 0.5 * float(np.max(np.abs(dq), initial=0.0)))
+    extent = max(extent, float(np.max(np.abs(state.q - start), initial=0.0)), SMALLEST_EXTENT)
+    return size, extent
