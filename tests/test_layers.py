@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 # From the pure formulas to the application; a module imports from layers above its own in this
 # list, and within its own layer.
 LAYERS = [
-    {"errors", "parallel", "rotations", "time_functions", "_compat", "timing"},
+    {"errors", "parallel", "rotations", "time_functions", "_compat", "timing", "threads"},
     {
         "dense",
         "redundancy",

@@ -109,6 +109,7 @@ def compile_form(form: Any) -> Any:
     of algebra: a seventh faster, and only round-off changes. No flag ties the code to one
     processor, because caches are shared.
     """
+    _settle_coordinate_element(form)
     if hasattr(dolfinx.jit, "get_options"):
         name, options = "jit_options", dolfinx.jit.get_options()
     else:
@@ -116,6 +117,27 @@ def compile_form(form: Any) -> Any:
     if options["cffi_extra_compile_args"] not in (["-O2"], ["-O2", "-g0"]):
         return fem.form(form)
     return fem.form(form, **{name: {"cffi_extra_compile_args": _COMPILER_FLAGS}})
+
+
+def _settle_coordinate_element(form: Any) -> None:
+    """Give the mesh of a form the coordinate element that FFCx 0.5 gives it when it compiles.
+
+    Otherwise the signature of a form depends on whether another form was compiled before it in the
+    same process, and what one run has compiled is of no use to the next.
+    """
+    for integral in form.integrals():
+        domain = integral.ufl_domain()
+        element = domain.ufl_coordinate_element()
+        if getattr(getattr(element, "_sub_element", None), "_variant", "settled") is None:
+            domain._ufl_coordinate_element = ufl.VectorElement(
+                ufl.FiniteElement(
+                    element.family(),
+                    element.cell(),
+                    element.degree(),
+                    element.quadrature_scheme(),
+                    variant="equispaced",
+                )
+            )
 
 
 def cell_name(mesh: Any) -> str:

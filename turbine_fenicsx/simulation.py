@@ -21,6 +21,7 @@ from turbine_fenicsx.state import State
 from turbine_fenicsx.step_error import StepError
 from turbine_fenicsx.step_grid import StepGrid
 from turbine_fenicsx.system import Balance, MultibodySystem
+from turbine_fenicsx.threads import one_thread
 
 log = logging.getLogger(__name__)
 
@@ -149,6 +150,7 @@ class Simulation:
         snapshot = self._snapshot(run, None, start, resumed=bool(memory))
         self.stopped = False
         with ExitStack() as ending:
+            ending.enter_context(one_thread())
             for observer in self.observers:
                 ending.callback(observer.finish)
             self._notify(snapshot)

@@ -185,6 +185,7 @@ class MultibodySystem:
                 ", ".join(self.redundant),
             )
         masses = [b.masses for b in self.rigid_bodies]
+        self._check_velocities(constraints[n_internal:], owners)
         return RigidBlock(
             np.concatenate([np.zeros(0), *masses]),
             constraints,
@@ -194,6 +195,21 @@ class MultibodySystem:
             [e.bind(layout) for e in self.elements],
             redundant,
         )
+
+    def _check_velocities(self, constraints: list[Quadratic], owners: list[str]) -> None:
+        """Warn of initial velocities that joints do not allow; they would make others alternate."""
+        q = np.concatenate([np.zeros(0), *(b.coordinates for b in self.rigid_bodies)])
+        q_dot = np.concatenate([np.zeros(0), *(b.rates for b in self.rigid_bodies)])
+        G = QuadraticMap(constraints, q.size).jacobian(q)
+        terms = np.abs(G) @ np.abs(q_dot)
+        wrong = np.abs(G @ q_dot) > 1e-9 * np.max(terms, initial=0.0)
+        names = dict.fromkeys(owners[k] for k in np.flatnonzero(wrong))
+        if names and self.comm.rank == 0:
+            log.warning(
+                "the initial velocities of the bodies do not agree with joints %s; velocities "
+                "will alternate from step to step",
+                ", ".join(map(repr, names)),
+            )
 
     def _redundant(self, constraints: list[Quadratic], n_internal: int) -> Any:
         """Numbers of the constraints that depend on the others in the initial configuration."""

@@ -493,7 +493,7 @@ STRETCHES = np.geomspace(1.0, 0.05, 25)
 @pytest.mark.parametrize("law", [law for law in LAWS if law not in QUADRATIC])
 @pytest.mark.parametrize("axis", range(3))
 def test_resistance_to_compression_grows_without_end(laws, law, axis):
-    """Down to 5 % of the length, sides held; Q11 for the linear law would end at -0.95 D."""
+    """Down to 5 % of the length, sides held; a linear force would end at -0.95 of the stiffness."""
     forces = [force(laws[law], np.where(np.arange(3) == axis, s, 1.0), axis) for s in STRETCHES]
     assert np.all(np.diff(forces) < 0)
     assert forces[-1] < -5.0 * STIFFNESS[law]()[axis, axis]

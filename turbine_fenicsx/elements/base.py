@@ -13,7 +13,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.quadratic import Quadratic, QuadraticMap
+from turbine_fenicsx.quadratic import AffineVector, QuadraticMap
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.rotations import Array
 
@@ -121,13 +121,15 @@ Law = Callable[[float, float, float], tuple[float, float]]
 """(f0, f1, dt) -> generalised force on f and its derivative with respect to f1."""
 
 
-class QuadraticElement:
-    """An element on a quadratic function f of coordinates of rigid bodies.
+class DistanceElement:
+    """An element on the square f = |v|^2 of the distance v of two points.
 
-    Its force is h grad f at the midpoint, whose work is exactly h (f_1 - f_0).
+    Its force is h grad f at the midpoint, whose work is exactly h (f_1 - f_0). f is the square of
+    v and not a polynomial of the coordinates, which would lose a short distance far from the
+    origin in round-off.
 
     Args:
-        function: f in the coordinates counted from zero.
+        gap: v in the coordinates counted from zero.
         index: Their numbers in the system, shape (m,).
         law: h.
         energy: Potential energy as a function of f; zero if None.
@@ -135,27 +137,31 @@ class QuadraticElement:
 
     def __init__(
         self,
-        function: Quadratic,
+        gap: AffineVector,
         index: npt.NDArray[np.int64],
         law: Law,
         energy: Callable[[float], float] | None = None,
     ) -> None:
-        """Compile the function."""
+        """Compile the distance, v = A y + c."""
         self.index, self._law, self._energy = index, law, energy
-        self._map = QuadraticMap([function], index.size)
-        self._hessian = self._map.hessian(np.ones(1))
+        components = QuadraticMap(gap.components(), index.size)
+        self._c, self._A = components.constant, components.jacobian(np.zeros(index.size))
 
     def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
         """H grad f at the midpoint."""
-        G0, G1 = self._map.jacobian(y0), self._map.jacobian(y1)
-        f0, f1 = self._map.value(y0, G0), self._map.value(y1, G1)
-        h, h_f1 = self._law(float(f0[0]), float(f1[0]), step.dt)
-        G = 0.5 * (G0 + G1)[0]
-        return h * G, 0.5 * h * self._hessian + h_f1 * np.outer(G, G1[0])
+        A, v0, v1 = self._A, self._gap(y0), self._gap(y1)
+        h, h_f1 = self._law(float(v0 @ v0), float(v1 @ v1), step.dt)
+        G = (v0 + v1) @ A
+        return h * G, h * (A.T @ A) + 2.0 * h_f1 * np.outer(G, v1 @ A)
 
     def energy(self, y: Array) -> float:
         """Potential energy [J]."""
-        return 0.0 if self._energy is None else self._energy(float(self._map.value(y)[0]))
+        v = self._gap(y)
+        return 0.0 if self._energy is None else self._energy(float(v @ v))
+
+    def _gap(self, y: Array) -> Array:
+        """The distance v [m], shape (3,)."""
+        return self._A @ y + self._c
 
 
 @dataclass(frozen=True)
@@ -182,9 +188,3 @@ class LinearElement:
     def energy(self, y: Array) -> float:
         """Energy of the spring [J]."""
         return 0.5 * self.stiffness * float(y[0] - self.rest) ** 2
-
-
-def check_not_negative(name: str, what: str, value: float) -> None:
-    """Raise a ValueError for a negative or infinite stiffness or damping."""
-    if not 0.0 <= value < np.inf:
-        raise ValueError(f"{what} of {name!r} must not be negative, got {value:g}")

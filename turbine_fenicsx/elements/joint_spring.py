@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, LinearElement
-from turbine_fenicsx.elements.base import check_not_negative as check
+from turbine_fenicsx.elements.checks import check_not_negative
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class JointSpring:
         rest: Where the spring is at rest [rad or m].
 
     Raises:
-        ValueError: for a negative stiffness.
+        ValueError: for a negative stiffness, or a position at rest that is no number.
     """
 
     name: str
@@ -31,8 +31,10 @@ class JointSpring:
     kind: Kind = "conservative"
 
     def __post_init__(self) -> None:
-        """Check the stiffness."""
-        check(self.name, "stiffness", self.stiffness)
+        """Check the data."""
+        check_not_negative(self.name, "stiffness", self.stiffness)
+        if not np.isfinite(self.rest):
+            raise ValueError(f"rest of {self.name!r} must be a number, got {self.rest}")
 
     def bind(self, layout: Layout) -> BoundElement:
         """The spring with its coordinate numbered."""

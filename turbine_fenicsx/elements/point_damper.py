@@ -7,14 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.elements.base import (
-    BoundElement,
-    Kind,
-    Layout,
-    QuadraticElement,
-    check_not_negative,
-)
-from turbine_fenicsx.quadratic import dot
+from turbine_fenicsx.elements.base import BoundElement, DistanceElement, Kind, Layout
+from turbine_fenicsx.elements.checks import check_ends, check_not_negative, check_vectors
 from turbine_fenicsx.rigid_body import RigidBody
 
 
@@ -34,7 +28,9 @@ class PointDamper:
         damping: d, not negative [N s/m].
 
     Raises:
-        ValueError: for a negative damping.
+        ValueError: for a negative damping, points that are not three numbers, or two points
+            of the same body.
+        TypeError: if a partner is no rigid body.
     """
 
     name: str
@@ -46,7 +42,9 @@ class PointDamper:
     kind: Kind = "dissipative"
 
     def __post_init__(self) -> None:
-        """Check the damping."""
+        """Check the data."""
+        check_ends(self.name, self.first, self.second)
+        check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
         check_not_negative(self.name, "damping", self.damping)
 
     def bind(self, layout: Layout) -> BoundElement:
@@ -62,4 +60,4 @@ class PointDamper:
             h = -d / dt * (l1 - l0) / (l0 + l1)
             return h, -d / dt * l0 / (l1 * (l0 + l1) ** 2) if l1 else 0.0
 
-        return QuadraticElement(dot(gap, gap), index, law)
+        return DistanceElement(gap, index, law)

@@ -7,14 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.elements.base import (
-    BoundElement,
-    Kind,
-    Layout,
-    QuadraticElement,
-    check_not_negative,
-)
-from turbine_fenicsx.quadratic import dot
+from turbine_fenicsx.elements.base import BoundElement, DistanceElement, Kind, Layout
+from turbine_fenicsx.elements.checks import check_ends, check_not_negative, check_vectors
 from turbine_fenicsx.rigid_body import RigidBody
 
 
@@ -39,7 +33,9 @@ class PointSpring:
         length: Length L at rest, not negative [m]; the initial distance if None.
 
     Raises:
-        ValueError: for a negative stiffness or length.
+        ValueError: for a negative stiffness or length, points that are not three numbers, or two
+            points of the same body.
+        TypeError: if a partner is no rigid body.
     """
 
     name: str
@@ -52,7 +48,9 @@ class PointSpring:
     kind: Kind = "conservative"
 
     def __post_init__(self) -> None:
-        """Check stiffness and length."""
+        """Check the data."""
+        check_ends(self.name, self.first, self.second)
+        check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
         check_not_negative(self.name, "stiffness", self.stiffness)
         check_not_negative(self.name, "length", self.length or 0.0)
 
@@ -67,12 +65,14 @@ class PointSpring:
 
         def law(f0: float, f1: float, dt: float) -> tuple[float, float]:
             l0, l1 = np.sqrt(f0), np.sqrt(f1)
+            if L == 0.0:
+                return -0.5 * k, 0.0  # linear in the coordinates
             if l0 + l1 == 0.0:
-                return 0.0, 0.0  # a spring of no length has no direction
+                return 0.0, 0.0  # a distance of zero has no direction
             h = -0.5 * k * (1.0 - 2.0 * L / (l0 + l1))
             return h, -0.5 * k * L / (l1 * (l0 + l1) ** 2) if l1 else 0.0
 
         def energy(f: float) -> float:
             return 0.5 * k * float(np.sqrt(f) - L) ** 2
 
-        return QuadraticElement(dot(gap, gap), index, law, energy)
+        return DistanceElement(gap, index, law, energy)

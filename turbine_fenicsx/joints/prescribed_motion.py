@@ -18,6 +18,7 @@ class PrescribedMotion:
 
     Raises:
         ValueError: if p(0) is not zero.
+        TypeError: for what is no function.
     """
 
     coordinate: str
@@ -25,7 +26,12 @@ class PrescribedMotion:
 
     def __post_init__(self) -> None:
         """Check the start."""
-        if abs(self.motion(0.0)) > 1e-12:
+        if not callable(self.motion):
+            raise TypeError(
+                f"the prescribed motion of {self.coordinate!r} must be a function of time, "
+                f"got {self.motion!r}"
+            )
+        if not abs(self.motion(0.0)) <= 1e-12:
             raise ValueError(
                 f"the prescribed motion of {self.coordinate!r} must be zero at t = 0, "
                 f"got {self.motion(0.0):g}"

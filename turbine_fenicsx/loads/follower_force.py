@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, Step
+from turbine_fenicsx.elements.checks import check_body, check_function, check_vectors
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.time_functions import ALWAYS
@@ -26,6 +27,10 @@ class FollowerForce:
         point: Point in the initial configuration [m], shape (3,).
         force: Force in the initial configuration [N], shape (3,).
         function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: if point or force are not three numbers.
+        TypeError: for what is no rigid body, or no function of time.
     """
 
     name: str
@@ -34,6 +39,12 @@ class FollowerForce:
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS
     kind: Kind = "external"
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_body(self.name, self.body)
+        check_vectors(self.name, point=self.point, force=self.force)
+        check_function(self.name, self.function)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The force with its coordinates numbered."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from turbine_fenicsx.elements.checks import check_function
 from turbine_fenicsx.loads.base import Forces
 
 
@@ -16,10 +17,17 @@ class JointTorque:
         joint: Name of a joint coordinate; that of the joint if it has only one.
         torque: Torque [N m] on an angle or force [N] on a displacement as a function of time [s];
             positive in the sense of the coordinate.
+
+    Raises:
+        TypeError: for what is no function of time.
     """
 
     joint: str
     torque: Callable[[float], float]
+
+    def __post_init__(self) -> None:
+        """Check the function."""
+        check_function(self.name, self.torque)
 
     @property
     def name(self) -> str:

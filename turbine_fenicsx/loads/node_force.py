@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
+from turbine_fenicsx.elements.checks import check_function, check_vectors
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.time_functions import ALWAYS
 
@@ -24,6 +25,10 @@ class NodeForce:
         point: Point in the initial configuration [m], shape (3,).
         force: Force [N], shape (3,).
         function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: if point or force are not three numbers.
+        TypeError: for what is no function of time.
     """
 
     name: str
@@ -31,3 +36,8 @@ class NodeForce:
     point: npt.ArrayLike
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point, force=self.force)
+        check_function(self.name, self.function)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.elements.checks import check_body, check_function, check_vectors
 from turbine_fenicsx.loads.base import Forces
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array
@@ -25,6 +26,10 @@ class PointForce:
         point: Point in the initial configuration [m], shape (3,).
         force: Force [N], shape (3,).
         function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: if point or force are not three numbers.
+        TypeError: for what is no rigid body, or no function of time.
     """
 
     name: str
@@ -32,6 +37,12 @@ class PointForce:
     point: npt.ArrayLike
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_body(self.name, self.body)
+        check_vectors(self.name, point=self.point, force=self.force)
+        check_function(self.name, self.function)
 
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the force."""

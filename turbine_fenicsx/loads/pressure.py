@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
+from turbine_fenicsx.elements.checks import check_function
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.time_functions import ALWAYS
 
@@ -24,6 +25,10 @@ class Pressure:
         facets: Facets of the surface, indices local to this rank (ghosts allowed).
         pressure: p [N/m^2], positive inwards.
         function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: for a pressure that is no number.
+        TypeError: for what is no function of time.
     """
 
     name: str
@@ -31,6 +36,12 @@ class Pressure:
     facets: npt.NDArray[np.int32]
     pressure: float
     function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        if not (np.ndim(self.pressure) == 0 and np.isfinite(self.pressure)):
+            raise ValueError(f"pressure of {self.name!r} must be a number, got {self.pressure!r}")
+        check_function(self.name, self.function)
 
     def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
         """-factor p cof(F) N."""

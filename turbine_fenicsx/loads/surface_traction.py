@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.elements.checks import check_function, check_vectors
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.time_functions import ALWAYS
 
@@ -23,6 +24,10 @@ class SurfaceTraction:
         facets: Facets of the surface, indices local to this rank (ghosts allowed).
         force: Force per reference area [N/m^2], shape (3,).
         function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: if the force is not three numbers.
+        TypeError: for what is no function of time.
     """
 
     name: str
@@ -30,6 +35,11 @@ class SurfaceTraction:
     facets: npt.NDArray[np.int32]
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, force=self.force)
+        check_function(self.name, self.function)
 
     def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
         """Factor t, whatever the deformation."""

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, Step
+from turbine_fenicsx.elements.checks import check_body, check_function, check_vectors
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array, skew
 from turbine_fenicsx.time_functions import ALWAYS
@@ -28,6 +29,10 @@ class Torque:
         torque: Torque in the initial configuration [N m], shape (3,).
         function: Factor as a function of time [s].
         follower: Whether the torque turns with the body.
+
+    Raises:
+        ValueError: if the torque is not three numbers.
+        TypeError: for what is no rigid body, or no function of time.
     """
 
     name: str
@@ -36,6 +41,12 @@ class Torque:
     function: Callable[[float], float] = ALWAYS
     follower: bool = False
     kind: Kind = "external"
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_body(self.name, self.body)
+        check_vectors(self.name, torque=self.torque)
+        check_function(self.name, self.function)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The torque with its coordinates numbered."""

@@ -29,9 +29,9 @@ import re
 import sys
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any, Literal
-from xml.sax.saxutils import escape, quoteattr
 
 from mpi4py import MPI
 
@@ -342,7 +342,7 @@ def _connectivity(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> N
 def _attributes(arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]) -> str:
     """``Attribute`` elements of fields and their ``DataItem`` elements."""
     return "".join(
-        f'<Attribute Name={quoteattr(name)} Center="{kind}" '
+        f'<Attribute Name="{escape(name)}" Center="{kind}" '
         f'AttributeType="{"Scalar" if array.ndim == 1 else "Vector"}">{item}</Attribute>\n'
         for (kind, name, array), item in zip(arrays, items, strict=True)
     )
