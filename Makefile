@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint docs bench bench-peers clean
+.PHONY: help setup demo test lint docs verification bench bench-peers clean
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -26,6 +26,9 @@ docs: setup ## build docs/_build/html, the documentation; warnings are errors
 	    --disable-pip-version-check -c .venv/constraints.txt -e '.[docs]'; }
 	.venv/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
 	@echo "docs: $(CURDIR)/docs/_build/html/index.html"
+
+verification: setup ## run the published benchmarks and write docs/verification.md, some minutes
+	.venv/bin/python demos/verification
 
 bench: setup ## run the benchmark into benchmarks/out, about two hours
 	.venv/bin/python benchmarks/run.py
