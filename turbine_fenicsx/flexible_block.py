@@ -47,8 +47,9 @@ class FlexibleBlock:
         body: The body.
         stress: Algorithmic stress; the exact discrete gradient of the material if None.
         loads: Surface loads and forces on nodes.
-        numerical_dissipation: chi >= 0. A mode of the frequency omega loses the part
-            chi (omega dt)^2/2 of its strain energy per step as long as omega dt is small; the
+        numerical_dissipation: chi >= 0. A linear mode of the frequency omega loses the part
+            chi (omega dt)^2/2 of its energy per step while omega dt is small. The spectral radius
+            falls from 1 to (2 - chi)/(2 + chi) at omega dt = 4/chi, and rises again beyond. The
             scheme is then of first order.
 
     Attributes:
@@ -247,6 +248,8 @@ class FlexibleBlock:
         Returns:
             Sums at the owned nodes, shape (n_owned, 3).
         """
+        if self.body.mesh.comm.size == 1:
+            return values
         with self._work.localForm() as local:
             local.array[:] = values.ravel()
         self._work.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)

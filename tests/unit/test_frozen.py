@@ -69,9 +69,10 @@ def test_frames_of_a_rigid_motion_are_its_rotation(machine, cell, degree):
     (block,), R = system.flexible_blocks, rotation_about((1.0, -2.0, 0.5), 2.5)
     u = block.new_vector()
     u.array[:] = (block.positions @ R.T - block.positions + [3.0, 1.0, 2.0]).ravel()
-    frames = NodeFrames(block).rotations(u)
+    (frames,) = NodeFrames(block).rotations(u)
     half, rest = 0.5 * u, 0.5 * u
-    assert np.allclose(NodeFrames(block).rotations(half, rest, 1.0), frames, rtol=0, atol=1e-13)
+    (both,) = NodeFrames(block).rotations(half, rest, (1.0,))
+    assert np.allclose(both, frames, rtol=0, atol=1e-13)
     # round-off of products of coordinates of size 3
     assert np.max(np.abs(frames - R[:, :, None]), initial=0.0) < 1e-13
 

@@ -29,7 +29,8 @@ def refused(comm, error, message, parts, **options):
 
 @pytest.mark.parametrize("part", ["steel", None, 3.0, object()])
 def test_a_part_of_unknown_kind_is_a_type_error(comm, machine, part):
-    refused(comm, TypeError, "is no body, joint, coupling, force element or load", [*machine().parts, part])
+    message = "is no body, joint, coupling, force element or load"
+    refused(comm, TypeError, message, [*machine().parts, part])
 
 
 def test_names_must_be_unique_across_all_kinds(comm, machine):

@@ -40,35 +40,43 @@ class NodeFrames:
         counts = np.repeat(count[:, None].astype(float), 3, axis=1)
         self._count = flexible.sum_at_owners(counts)[:, 0]
 
-    def rotations(self, u: PETSc.Vec, du: PETSc.Vec | None = None, part: float = 0.0) -> Array:
+    def rotations(
+        self, u: PETSc.Vec, du: PETSc.Vec | None = None, parts: tuple[float, ...] = (0.0,)
+    ) -> list[Array]:
         """Rotations at the owned nodes.
 
         Args:
             u: Displacements [m].
-            du: Increments of which a part is added, if given.
-            part: That part.
+            du: Increments of which parts are added, if given.
+            parts: Those parts.
 
         Returns:
-            R, shape (3, 3, n_owned), the node last so that products run over long rows.
+            For each part R, shape (3, 3, n_owned), the node last so that products run over long
+            rows.
 
         Note:
             Collective.
         """
-        x = self._flexible.nodal_values(u)
+        F = self._gradient(u)
+        F[::4] += 1.0
         if du is not None:
-            x += part * self._flexible.nodal_values(du)
-        grad_u = np.zeros((len(self._cells) + 1, 9))
+            dF = self._gradient(du)
+            F = np.concatenate([F + part * dF for part in parts], axis=1)
+        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
+        return np.split(R, len(parts), axis=2)
+
+    def _gradient(self, u: PETSc.Vec) -> Array:
+        """Mean gradient of displacements around each owned node, shape (9, n_owned)."""
+        x = self._flexible.nodal_values(u)
+        of_cells = np.zeros((len(self._cells) + 1, 9))
         np.matmul(
-            np.swapaxes(x[self._cells], 1, 2), self._weights, out=grad_u[:-1].reshape(-1, 3, 3)
+            np.swapaxes(x[self._cells], 1, 2), self._weights, out=of_cells[:-1].reshape(-1, 3, 3)
         )
         total = np.zeros((len(x), 9))
         for cells in self._cells_of_node:
-            total += grad_u[cells]
-        F = np.empty((9, self._flexible.n_owned))
-        for k in range(0, 9, 3):
-            F[k : k + 3] = self._flexible.sum_at_owners(total[:, k : k + 3]).T / self._count
-        F[::4] += 1.0
-        return polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
+            total += of_cells[cells]
+        parts = [self._flexible.sum_at_owners(total[:, k : k + 3]) for k in range(0, 9, 3)]
+        return np.concatenate([part.T for part in parts]) / self._count
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:

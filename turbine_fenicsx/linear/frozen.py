@@ -168,14 +168,14 @@ class _TurningBody:
         """Factorise the tangent at rest in u; the frames of this moment are the reference."""
         self._flexible.assemble_tangent(self._at_rest)
         self._elimination.factorise()
-        self._reference = self._frames.rotations(u)
+        (self._reference,) = self._frames.rotations(u)
         self._carriers_0 = carriers
 
     def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
         """Set the rotations between the factorised state and the present step."""
         self._left, self._right = (
-            np.einsum("ikn,jkn->ijn", self._frames.rotations(u, du, part), self._reference)
-            for part in (0.5, 1.0)
+            np.einsum("ikn,jkn->ijn", R, self._reference)
+            for R in self._frames.rotations(u, du, (0.5, 1.0))
         )
         self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
         for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
