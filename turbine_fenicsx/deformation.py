@@ -1,6 +1,6 @@
 """The grid of ``fields.xdmf`` at one time, its deformation scaled if that is asked for.
 
-The cell field ``part`` says what is what: 0 nacelle, 1 hub, from 2 on the blades.
+The cell field ``part`` says what is what: 0 nacelle, 1 hub, 2 to 4 the blades, 5 the tower.
 """
 
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-NACELLE, HUB, FIRST_BLADE = 0, 1, 2
+NACELLE, HUB, FIRST_BLADE, TOWER = 0, 1, 2, 5
 """Values of the cell field ``part``."""
 
 _VOLUMES = (10, 12)  # VTK's numbers of tetrahedra and hexahedra
@@ -65,8 +65,9 @@ def read_grid(reader: Any, step: int, scale: float) -> Any:
         raise ValueError(f"{reader.path} has no cell field 'part'")
     if scale != 1.0:
         u = np.asarray(grid.point_data["displacement"], dtype=float)
-        hub = points_of(grid, np.asarray(grid.cell_data["part"]) == HUB)
-        flexible = points_of(grid, flexible_cells(grid))
+        part = np.asarray(grid.cell_data["part"])
+        hub = points_of(grid, part == HUB)
+        flexible = points_of(grid, flexible_cells(grid) & (part != TOWER))
         x = np.asarray(grid.points, dtype=float)
         grid.points = scaled_deformation(x, u, hub, flexible, scale)
     return grid

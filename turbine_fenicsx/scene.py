@@ -21,6 +21,7 @@ from turbine_fenicsx.deformation import (
     FIRST_BLADE,
     HUB,
     NACELLE,
+    TOWER,
     flexible_cells,
     points_of,
     read_grid,
@@ -108,7 +109,7 @@ class Scene:
                     smooth_shading=True,
                     split_sharp_edges=True,
                 )
-        if (part == NACELLE).any():
+        if (part == NACELLE).any() and not (part == TOWER).any():
             x_min, x_max, y_min, _, z_min, z_max = grid.extract_cells(part == NACELLE).bounds
             tower = _tower((0.5 * (x_min + x_max), y_min, 0.5 * (z_min + z_max)), self._radius)
             plotter.add_mesh(tower, color="#e8ecf1", ambient=0.6, diffuse=0.4, opacity=0.6)
@@ -201,7 +202,8 @@ def _size(grid: Any, part: NDArray[Any]) -> tuple[float, float, tuple[float, flo
     hub = points[points_of(grid, part == HUB)] if (part == HUB).any() else points
     nacelle = points[points_of(grid, part == NACELLE)] if (part == NACELLE).any() else hub
     centre, axis = hub.mean(axis=0), nacelle.mean(axis=0)
-    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    rotor = points[points_of(grid, part != TOWER)]
+    radius = float(np.linalg.norm(rotor - centre, axis=1).max())
     return radius, 1.0 if centre[2] >= axis[2] else -1.0, (axis[0], centre[1], axis[2])
 
 

@@ -131,6 +131,8 @@ def _allowed(kind: Any) -> str:
             entries = get_args(part)
             count = "list" if Ellipsis in entries else f"{len(entries)} numbers"
             return f"{count}, each {text}" if text else count
+    if not text and bool in parts:
+        text = "`true`, `false`"
     if not text:
         text = "text" if str in parts else "any"
     return text
@@ -143,6 +145,8 @@ def _toml(value: Any) -> str:
 
 def _toml_text(value: Any) -> str:
     """A value as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, tuple):

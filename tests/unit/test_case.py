@@ -41,6 +41,11 @@ def mistakes(data):
         ("7.2 km/h/s", "m/s^2", 2.0),
         ("1 psi", "Pa", 6894.757293168361),
         ("5 uPa", "Pa", 5e-6),
+        ("180 deg", "rad", 3.141592653589793),
+        ("50 MN m", "N m/rad", 5e7),
+        ("50 MN m/rad", "N m/rad", 5e7),
+        ("1 kN m/deg", "N m/rad", 57295.77951308232),
+        ("3 kN m s/rad", "N m s/rad", 3e3),
         ("0.02", "s", 0.02),  # a bare number in quotes is a bare number
         (0.02, "s", 0.02),
         (3, "s", 3),
@@ -167,6 +172,26 @@ def test_one_arm_for_all_blades_balances_the_rotor(arm):
         ("solver.tolerance", 0.0, "greater than 0"),
         ("solver.max_iterations", 0, "greater than or equal to 1"),
         ("output.fields_every", -0.1, "greater than or equal to 0"),
+        ("loads.pitch_torque", "3 N", "expected a torque"),
+        ("pitch.bearings", "yes", "must be true or false"),
+        ("tower.flexible", 1, "must be true or false"),
+        ("pitch.ring_mass", 0.0, "greater than 0"),
+        ("pitch.drive", "motor", "'free', 'spring' or 'prescribed'"),
+        ("pitch.stiffness", -1.0, "greater than or equal to 0"),
+        ("pitch.stiffness", "3 N/m", 'expected a stiffness against rotation, for example "50 MN'),
+        ("pitch.damping", "3 N m/rad", "a bare number counts in N m s/rad"),
+        ("pitch.angle", "90 m", 'expected an angle, for example "90 deg"'),
+        ("pitch.angle", "400 deg", "less than or equal to 6.28"),
+        ("pitch.start", -1.0, "greater than or equal to 0"),
+        ("pitch.duration", 0.0, "greater than 0"),
+        ("tower.height", 0.0, "greater than 0"),
+        ("tower.wall", "-4 cm", "greater than 0"),
+        ("tower.degree", 3, "1 or 2"),
+        ("tower.young", "210 GN", "expected a stress or modulus"),
+        ("tower.young", 0.0, "greater than 0"),
+        ("tower.poisson", 0.5, "less than 0.5"),
+        ("tower.poisson", -1, "greater than -1"),
+        ("tower.top_mass", 0.0, "greater than 0"),
     ],
 )
 def test_value_out_of_range_is_one_sentence_with_key_value_and_range(key, value, text):
@@ -262,6 +287,41 @@ def test_unknown_key_comes_with_the_nearest_valid_one(data, key, hint):
     assert hint in sentences[0]
 
 
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        (
+            {"tower": {"flexible": True, "wall": "2 m"}},
+            "tower.wall = 2: leaves no hollow, expected less than 2 m, half of the smaller "
+            "diameter",
+        ),
+        (
+            {"tower": {"flexible": True, "elements": [2, 1, 8]}},
+            "tower.elements = [2, 1, 8]: expected 3 or more around the tower",
+        ),
+        (
+            {"tower": {"flexible": True, "elements": [50000, 100, 100]}},
+            "tower.elements = [50000, 100, 100]: gives some 1.2e+10 displacements, expected fewer "
+            "than 2.1e+09",
+        ),
+        (
+            {"pitch": {"bearings": True, "drive": "spring"}},
+            'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0',
+        ),
+        (
+            {"turbine": {"model": "rigid"}, "pitch": {"drive": "spring"}},
+            'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0',
+        ),
+    ],
+)
+def test_contradictions_of_tower_and_pitch_are_refused(data, sentence):
+    assert mistakes(data) == [sentence]
+
+
+def test_tower_and_pitch_that_are_not_there_may_contradict_themselves():
+    Case.parse({"tower": {"wall": 5.0, "elements": [1, 1, 1]}, "pitch": {"drive": "spring"}})
+
+
 def test_every_mistake_has_its_own_sentence():
     sentences = mistakes(
         {"time": {"step": 0}, "material": {"density": -1}, "mesh": {"degre": 2}, "colour": "red"}
@@ -312,6 +372,35 @@ def test_nothing_is_said_about_keys_that_depend_on_wrong_ones():
         ({"loads": {"duration": 3}}, ["loads.duration"]),
         ({"loads": {"duration": 3, "yaw_torque": 1}}, []),
         ({"mesh": {"size": 1, "degree": 2}, "blade": {"chord": [1, 1, 1]}}, []),
+        ({"tower": {"height": 1, "degree": 1}}, ["tower.degree", "tower.height"]),
+        ({"tower": {"flexible": True, "height": 1, "degree": 1}}, []),
+        ({"tower": {"flexible": False}}, []),
+        ({"pitch": {"drive": "prescribed", "angle": 1}}, ["pitch.angle", "pitch.drive"]),
+        ({"pitch": {"bearings": True, "ring_mass": 1, "drive": "free"}}, []),
+        (
+            {"pitch": {"bearings": True, "drive": "prescribed", "angle": 1, "stiffness": 1}},
+            ["pitch.stiffness"],
+        ),
+        (
+            {"pitch": {"bearings": True, "drive": "prescribed", "angle": 0, "start": 1}},
+            ["pitch.start"],
+        ),
+        (
+            {"pitch": {"bearings": True, "stiffness": 1, "angle": 1, "start": 1}},
+            ["pitch.stiffness", "pitch.angle", "pitch.start"],
+        ),
+        (
+            {"pitch": {"bearings": True, "drive": "spring", "damping": 1, "angle": 1}},
+            ["pitch.angle"],
+        ),
+        ({"turbine": {"model": "rigid"}, "pitch": {"bearings": False}}, ["pitch.bearings"]),
+        ({"turbine": {"model": "rigid"}, "pitch": {"drive": "prescribed", "angle": 1}}, []),
+        ({"turbine": {"model": "rigid"}, "loads": {"pitch_torque": 1, "duration": 1}}, []),
+        ({"loads": {"pitch_torque": 1}}, ["loads.pitch_torque"]),
+        (
+            {"loads": {"pitch_torque": 1}, "pitch": {"bearings": True, "drive": "prescribed"}},
+            ["loads.pitch_torque"],
+        ),
     ],
 )  # fmt: skip
 def test_keys_without_effect_are_named(data, keys):
@@ -320,8 +409,17 @@ def test_keys_without_effect_are_named(data, keys):
 
 
 def test_demos_have_no_keys_without_effect():
-    for path in DEMOS.glob("*.toml"):
-        assert Case.load(path).warnings == []
+    paths = [path for folder in ("paper", "turbine") for path in (DEMOS.parent / folder).glob("*")]
+    cases = [Case.load(path) for path in paths if path.suffix == ".toml"]
+    assert len(cases) == 5
+    assert [case.warnings for case in cases] == [[]] * 5
+
+
+def test_defaults_have_neither_pitch_bearings_nor_a_flexible_tower():
+    case = Case.parse({})
+    assert not case.pitch.bearings and not case.tower.flexible
+    assert (case.pitch.drive, case.loads.pitch_torque) == ("free", 0.0)
+    assert case.tower.degree == 2
 
 
 def test_material_of_a_rigid_turbine_may_be_anything():

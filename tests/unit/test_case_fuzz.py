@@ -23,7 +23,7 @@ from turbine_fenicsx.turbine.quantities import to_si
 from turbine_fenicsx.turbine.size import size_of_options
 
 DEMOS = Path(__file__).parents[2] / "demos" / "paper"
-UNITS = ["s", "m", "kg", "kg m^2", "kg/m^3", "Pa", "N m", "m/s^2", ""]
+UNITS = ["s", "m", "kg", "kg m^2", "kg/m^3", "Pa", "N m", "N m s/rad", "m/s^2", "rad", ""]
 
 
 def examples(n):
@@ -106,6 +106,8 @@ good = st.one_of(
     st.floats(1e-300, 1e30),
     st.integers(1, 3),
     st.sampled_from(["rigid", "hybrid", "tetrahedron", "hexahedron", "neo_hooke", "iterative"]),
+    st.sampled_from(["spring", "prescribed"]),
+    st.booleans(),
     st.lists(st.floats(1e-6, 1e3), min_size=3, max_size=3),
     st.lists(st.integers(1, 300), min_size=3, max_size=3),
     st.just([0.0, 0.5, 1.0]),

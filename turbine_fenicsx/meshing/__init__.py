@@ -1,12 +1,13 @@
-"""Meshes of the rotor: parametric blades, hexahedra and tetrahedra, reading, quality."""
+"""Meshes of blades and tower: parametric shapes, hexahedra and tetrahedra, reading, quality."""
 
 from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
-from turbine_fenicsx.meshing.cache import cache_directory, cached_mesh
+from turbine_fenicsx.meshing.cache import cache_directory, cached_mesh, cached_tower
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.load import LoadedMesh, load_msh
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.rotor import build_rotor
+from turbine_fenicsx.meshing.tower import TowerGeometry, build_tower
 
 __all__ = [
     "BladeGeometry",
@@ -15,8 +16,11 @@ __all__ = [
     "MeshOptions",
     "MeshReport",
     "RotorLayout",
+    "TowerGeometry",
     "build_rotor",
+    "build_tower",
     "cache_directory",
     "cached_mesh",
+    "cached_tower",
     "load_msh",
 ]

@@ -1,9 +1,14 @@
 """Time series of a turbine: which columns ``history.csv`` and ``history.out`` have.
 
-The frame of a blade is that of OpenFAST, with the origin at the centre of the root and fixed to the
-hub (the blades of the hybrid turbine do not pitch): x points downwind along the shaft, z along the
-span to the tip, and y = z x x to the trailing edge of a rotor that turns clockwise, seen from
-upwind. Root loads are those that the blade exerts on the hub.
+The frame of a blade is that of OpenFAST, with the origin at the centre of the root: x points
+downwind along the shaft, z along the span to the tip, and y = z x x to the trailing edge of a rotor
+that turns clockwise, seen from upwind. It is fixed to what carries the root: to the hub, or with
+pitch bearings to the ring, so that it pitches with the blade. Root loads are those that the blade
+exerts on its carrier.
+
+The frame of the tower is that of OpenFAST too, and does not move: x points downwind, z up, and
+y = z x x to the left, looking downwind. Base loads are those that the tower exerts on the ground,
+about the centre of its foot.
 """
 
 from __future__ import annotations
@@ -17,7 +22,7 @@ from turbine_fenicsx.observers.history import Channel
 from turbine_fenicsx.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.observers.shared_sum import SharedSum
 from turbine_fenicsx.observers.tips import Tips, tip_channel
-from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.rotations import E1, E2, E3, Array
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.model import Turbine, rotor_layout
@@ -28,6 +33,10 @@ CONVENTIONS = (
     "and Root loads are means of the step that ends at the time of the row"
 )
 """Line in the head of ``history.out``."""
+
+
+TOWER_AXES = np.array([E3, E1, E2])
+"""Axes x, y, z of the frame of the tower as rows."""
 
 
 class BladeSensors:
@@ -48,9 +57,7 @@ class BladeSensors:
         """Place the sensors."""
         system, layout = turbine.system, rotor_layout(case)
         roots, tips = [], []
-        for k, (coupling, tip) in enumerate(
-            zip(system.couplings, turbine.tips, strict=True), start=1
-        ):
+        for k, (coupling, tip) in enumerate(zip(turbine.roots, turbine.tips, strict=True), start=1):
             axes = blade_axes(layout.frame(k)[0], np.asarray(layout.axis))
             root = np.asarray(layout.centre) + case.blade.hub_radius * axes[2]
             roots.append(Reaction(coupling, root, axes))
@@ -87,6 +94,61 @@ class BladeSensors:
         ]
 
 
+class TowerSensors:
+    """Motion of the top and loads at the base of the flexible tower; none without one.
+
+    Args:
+        case: The case.
+        turbine: Its turbine.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, case: Case, turbine: Turbine) -> None:
+        """Place the sensors."""
+        self._base: Reactions | None = None
+        if turbine.tower is not None:
+            system, tower = turbine.system, turbine.tower
+            first = system.first_coordinate[tower.top]
+            self._top = slice(first, first + 3)
+            self._start = np.asarray(tower.top.position, dtype=float)
+            foot = Reaction(tower.foot, (0.0, -case.tower.height, 0.0), TOWER_AXES)
+            self._base = Reactions(system, [foot])
+
+    def history_channels(self) -> list[Channel]:
+        """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
+        columns = [f"tower_top_displacement_{axis}_[m]" for axis in "xyz"]
+        loads = [
+            f"tower_base_{kind}_{axis}_[{unit}]"
+            for kind, unit in (("force", "N"), ("moment", "Nm"))
+            for axis in "xyz"
+        ]
+        return self._channels(columns, loads, 1.0)
+
+    def openfast_channels(self) -> list[Channel]:
+        """TTDsp (fore-aft, side-to-side, axial), TwrBsF?t and TwrBsM?t."""
+        columns = [f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")]
+        loads = [
+            f"TwrBs{kind}{axis}t_[{unit}]"
+            for kind, unit in (("F", "kN"), ("M", "kN-m"))
+            for axis in "xyz"
+        ]
+        return self._channels(columns, loads, 1e-3)
+
+    def _channels(self, columns: list[str], loads: list[str], factor: float) -> list[Channel]:
+        """The two channels under these names, the loads times a factor."""
+        if self._base is None:
+            return []
+        base = self._base
+        return [
+            Channel(
+                tuple(columns), lambda s: list(TOWER_AXES @ (s.state.q[self._top] - self._start))
+            ),
+            Channel(tuple(loads), lambda s: list(factor * base.at(s).ravel())),
+        ]
+
+
 def blade_axes(span: Array, axis: Array) -> Array:
     """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
 
@@ -98,12 +160,12 @@ def blade_axes(span: Array, axis: Array) -> Array:
     return np.array([x, np.cross(span, x), span])
 
 
-def openfast_channels(turbine: Turbine, blades: BladeSensors) -> list[Channel]:
+def openfast_channels(turbine: Turbine, *sensors: BladeSensors | TowerSensors) -> list[Channel]:
     """Columns of ``history.out`` after the time from left to right.
 
     Azimuth [0, 360) and rotor speed count positive about the shaft, downwind; the nacelle's yaw
     about the upward vertical, opposite to the paper's; pitch, as in OpenFAST, about the span from
-    tip to root (0 without pitch bearings). The rigid turbine has these columns only.
+    tip to root (0 without pitch bearings). The columns of the sensors follow.
     """
     names = turbine.system.angle_names
     rotor, yaw = names.index("rotor"), names.index("yaw")
@@ -118,4 +180,5 @@ def openfast_channels(turbine: Turbine, blades: BladeSensors) -> list[Channel]:
 
     columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")
     pitches = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(pitch) + 1))
-    return [Channel((*columns, *pitches), values), *blades.openfast_channels()]
+    found = [Channel((*columns, *pitches), values)]
+    return [*found, *(channel for sensor in sensors for channel in sensor.openfast_channels())]

@@ -117,6 +117,48 @@ def _size(case: Tables) -> str:
     )
 
 
+def _tower_wall(case: Tables) -> str:
+    """The tower is hollow."""
+    t = case.tower
+    inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
+    if not t.flexible or t.wall < inner:
+        return ""
+    return (
+        f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
+        "smaller diameter"
+    )
+
+
+def _tower_size(case: Tables) -> str:
+    """The tower is a tube, and not too large to be counted."""
+    t = case.tower
+    if not t.flexible:
+        return ""
+    around, through, along = (t.degree * n for n in t.elements)
+    if t.elements[0] < 3:
+        return f"tower.elements = {shown(list(t.elements))}: expected 3 or more around the tower"
+    displacements = 3.0 * around * (through + 1.0) * (along + 1.0)
+    if displacements < MAX_UNKNOWNS:
+        return ""
+    return (
+        f"tower.elements = {shown(list(t.elements))}: gives some {displacements:.1e} "
+        f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
+    )
+
+
+def _spring(case: Tables) -> str:
+    """A spring drive has a spring or a damper."""
+    p = case.pitch
+    if not _pitch_bearings(case) or p.drive != "spring" or p.stiffness > 0.0 or p.damping > 0.0:
+        return ""
+    return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
+
+
+def _pitch_bearings(case: Tables) -> bool:
+    """Whether the blades can turn about their spans."""
+    return case.turbine.model == "rigid" or case.pitch.bearings
+
+
 def _curved(case: Tables) -> str:
     """Displacements can follow the shape of the cells, or a rotation would store energy."""
     m = case.mesh
@@ -162,6 +204,9 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file"), _clearance),
     (("mesh", "blade"), _size),
     (("mesh.geometry_degree", "mesh.degree"), _curved),
+    (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _tower_wall),
+    (("tower.elements", "tower.degree"), _tower_size),
+    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _spring),
     (("time.step", "time.end"), _steps),
     (tuple(f"material.{name}" for name in _MATERIAL), _material),
 )
@@ -205,5 +250,34 @@ def _idle(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
             yield "blade", ("stations", "chord", "thickness"), "on the run beside mesh.file"
         elif m.size:
             yield "mesh", ("elements",), "beside mesh.size"
-    if case.loads.rotor_torque == case.loads.yaw_torque == 0.0:
+    yield from _idle_pitch(case)
+    if not case.tower.flexible:
+        yield (
+            "tower",
+            tuple(set(type(case.tower).model_fields) - {"flexible"}),
+            ("without tower.flexible = true"),
+        )
+    loads = case.loads
+    if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
         yield "loads", ("duration",), "without a torque"
+
+
+def _idle_pitch(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """The same of the pitch bearings."""
+    pitch = case.pitch
+    if not _pitch_bearings(case):
+        others = set(type(pitch).model_fields) - {"bearings"}
+        yield "pitch", tuple(others), "without pitch.bearings = true"
+        yield "loads", ("pitch_torque",), "without pitch.bearings = true"
+        return
+    if case.turbine.model == "rigid":
+        rings = ("bearings", "ring_mass", "ring_euler")
+        yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
+    drives = {"spring": ("stiffness", "damping"), "prescribed": ("angle", "start", "duration")}
+    for drive, names in drives.items():
+        if pitch.drive != drive:
+            yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
+    if pitch.drive == "prescribed":
+        yield "loads", ("pitch_torque",), 'with pitch.drive = "prescribed"'
+        if pitch.angle == 0.0:
+            yield "pitch", ("start", "duration"), "with pitch.angle = 0"

@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass
 from math import ceil, log10
 
-from turbine_fenicsx.turbine.size import N_BLADES, MeshSize
+from turbine_fenicsx.turbine.size import N_BLADES, MeshSize, size_of_tower
 from turbine_fenicsx.turbine.tables import Tables
 
 MACHINE = "one core of an AMD EPYC"
@@ -101,33 +101,38 @@ def estimate(case: Tables, size: MeshSize | None) -> Estimate:
 
     Args:
         case: The case.
-        size: Size of its mesh; None for the rigid turbine.
+        size: Size of the mesh of its blades; None for the rigid turbine.
     """
     from turbine_fenicsx.linear import LARGEST_FACTOR
 
-    n_bodies = n_joints = 2 if size else 2 + N_BLADES
-    displacements = 3 * size.nodes if size else 0
+    tower = size_of_tower(case.tower) if case.tower.flexible else None
+    meshes = [mesh for mesh in (size, tower) if mesh]
+    n_pitch = N_BLADES if case.pitch.bearings or size is None else 0
+    n_bodies, n_joints = 2 + n_pitch + (1 if tower else 0), 2 + n_pitch
+    n_drives = n_pitch if case.pitch.drive == "prescribed" else 0
+    displacements = sum(3 * mesh.nodes for mesh in meshes)
     name = case.solver.preconditioner
     if name == "auto":
-        name = "iterative" if displacements >= LARGEST_FACTOR else "frozen"
+        largest = max((3 * mesh.nodes for mesh in meshes), default=0)
+        name = "iterative" if largest >= LARGEST_FACTOR else "frozen"
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
     step = (constant + factor * displacements**power) * (0.7 + 0.3 * max(digits - 8.0, 0.0) / 4.0)
     set_up = 2.0 + 4.0 * (displacements / 7e4) ** 1.2
     more = 3.0e3 * displacements if name == "iterative" else 630.0 * displacements**1.2
-    if size is None:
+    if not meshes:
         step, set_up = RIGID_STEP, 1.0
     steps = float(ceil(case.time.end / case.time.step * (1.0 - 1e-9)))
-    outputs, one, always = _field_bytes(case, size, steps)
+    outputs, one, always = _field_bytes(case, "hybrid" if size else "rigid", meshes, steps)
     return Estimate(
         {
             "displacements": displacements,
-            "coupling_multipliers": 3 * size.root_nodes if size else 0,
+            "coupling_multipliers": sum(3 * mesh.root_nodes for mesh in meshes),
             "rigid_coordinates": 12 * n_bodies,
             "joint_angles": n_joints,
-            "rigid_and_joint_multipliers": 6 * n_bodies + (5 + 1) * n_joints,
+            "rigid_and_joint_multipliers": 6 * n_bodies + (5 + 1) * n_joints + n_drives,
         },
-        size is None or size.exact,
+        all(mesh.exact for mesh in meshes),
         name,
         steps,
         step,
@@ -137,16 +142,18 @@ def estimate(case: Tables, size: MeshSize | None) -> Estimate:
     )
 
 
-def _field_bytes(case: Tables, size: MeshSize | None, steps: float) -> tuple[float, float, float]:
+def _field_bytes(
+    case: Tables, model: str, meshes: list[MeshSize], steps: float
+) -> tuple[float, float, float]:
     """Number of field outputs, bytes of each, and bytes that are written once."""
     every = case.output.fields_every
     if every == 0.0:
         return 0.0, 0.0, 0.0
-    points, faces = SURFACES["hybrid" if size else "rigid"]
+    points, faces = SURFACES[model]
     cells, topology = faces, 6 * 4 * faces
-    if size:
-        points, cells = points + size.vertices, cells + size.cells
-        topology += 4 * size.cells * ((8 if size.cell == "hexahedron" else 4) + 2)
+    for mesh in meshes:
+        points, cells = points + mesh.vertices, cells + mesh.cells
+        topology += 4 * mesh.cells * ((8 if mesh.cell == "hexahedron" else 4) + 2)
     outputs = min(1.0 + ceil(case.time.end / every * (1.0 - 1e-9)), steps + 1.0)
     # coordinates in double precision, displacement, velocity; stress, fibre
     return outputs, float(points * (24 + 12 + 12) + cells * (4 + 12) + 1500), float(topology)

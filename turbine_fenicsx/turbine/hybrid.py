@@ -12,9 +12,11 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.coupling import Coupling
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.materials.base import Material
+from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.turbine.parameters import TurbineParameters
-from turbine_fenicsx.turbine.rigid import tower_top
+from turbine_fenicsx.turbine.pitch import RootRings
+from turbine_fenicsx.turbine.rigid import nacelle_and_hub
 
 Frame = tuple[Any, Any, Any]
 """Axes a1 (span), a2 (chord), a3 (thickness) as UFL vectors."""
@@ -53,6 +55,8 @@ def hybrid_turbine(
     material: Callable[[Frame], Material],
     density: float,
     degree: int = 1,
+    rings: RootRings | None = None,
+    support: RigidBody | None = None,
 ) -> list[Any]:
     """Parts of the hybrid turbine.
 
@@ -66,12 +70,17 @@ def hybrid_turbine(
         material: Makes the material from the frame fields.
         density: Density of the blades [kg/m^3].
         degree: Polynomial degree of the displacement.
+        rings: Rings at the blade roots that turn in pitch bearings; None fixes the blades to the
+            hub.
+        support: What carries the yaw bearing; None for the ground.
 
     Returns:
-        Nacelle, hub, their bearings, one flexible body with all blades, and one coupling per
-        blade; loads are the caller's.
+        Nacelle, hub, rings, their bearings, one flexible body with all blades, and one coupling
+        per blade; loads are the caller's.
     """
-    nacelle, hub, bearings = tower_top(p)
+    nacelle, hub, bearings = nacelle_and_hub(p, support)
+    ring_bodies, pitch_bearings = rings.on(hub) if rings else ([], [])
+    carriers = ring_bodies or [hub] * len(blades)
     frame = frame_fields(mesh, cell_tags, {tag: axes for tag, _, axes in blades})
     body = FlexibleBody("blades", mesh, material(frame), density, degree, fibre=frame[0])
     couplings = [
@@ -79,8 +88,8 @@ def hybrid_turbine(
             f"root_{k}",
             body,
             facet_tags.indices[facet_tags.values == root].astype(np.int32),
-            hub,
+            carrier,
         )
-        for k, (_, root, _) in enumerate(blades, start=1)
+        for k, ((_, root, _), carrier) in enumerate(zip(blades, carriers, strict=True), start=1)
     ]
-    return [nacelle, hub, *bearings, body, *couplings]
+    return [nacelle, hub, *ring_bodies, *bearings, *pitch_bearings, body, *couplings]

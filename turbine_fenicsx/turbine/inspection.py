@@ -11,11 +11,13 @@ from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.meshing import cached_mesh
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.read import read_msh
+from turbine_fenicsx.meshing.tower import tower_arrays
 from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, mesh_options, rotor_layout
 from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays
+from turbine_fenicsx.turbine.tower import tower_geometry
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,23 @@ def _inspect(case: Case, path: Path) -> Inspection:
     return Inspection(
         tuple(f"mesh file '{path}': {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
         (*report.warnings, *found.warnings),
-        f"{report}\n{_mass(case, report, blade.volume * layout.n_blades)}",
+        "\n".join(
+            [str(report), _mass(case, report, blade.volume * layout.n_blades), *_tower(case)]
+        ),
         size_of_arrays(mesh, ROOTS, case.mesh.degree),
     )
+
+
+def _tower(case: Case) -> list[str]:
+    """Size, mass and quality of the tower, if there is one."""
+    if not case.tower.flexible:
+        return []
+    t = case.tower
+    report = tower_arrays(tower_geometry(t), t.elements, t.degree).examine()
+    return [
+        str(report),
+        f"mass of the tower {sum(report.volumes.values()) * t.density / 1e3:.6g} t",
+    ]
 
 
 def _mass(case: Case, report: MeshReport, ideal: float) -> str:

@@ -34,6 +34,7 @@ _WORDS = (
     (r"a valid tuple", "a list"),
     (r"a valid dictionary or instance of \w+", "a table"),
     (r"a valid string", "text in quotes"),
+    (r"a valid boolean", "true or false"),
     (r"a valid (?=integer)", "an "),
 )
 """Pydantic's words for mistakes and ours."""

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.coupling import Coupling
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.loads import Gravity, JointTorque
 from turbine_fenicsx.meshing import (
@@ -21,6 +22,7 @@ from turbine_fenicsx.meshing import (
 )
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.observers.tips import Tip
+from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rigid_surface import RigidSurface
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.solver import SolverOptions
@@ -29,10 +31,13 @@ from turbine_fenicsx.time_functions import Hat
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.hybrid import hybrid_turbine
+from turbine_fenicsx.turbine.parameters import Inertia
+from turbine_fenicsx.turbine.pitch import RootRings, pitch_drive, pitch_torques
 from turbine_fenicsx.turbine.rigid import AZIMUTHS, rigid_turbine
 from turbine_fenicsx.turbine.surfaces import blade_surface, hub_surface, nacelle_surface
+from turbine_fenicsx.turbine.tower import Tower, build_tower
 
-NACELLE, HUB, FIRST_BLADE = 0, 1, 2
+NACELLE, HUB, FIRST_BLADE, TOWER = 0, 1, 2, 5
 """Numbers of the parts in the field output."""
 
 ROOTS = ("root_1", "root_2", "root_3")
@@ -49,6 +54,8 @@ class Turbine:
         tips: Blade tips to follow.
         parts: Number of the part of each local cell, one array per flexible body.
         mesh: The mesh of the blades; None for the rigid turbine.
+        roots: Couplings of the roots of flexible blades.
+        tower: The flexible tower; None without one.
     """
 
     system: MultibodySystem
@@ -56,6 +63,8 @@ class Turbine:
     tips: tuple[Tip, ...]
     parts: tuple[Array, ...]
     mesh: LoadedMesh | None
+    roots: tuple[Coupling, ...]
+    tower: Tower | None
 
 
 def rotor_layout(case: Case) -> RotorLayout:
@@ -117,50 +126,92 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
     Raises:
         InputError: for a mesh that does not fit.
     """
-    p, layout, blade = case.turbine.parameters(), rotor_layout(case), blade_geometry(case)
+    tower = build_tower(case.tower, comm) if case.tower.flexible else None
+    support = tower.top if tower else None
     mesh: LoadedMesh | None = None
     if case.turbine.model == "rigid":
-        parts = rigid_turbine(p)
+        parts = rigid_turbine(case.turbine.parameters(), support)
     else:
         mesh = load_mesh(case, comm)
-        names = [(mesh.cell_names[f"blade_{k}"], mesh.facet_names[f"root_{k}"]) for k in (1, 2, 3)]
-        parts = hybrid_turbine(
-            p,
-            mesh.mesh,
-            mesh.cell_tags,
-            mesh.facet_tags,
-            [(*tags, layout.frame(k)) for k, tags in enumerate(names, start=1)],
-            case.material.make,
-            case.material.density,
-            case.mesh.degree,
-        )
-    loads = case.loads
-    parts.append(Gravity((0.0, -loads.gravity, 0.0)))
-    for joint, peak in (("rotor", loads.rotor_torque), ("yaw", loads.yaw_torque)):
-        parts.append(JointTorque(joint, Hat(peak, loads.duration)))
+        parts = _hybrid_parts(case, mesh, support)
+    roots = tuple(part for part in parts if isinstance(part, Coupling))
+    parts += [*(tower.parts if tower else ()), *_loads_and_drives(case)]
     try:
         system = MultibodySystem(comm, parts, angle_form=case.turbine.angle_form)
     except ValueError as error:
         raise InputError(str(error)) from None
-
-    nacelle, hub = system.rigid_bodies[:2]
-    surfaces = [
-        nacelle_surface(nacelle, p.hub_distance, NACELLE),
-        hub_surface(hub, blade.hub_radius, HUB),
-    ]
-    tips, cell_parts = [], []
-    centre, radius = np.asarray(hub.position), blade.hub_radius + blade.length
-    for k in range(3):
-        span = layout.frame(k + 1)[0]
-        if mesh is None:
-            body = system.rigid_bodies[2 + k]
-            surfaces.append(blade_surface(body, blade, centre, span, FIRST_BLADE + k))
-        else:
-            tips.append(Tip(str(k + 1), system.flexible_bodies[0], centre + radius * span, hub))
+    cell_parts = []
     if mesh is not None:
         numbers = {mesh.cell_names[f"blade_{k + 1}"]: FIRST_BLADE + k for k in range(3)}
         cell_parts.append(_part_of_cells(mesh, numbers))
-    return Turbine(system, tuple(surfaces), tuple(tips), tuple(cell_parts), mesh)
+    if tower is not None:
+        cell_parts.append(_part_of_cells(tower.mesh, {tower.mesh.cell_names["tower"]: TOWER}))
+    surfaces, tips = _surfaces(case, system), _tips(case, roots)
+    return Turbine(system, surfaces, tips, tuple(cell_parts), mesh, roots, tower)
+
+
+def pitch_bearings(case: Case) -> bool:
+    """Whether the blades can turn about their spans: always in the rigid turbine."""
+    return case.turbine.model == "rigid" or case.pitch.bearings
+
+
+def _hybrid_parts(case: Case, mesh: LoadedMesh, support: RigidBody | None) -> list[Any]:
+    """Bodies, joints and couplings of the hybrid turbine."""
+    layout, pitch = rotor_layout(case), case.pitch
+    names = [(mesh.cell_names[f"blade_{k}"], mesh.facet_names[f"root_{k}"]) for k in (1, 2, 3)]
+    rings = None
+    if pitch.bearings:
+        rings = RootRings(Inertia(pitch.ring_mass, pitch.ring_euler), case.blade.hub_radius)
+    return hybrid_turbine(
+        case.turbine.parameters(),
+        mesh.mesh,
+        mesh.cell_tags,
+        mesh.facet_tags,
+        [(*tags, layout.frame(k)) for k, tags in enumerate(names, start=1)],
+        case.material.make,
+        case.material.density,
+        case.mesh.degree,
+        rings,
+        support,
+    )
+
+
+def _loads_and_drives(case: Case) -> list[Any]:
+    """Gravity, torques, and what drives the pitch bearings."""
+    loads = case.loads
+    parts: list[Any] = [Gravity((0.0, -loads.gravity, 0.0))]
+    for joint, peak in (("rotor", loads.rotor_torque), ("yaw", loads.yaw_torque)):
+        parts.append(JointTorque(joint, Hat(peak, loads.duration)))
+    if pitch_bearings(case):
+        parts += [*pitch_torques(loads), *pitch_drive(case.pitch)]
+    return parts
+
+
+def _surfaces(case: Case, system: MultibodySystem) -> tuple[RigidSurface, ...]:
+    """Surfaces of nacelle, hub and rigid blades."""
+    layout, blade = rotor_layout(case), blade_geometry(case)
+    nacelle, hub = system.rigid_bodies[:2]
+    surfaces = [
+        nacelle_surface(nacelle, case.turbine.hub_distance, NACELLE),
+        hub_surface(hub, blade.hub_radius, HUB),
+    ]
+    if case.turbine.model == "rigid":
+        for k, body in enumerate(system.rigid_bodies[2:5]):
+            span = layout.frame(k + 1)[0]
+            centre = np.asarray(hub.position)
+            surfaces.append(blade_surface(body, blade, centre, span, FIRST_BLADE + k))
+    return tuple(surfaces)
+
+
+def _tips(case: Case, roots: tuple[Coupling, ...]) -> tuple[Tip, ...]:
+    """The tips of the flexible blades, in the frames of what carries their roots."""
+    layout, radius = rotor_layout(case), case.blade.hub_radius + case.blade.length
+    tips = []
+    for k, root in enumerate(roots, start=1):
+        assert root.rigid is not None
+        point = np.asarray(layout.centre) + radius * layout.frame(k)[0]
+        tips.append(Tip(str(k), root.flexible, point, root.rigid))
+    return tuple(tips)
 
 
 def _part_of_cells(mesh: LoadedMesh, numbers: dict[int, int]) -> Array:

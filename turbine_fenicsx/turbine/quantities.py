@@ -50,6 +50,9 @@ _KINDS = {
     "kg/m^3": ("a density", "1500 kg/m^3"),
     "Pa": ("a stress or modulus", "45 GPa"),
     "N m": ("a torque", "-36000 kN m"),
+    "N m/rad": ("a stiffness against rotation", "50 MN m/rad"),
+    "N m s/rad": ("a damping of rotation", "500 kN m s/rad"),
+    "rad": ("an angle", "90 deg"),
     "m/s^2": ("an acceleration", "9.81 m/s^2"),
     "": ("a number", "0.3"),
 }
@@ -147,6 +150,9 @@ EulerMoment = quantity("kg m^2")
 Density = quantity("kg/m^3")
 Pascal = quantity("Pa")
 Torque = quantity("N m")
+TorsionalStiffness = quantity("N m/rad")
+TorsionalDamping = quantity("N m s/rad")
+Radians = quantity("rad")
 Acceleration = quantity("m/s^2")
 Number = quantity("")
 Whole = Annotated[int, BeforeValidator(whole)]

@@ -18,32 +18,36 @@ PITCH_SIGNS = (1.0, -1.0, 1.0)
 """The paper counts the pitch of the upright blade negative about its outward axis."""
 
 
-def tower_top(p: TurbineParameters) -> tuple[RigidBody, RigidBody, list[Revolute]]:
+def nacelle_and_hub(
+    p: TurbineParameters, support: RigidBody | None = None
+) -> tuple[RigidBody, RigidBody, list[Revolute]]:
     """Nacelle, hub, and the yaw and rotor bearings, eqs (27), (28).
 
     Args:
         p: Parameters.
+        support: What carries the yaw bearing; None for the ground.
 
     Returns:
         Nacelle, hub, and the joints ``yaw`` and ``rotor``.
     """
     nacelle = RigidBody("nacelle", p.nacelle.mass, p.nacelle.euler)
     hub = RigidBody("hub", p.hub.mass, p.hub.euler, position=-p.hub_distance * E3)
-    yaw = Revolute("yaw", None, nacelle, point=(0.0, 0.0, 0.0), axis=-E2, reference=E3)
+    yaw = Revolute("yaw", support, nacelle, point=(0.0, 0.0, 0.0), axis=-E2, reference=E3)
     rotor = Revolute("rotor", nacelle, hub, point=hub.position, axis=E3, reference=E2)
     return nacelle, hub, [yaw, rotor]
 
 
-def rigid_turbine(p: TurbineParameters) -> list[Any]:
+def rigid_turbine(p: TurbineParameters, support: RigidBody | None = None) -> list[Any]:
     """Parts of the rigid turbine: five bodies, five revolute joints with angles, eqs (27)-(32).
 
     Args:
         p: Parameters.
+        support: What carries the yaw bearing; None for the ground.
 
     Returns:
         Bodies and joints, in the paper's order; loads are the caller's.
     """
-    nacelle, hub, bearings = tower_top(p)
+    nacelle, hub, bearings = nacelle_and_hub(p, support)
     blades, pitch_bearings = [], []
     for k, (azimuth, arm, sign) in enumerate(
         zip(AZIMUTHS, p.blade_arms, PITCH_SIGNS, strict=True), start=1

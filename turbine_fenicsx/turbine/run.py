@@ -35,7 +35,12 @@ from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.simulation import Observer, Simulation
 from turbine_fenicsx.step_error import StepError
 from turbine_fenicsx.turbine.case import Case, changed
-from turbine_fenicsx.turbine.channels import CONVENTIONS, BladeSensors, openfast_channels
+from turbine_fenicsx.turbine.channels import (
+    CONVENTIONS,
+    BladeSensors,
+    TowerSensors,
+    openfast_channels,
+)
 from turbine_fenicsx.turbine.model import Turbine, build_turbine, solver_options
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
@@ -45,10 +50,14 @@ FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change when a run goes on."""
 
 
-def channels(turbine: Turbine, blades: BladeSensors, stress: bool) -> list[Channel]:
+def channels(
+    turbine: Turbine, sensors: Iterable[BladeSensors | TowerSensors], stress: bool
+) -> list[Channel]:
     """Columns of ``history.csv`` from left to right."""
     system = turbine.system
-    found = [energy_channel(), angle_channel(system), *blades.history_channels()]
+    found = [energy_channel(), angle_channel(system)]
+    for sensor in sensors:
+        found += sensor.history_channels()
     if system.flexible_bodies and stress:
         found.append(stress_channel(system))
     return [*found, numerics_channel()]
@@ -167,18 +176,19 @@ def _prepare(
         data["mesh"]["file"] = os.path.abspath(case.mesh.file)
     text = json.dumps(data, indent=2) + "\n"
     on_rank0(comm, lambda: _replace(folder / "case.json", text))
-    statistics, blades = Statistics(), BladeSensors(case, turbine)
+    statistics = Statistics()
+    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
     history = folder / "history.csv"
     stress = every > 0.0
     if memory is not None:  # the columns stay
         stress = on_rank0(comm, lambda: "max_stress_[Pa]" in read_history(history).columns)
     watching: list[Observer] = [
         statistics,
-        History(comm, history, channels(turbine, blades, stress), kept),
+        History(comm, history, channels(turbine, sensors, stress), kept),
         OpenFastOutput(
             comm,
             folder / "history.out",
-            openfast_channels(turbine, blades),
+            openfast_channels(turbine, *sensors),
             case.title,
             CONVENTIONS,
             kept,

@@ -10,6 +10,7 @@ from turbine_fenicsx.meshing.blade import BladeGeometry
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.topology import count_nodes
+from turbine_fenicsx.turbine.tables import TowerCase
 
 N_BLADES = 3
 _COUNTLESS = 10**18
@@ -24,7 +25,7 @@ class MeshSize:
         cells: Number of cells.
         vertices: Number of their corners.
         nodes: Number of nodes of the displacement.
-        root_nodes: How many of them lie on the roots.
+        root_nodes: How many of them are coupled: on the roots, or on both ends of the tower.
         exact: Whether these are counted; else they are some ten per cent off.
     """
 
@@ -64,6 +65,21 @@ def size_of_options(blade: BladeGeometry, options: MeshOptions, degree: int) -> 
             True,
         )
     return _tetrahedra(blade, options, degree)
+
+
+def size_of_tower(tower: TowerCase) -> MeshSize:
+    """Count the mesh of the tower."""
+    around, through, along = tower.elements
+    p = tower.degree
+    ring, nodes_of_ring = (q * around * (q * through + 1) for q in (1, p))
+    return MeshSize(
+        "hexahedron",
+        around * through * along,
+        ring * (along + 1),
+        nodes_of_ring * (p * along + 1),
+        2 * nodes_of_ring,
+        True,
+    )
 
 
 def _tetrahedra(blade: BladeGeometry, options: MeshOptions, degree: int) -> MeshSize:

@@ -87,17 +87,19 @@ def rotor_inertia(turbine: Turbine) -> float:
 
     It is the angular momentum about the shaft of the rotor that turns once a radian per second.
     """
-    system = turbine.system
+    system, tower = turbine.system, turbine.tower
     state = system.initial_state()
     nacelle, hub = system.rigid_bodies[:2]
     centre = np.asarray(hub.position, dtype=float)
     state.q_dot[:] = np.cross(E3, state.q.reshape(-1, 3)).ravel()
     for body, first in system.first_coordinate.items():
         state.q_dot[first : first + 3] = np.cross(E3, np.asarray(body.position) - centre)
-    first = system.first_coordinate[nacelle]
-    state.q_dot[first : first + 12] = 0.0
+    for body in (nacelle, *((tower.top,) if tower else ())):
+        first = system.first_coordinate[body]
+        state.q_dot[first : first + 12] = 0.0
     for block, v in zip(system.flexible_blocks, state.v, strict=True):
-        v.array[:] = np.cross(E3, block.positions - centre).ravel()
+        if tower is None or block.body is not tower.body:
+            v.array[:] = np.cross(E3, block.positions - centre).ravel()
     inertia = float(system.balance(state).angular[2])
     state.destroy()
     return inertia
@@ -113,7 +115,7 @@ def unknowns(turbine: Turbine) -> dict[str, int]:
         "coupling_multipliers": sum(c.C.getSize()[0] for c in system.coupling_blocks),
         "rigid_coordinates": rigid.n_q,
         "joint_angles": rigid.n_angles,
-        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles,
+        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles + rigid.n_prescribed,
     }
 
 
@@ -135,17 +137,22 @@ def summary(
     parts["other"] = max(seconds - sum(parts.values()), 0.0)
     last = statistics.last
     assert last is not None
-    mesh = turbine.mesh
+    meshes = {"mesh": turbine.mesh}
+    if turbine.tower is not None:
+        meshes["tower_mesh"] = turbine.tower.mesh
     return {
         "versions": versions(),
         "ranks": turbine.system.comm.size,
         "unknowns": unknowns(turbine),
-        "mesh": None
-        if mesh is None
-        else {
-            "nodes": mesh.report.nodes,
-            "cells": mesh.report.cells,
-            "worst_quality": mesh.report.worst_quality,
+        **{
+            name: None
+            if mesh is None
+            else {
+                "nodes": mesh.report.nodes,
+                "cells": mesh.report.cells,
+                "worst_quality": mesh.report.worst_quality,
+            }
+            for name, mesh in meshes.items()
         },
         "masses_[kg]": masses(turbine),
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),

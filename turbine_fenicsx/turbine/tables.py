@@ -7,6 +7,7 @@ in its type: unit, range, choices. What several keys have to do with each other 
 
 from __future__ import annotations
 
+from math import pi
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -20,8 +21,11 @@ from turbine_fenicsx.turbine.quantities import (
     Metres,
     Number,
     Pascal,
+    Radians,
     Seconds,
     Torque,
+    TorsionalDamping,
+    TorsionalStiffness,
     Whole,
     to_si,
     whole,
@@ -165,12 +169,56 @@ class MaterialCase(Section):
         return law(self.first_lame, self.shear_modulus)
 
 
+Flag = Annotated[bool, Field(strict=True)]
+
+
+class PitchCase(Section):
+    """Pitch bearings: what turns the blades about their spans.
+
+    The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
+    ring between hub and root of each blade. With the drive ``"prescribed"`` all blades turn by
+    ``angle`` in ``duration``, smoothly.
+    """
+
+    bearings: Flag = False
+    ring_mass: Annotated[Kilograms, Positive] = 1000.0
+    ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
+    drive: Literal["free", "spring", "prescribed"] = "free"
+    stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
+    damping: Annotated[TorsionalDamping, NotNegative] = 0.0
+    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    start: Annotated[Seconds, NotNegative] = 0.0
+    duration: Annotated[Seconds, Positive] = 5.0
+
+
+class TowerCase(Section):
+    """Tower: a hollow cone of hexahedra below the yaw bearing, clamped to the ground.
+
+    A rigid body at its top, of the mass and Euler values in e1, e2, e3 given here, carries the yaw
+    bearing. With ``flexible = false`` the yaw bearing stands on the ground.
+    """
+
+    flexible: Flag = False
+    height: Annotated[Metres, Positive] = 80.0
+    bottom_diameter: Annotated[Metres, Positive] = 6.0
+    top_diameter: Annotated[Metres, Positive] = 4.0
+    wall: Annotated[Metres, Positive] = 0.04
+    elements: tuple[Count, Count, Count] = (8, 1, 8)
+    degree: Degree = 2
+    young: Annotated[Pascal, Positive] = 210e9
+    poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
+    density: Annotated[Density, Positive] = 7850.0
+    top_mass: Annotated[Kilograms, Positive] = 2000.0
+    top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
+
+
 class LoadsCase(Section):
-    """Gravity, and hat functions of torque on the rotor and the yaw bearing, eq. (60)."""
+    """Gravity, and hat functions of torque on rotor, yaw and pitch bearings, eq. (60)."""
 
     gravity: Annotated[Acceleration, NotNegative] = 9.81
     rotor_torque: Annotated[Torque, Finite] = 0.0
     yaw_torque: Annotated[Torque, Finite] = 0.0
+    pitch_torque: Annotated[Torque, Finite] = 0.0
     duration: Annotated[Seconds, Positive] = 3.0
 
 
@@ -204,6 +252,8 @@ class Tables(Section):
     blade: BladeCase = BladeCase()
     mesh: MeshCase = MeshCase()
     material: MaterialCase = MaterialCase()
+    pitch: PitchCase = PitchCase()
+    tower: TowerCase = TowerCase()
     loads: LoadsCase = LoadsCase()
     solver: SolverCase = SolverCase()
     output: OutputCase = OutputCase()

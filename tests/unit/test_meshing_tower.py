@@ -1,0 +1,122 @@
+"""Claims about the mesh of the tower: shape, groups, quality, files, cache."""
+
+from math import pi, sin
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.meshing import MeshError, TowerGeometry, build_tower, cached_tower
+from turbine_fenicsx.meshing.block import face_keys
+from turbine_fenicsx.meshing.read import read_msh
+from turbine_fenicsx.meshing.topology import (
+    coincident_nodes,
+    connected_parts,
+    count_nodes,
+    faces_of,
+)
+from turbine_fenicsx.meshing.tower import tower_arrays
+
+TOWER = TowerGeometry(height=30.0, bottom_diameter=4.0, top_diameter=2.0, wall=0.25)
+COUNTS = [(3, 1, 1), (4, 2, 3), (8, 1, 5)]
+
+
+@pytest.fixture(params=[1, 2], ids=["flat", "curved"])
+def degree(request):
+    """Geometry degree."""
+    return request.param
+
+
+@pytest.mark.parametrize("elements", COUNTS, ids=str)
+def test_volume_is_that_of_the_cone_with_polygons_for_circles(elements, degree):
+    volume = tower_arrays(TOWER, elements, degree).examine().volumes["tower"]
+    # frustums of radius R_0 to R_1: pi h/3 (R_0^2 + R_0 R_1 + R_1^2), outer minus inner
+    frustum = [pi * 30.0 / 3.0 * (a * a + a * b + b * b) for a, b in ((2.0, 1.0), (1.75, 0.75))]
+    assert TOWER.volume == pytest.approx(frustum[0] - frustum[1], rel=1e-14)
+    angle = 2.0 * pi / elements[0]
+    if degree == 1:
+        assert volume == pytest.approx(TOWER.volume * sin(angle) / angle, rel=1e-13)
+    else:
+        # a parabola through three points of an arc; its section lacks angle^4/480 of the area
+        assert volume == pytest.approx(TOWER.volume, rel=angle**4 / 400.0)
+
+
+@pytest.mark.parametrize("elements", COUNTS, ids=str)
+def test_cells_form_one_closed_tube(elements, degree):
+    mesh = tower_arrays(TOWER, elements, degree)
+    around, through, along = elements
+    faces = faces_of(mesh.cells, mesh.reference)
+    assert np.max(faces.counts) == 2
+    outer = np.count_nonzero(faces.counts == 1)
+    assert outer == 2 * around * along + 2 * around * through
+    assert not np.any(connected_parts(len(mesh.cells), faces.neighbours))
+    assert coincident_nodes(mesh.points, 1e-9) == 0
+    p = degree
+    nodes = p * around * (p * through + 1) * (p * along + 1)
+    assert len(mesh.points) == nodes == count_nodes(mesh.cells, mesh.reference, 3, p)
+
+
+def test_cells_are_neither_inverted_nor_poor(degree):
+    for elements in COUNTS[1:]:
+        report = tower_arrays(TOWER, elements, degree).examine()
+        assert report.bad_cells == 0
+        assert report.worst_quality > 0.7  # a square's corner is 90 degrees, an octagon's 67.5
+
+
+def test_ends_are_grouped_and_the_top_is_at_the_origin(degree):
+    mesh = tower_arrays(TOWER, (6, 2, 3), degree)
+    assert mesh.volumes == {"tower": 1}
+    boundary = faces_of(mesh.cells, mesh.reference)
+    for name, height, radius in (("tower_bottom", -30.0, 2.0), ("tower_top", 0.0, 1.0)):
+        facets = mesh.facets[mesh.facet_groups == mesh.surfaces[name]]
+        assert len(facets) == 6 * 2
+        assert np.all(boundary.find(face_keys(facets, mesh.reference))[1] == 1)
+        x = mesh.points[np.unique(facets)]
+        assert np.all(x[:, 1] == height)
+        r = np.hypot(x[:, 0], x[:, 2])
+        assert r.max() == pytest.approx(radius, rel=1e-14)
+        assert r.min() == pytest.approx(radius - 0.25, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["height", "bottom_diameter", "top_diameter", "wall"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_sizes_must_be_positive(name, value):
+    with pytest.raises(ValueError, match=f"^tower.{name} = .*: must be greater than 0"):
+        TowerGeometry(**{name: value})
+
+
+def test_a_wall_without_a_hollow_is_refused():
+    with pytest.raises(ValueError, match=r"tower.wall = 1: leaves no hollow, expected less than 1"):
+        TowerGeometry(top_diameter=2.0, wall=1.0)
+
+
+def test_file_holds_the_same_mesh(degree, tmp_path):
+    path = tmp_path / "tower.msh"
+    report = build_tower(TOWER, (4, 1, 2), degree, path)
+    mesh = read_msh(path, ["tower"], ["tower_bottom", "tower_top"])
+    found = mesh.examine()
+    assert (found.nodes, found.cells) == (report.nodes, report.cells)
+    assert found.volumes["tower"] == pytest.approx(report.volumes["tower"], rel=1e-13)
+    assert len(mesh.facets) == 8
+
+
+def test_mesh_is_built_once_and_kept_under_all_its_parameters(comm, shared_tmp_path):
+    folder = shared_tmp_path / "cache"
+    first = cached_tower(comm, TOWER, (4, 1, 2), 1, folder)
+    born = first.stat().st_mtime_ns
+    comm.barrier()
+    assert cached_tower(comm, TOWER, (4, 1, 2), 1, folder) == first
+    assert first.stat().st_mtime_ns == born
+    others = {
+        cached_tower(comm, TowerGeometry(), (4, 1, 2), 1, folder),
+        cached_tower(comm, TOWER, (4, 1, 3), 1, folder),
+        cached_tower(comm, TOWER, (4, 1, 2), 2, folder),
+    }
+    assert len(others | {first}) == 4
+
+
+def test_a_folder_that_cannot_be_made_is_told_on_all_ranks(comm, shared_tmp_path):
+    if comm.rank == 0:
+        (shared_tmp_path / "file").write_text("")
+    comm.barrier()
+    with pytest.raises(MeshError, match="cannot create the mesh cache"):
+        cached_tower(comm, TOWER, (4, 1, 2), 1, shared_tmp_path / "file" / "sub")

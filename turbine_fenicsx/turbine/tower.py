@@ -1,0 +1,92 @@
+"""The flexible tower: a tube of hexahedra between the ground and the yaw bearing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.coupling import Coupling
+from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, cached_tower, load_msh
+from turbine_fenicsx.meshing.tower import BOTTOM, TOP, TOWER
+from turbine_fenicsx.rigid_body import RigidBody
+from turbine_fenicsx.turbine.tables import TowerCase
+
+
+@dataclass(frozen=True, eq=False)
+class Tower:
+    """A tower and what it is coupled to.
+
+    Args:
+        body: The tube.
+        top: Rigid body at its top, which carries the yaw bearing.
+        foot: Coupling to the ground.
+        head: Coupling to ``top``.
+        mesh: Mesh of the tube.
+    """
+
+    body: FlexibleBody
+    top: RigidBody
+    foot: Coupling
+    head: Coupling
+    mesh: LoadedMesh
+
+    @property
+    def parts(self) -> list[Any]:
+        """Bodies and couplings."""
+        return [self.top, self.body, self.foot, self.head]
+
+
+def tower_geometry(tower: TowerCase) -> TowerGeometry:
+    """Shape of the tower of a case.
+
+    Raises:
+        InputError: for a wall that leaves no hollow.
+    """
+    try:
+        return TowerGeometry(tower.height, tower.bottom_diameter, tower.top_diameter, tower.wall)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def lame(young: float, poisson: float) -> tuple[float, float]:
+    """First Lame parameter and shear modulus [Pa] from Young's modulus [Pa] and Poisson's ratio."""
+    return (
+        young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+        young / (2.0 * (1.0 + poisson)),
+    )
+
+
+def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
+    """Build the tower of a case. Cells are curved if the displacement is quadratic. Collective.
+
+    Args:
+        case: Its table.
+        comm: Communicator.
+
+    Raises:
+        InputError: if the mesh cannot be made.
+    """
+    geometry = tower_geometry(case)
+    try:
+        path = cached_tower(comm, geometry, case.elements, case.degree)
+        mesh = load_msh(comm, path, (TOWER,), (BOTTOM, TOP))
+    except (ValueError, OSError) as error:
+        raise InputError(str(error)) from None
+    material = StVenantKirchhoff(*lame(case.young, case.poisson))
+    body = FlexibleBody("tower", mesh.mesh, material, case.density, case.degree)
+    top = RigidBody("tower_top", case.top_mass, case.top_euler)
+
+    def facets(name: str) -> Any:
+        tags: Any = mesh.facet_tags
+        return tags.indices[tags.values == mesh.facet_names[name]].astype(np.int32)
+
+    foot = Coupling("tower_foot", body, facets(BOTTOM), None)
+    head = Coupling("tower_head", body, facets(TOP), top)
+    return Tower(body, top, foot, head, mesh)
