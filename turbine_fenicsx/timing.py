@@ -23,5 +23,5 @@ def start() -> None:
 
 
 def seconds() -> dict[str, float]:
-    """Seconds spent in each part on this rank since `start`."""
+    """Seconds spent in each part on this rank since the first `start` of this process."""
     return {name: float(event(name).getPerfInfo()["time"]) for name in EVENTS}

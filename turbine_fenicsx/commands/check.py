@@ -45,7 +45,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     _warn(comm, [*case.warnings, *expected.warnings])
     _print(comm, str(expected))
     if not hybrid:
-        _print(comm, "rigid turbine, no mesh")
+        _print(comm, "rigid turbine, no mesh of blades")
     elif own is None and size is not None and size.vertices > TOO_LARGE:
         _print(comm, "the mesh is too large to be made just for a check; use the command mesh")
     else:

@@ -111,8 +111,10 @@ def block_matrix(matrix: PETSc.Mat) -> PETSc.Mat:
 
     Args:
         matrix: All rows and columns of a node next to each other, with the same entries in each of
-            the three rows: all three directions of a node are free or none.
+            the three rows: all three directions of a node are free or none. Its block size is
+            set to 3.
     """
+    matrix.setBlockSize(3)
     indptr, columns, _ = matrix.getValuesCSR()
     starts, lengths = indptr[:-1:3], np.diff(indptr)[::3] // 3
     block_ptr = np.concatenate([[0], np.cumsum(lengths)])

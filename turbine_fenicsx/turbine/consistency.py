@@ -196,6 +196,7 @@ def _material(case: Tables) -> str:
 
 
 _MATERIAL = ("law", "young", "shear", "poisson", "first_lame", "shear_modulus")
+"""Keys of the stiffness."""
 
 _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("blade.stations",), _stations),
@@ -214,6 +215,7 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
 
 _CONSTANTS = {
     "transversely_isotropic": ("young", "shear", "poisson"),
+    "transversely_isotropic_finite": ("young", "shear", "poisson"),
     "st_venant_kirchhoff": ("first_lame", "shear_modulus"),
     "neo_hooke": ("first_lame", "shear_modulus"),
 }
@@ -251,6 +253,8 @@ def _idle(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
         elif m.size:
             yield "mesh", ("elements",), "beside mesh.size"
     yield from _idle_pitch(case)
+    if case.turbine.model == "rigid" and not case.tower.flexible:
+        yield "turbine", ("numerical_dissipation",), "without flexible parts"
     if not case.tower.flexible:
         yield (
             "tower",

@@ -137,7 +137,10 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
     roots = tuple(part for part in parts if isinstance(part, Coupling))
     parts += [*(tower.parts if tower else ()), *_loads_and_drives(case)]
     try:
-        system = MultibodySystem(comm, parts, angle_form=case.turbine.angle_form)
+        t = case.turbine
+        system = MultibodySystem(
+            comm, parts, t.angle_form, numerical_dissipation=t.numerical_dissipation
+        )
     except ValueError as error:
         raise InputError(str(error)) from None
     cell_parts = []

@@ -49,6 +49,7 @@ _KINDS = {
     "kg m^2": ("a moment of inertia", "1e5 kg m^2"),
     "kg/m^3": ("a density", "1500 kg/m^3"),
     "Pa": ("a stress or modulus", "45 GPa"),
+    "Pa s": ("a viscosity", "20 MPa s"),
     "N m": ("a torque", "-36000 kN m"),
     "N m/rad": ("a stiffness against rotation", "50 MN m/rad"),
     "N m s/rad": ("a damping of rotation", "500 kN m s/rad"),
@@ -149,6 +150,7 @@ Kilograms = quantity("kg")
 EulerMoment = quantity("kg m^2")
 Density = quantity("kg/m^3")
 Pascal = quantity("Pa")
+Viscosity = quantity("Pa s")
 Torque = quantity("N m")
 TorsionalStiffness = quantity("N m/rad")
 TorsionalDamping = quantity("N m s/rad")

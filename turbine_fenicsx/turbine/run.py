@@ -25,6 +25,7 @@ from turbine_fenicsx.observers.history import (
     angle_channel,
     energy_channel,
     numerics_channel,
+    work_channel,
 )
 from turbine_fenicsx.observers.openfast import OpenFastOutput
 from turbine_fenicsx.observers.progress import Progress
@@ -60,7 +61,7 @@ def channels(
         found += sensor.history_channels()
     if system.flexible_bodies and stress:
         found.append(stress_channel(system))
-    return [*found, numerics_channel()]
+    return [*found, work_channel(system), numerics_channel()]
 
 
 def run_case(

@@ -26,6 +26,7 @@ from turbine_fenicsx.turbine.quantities import (
     Torque,
     TorsionalDamping,
     TorsionalStiffness,
+    Viscosity,
     Whole,
     to_si,
     whole,
@@ -97,11 +98,15 @@ def _arm(value: Any) -> Any:
 
 
 class TurbineCase(Section):
-    """Rigid parts; ``model`` decides whether the blades are rigid or flexible."""
+    """Rigid parts; ``model`` decides whether the blades are rigid or flexible.
+
+    ``numerical_dissipation`` damps high frequencies of flexible parts and conserves momenta.
+    """
 
     model: Literal["rigid", "hybrid"] = "hybrid"
     blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm)] = "printed"
     angle_form: Literal["regular", "paper"] = "regular"
+    numerical_dissipation: Annotated[Number, NotNegative] = 0.0
     hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
     nacelle: NacelleCase = NacelleCase()
     hub: HubCase = HubCase()
@@ -147,25 +152,54 @@ Ratio = Annotated[Number, Finite]
 
 
 class MaterialCase(Section):
-    """Material of the blades: law, its constants [Pa, -] and density [kg/m^3]."""
+    """Material of the blades: law, its constants [Pa, -], density [kg/m^3] and viscosity [Pa s].
 
-    law: Literal["transversely_isotropic", "st_venant_kirchhoff", "neo_hooke"] = (
-        "transversely_isotropic"
-    )
+    ``"transversely_isotropic_finite"`` has the stiffness of ``"transversely_isotropic"`` at rest
+    and resists being crushed; it takes the shear modulus 23 from the others. Viscosities damp the
+    blades, see `turbine_fenicsx.materials.KelvinVoigt`.
+    """
+
+    law: Literal[
+        "transversely_isotropic",
+        "transversely_isotropic_finite",
+        "st_venant_kirchhoff",
+        "neo_hooke",
+    ] = "transversely_isotropic"
     density: Annotated[Density, Positive] = 1500.0
     young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
     shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
     poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
     first_lame: Stiffness = 3.9e9
     shear_modulus: Stiffness = 0.975e9
+    shear_viscosity: Annotated[Viscosity, NotNegative] = 0.0
+    bulk_viscosity: Annotated[Viscosity, NotNegative] = 0.0
 
     def make(self, frame: tuple[Any, Any, Any]) -> Any:
         """The material with the given axes."""
-        from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
+        from turbine_fenicsx.materials import KelvinVoigt
+
+        elastic = self._elastic(frame)
+        if self.shear_viscosity == self.bulk_viscosity == 0.0:
+            return elastic
+        return KelvinVoigt(elastic, self.shear_viscosity, self.bulk_viscosity)
+
+    def _elastic(self, frame: tuple[Any, Any, Any]) -> Any:
+        """The material without viscosity."""
+        from turbine_fenicsx import materials as m
 
         if self.law == "transversely_isotropic":
-            return OrthotropicSVK(self.young, self.shear, self.poisson, frame)
-        law = StVenantKirchhoff if self.law == "st_venant_kirchhoff" else NeoHooke
+            return m.OrthotropicSVK(self.young, self.shear, self.poisson, frame)
+        if self.law == "transversely_isotropic_finite":
+            for name, i, j in (("young", 1, 2), ("shear", 0, 1), ("poisson", 0, 1)):
+                values = getattr(self, name)
+                if values[i] != values[j]:
+                    raise ValueError(
+                        f"material.{name} = {list(values)}: expected entries {i + 1} and {j + 1} "
+                        f'to be equal with material.law = "{self.law}"'
+                    )
+            (E1, E2, _), (n12, _, n23) = self.young, self.poisson
+            return m.TransverselyIsotropic(E1, E2, self.shear[0], n12, n23, frame[0])
+        law = m.StVenantKirchhoff if self.law == "st_venant_kirchhoff" else m.NeoHooke
         return law(self.first_lame, self.shear_modulus)
 
 
