@@ -26,21 +26,27 @@ def redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
         Sorted numbers of the rows to leave out; the others have full rank.
     """
     rows, size = G.shape
+    if first >= rows:
+        return np.zeros(0, np.int64)
     lengths = np.linalg.norm(G, axis=1)
     unit = G / np.where(lengths > 0.0, lengths, 1.0)[:, None]
-    basis = np.zeros((size, min(rows, size)))  # orthonormal columns, as many as the rank so far
     start = np.linalg.qr(unit[:first].T)[0]
-    rank = start.shape[1]
-    basis[:, :rank] = start
-    dependent = []
-    for k in range(first, rows):
-        Q, row = basis[:, :rank], unit[k]
-        for _ in range(2):  # once is not enough for rows that are nearly dependent
-            row = row - Q @ (row @ Q)
-        rest = float(np.linalg.norm(row))
-        if rest > TOLERANCE:
-            basis[:, rank] = row / rest
+    rest = _without(start, unit[first:].T).T
+    basis = np.zeros((size, min(rows - first, size)))  # orthonormal columns, the rank so far
+    rank, dependent = 0, []
+    for k, row in enumerate(rest):
+        row = _without(basis[:, :rank], row)
+        length = float(np.linalg.norm(row))
+        if length > TOLERANCE:
+            basis[:, rank] = row / length
             rank += 1
         else:
-            dependent.append(k)
+            dependent.append(first + k)
     return np.array(dependent, dtype=np.int64)
+
+
+def _without(basis: Array, columns: Array) -> Array:
+    """What is left of columns without the space of an orthonormal basis."""
+    for _ in range(2):  # once is not enough for columns that nearly lie in it
+        columns = columns - basis @ (basis.T @ columns)
+    return columns

@@ -32,7 +32,14 @@ FIRST_COLUMNS = [
     "angle_yaw_[rad]",
     "angle_rotor_[rad]",
 ]
-LAST_COLUMNS = ["constraint_error_[-]", "newton_iterations", "krylov_iterations", "wall_time_[s]"]
+LAST_COLUMNS = [
+    "work_of_torque_on_rotor_[J]",
+    "work_of_torque_on_yaw_[J]",
+    "constraint_error_[-]",
+    "newton_iterations",
+    "krylov_iterations",
+    "wall_time_[s]",
+]
 RIGID_COLUMNS = ["angle_pitch_1_[rad]", "angle_pitch_2_[rad]", "angle_pitch_3_[rad]"]
 TIP_COLUMNS = ["tip_deflection_1_[m]", "tip_deflection_2_[m]", "tip_deflection_3_[m]"]
 HYBRID_COLUMNS = TIP_COLUMNS + [
@@ -93,7 +100,7 @@ def test_demo_creates_exactly_the_promised_files(shortened, name):
         ("hybrid_soft", [*HYBRID_COLUMNS, "max_stress_[Pa]"]),
     ],
 )
-def test_history_has_exactly_the_columns_of_the_issue(shortened, name, columns):
+def test_history_has_exactly_the_promised_columns(shortened, name, columns):
     header, _ = history(shortened(name)[0])
     assert header == [*FIRST_COLUMNS, *columns, *LAST_COLUMNS]
 

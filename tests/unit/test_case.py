@@ -149,7 +149,7 @@ def test_one_arm_for_all_blades_balances_the_rotor(arm):
         ("material.density", "-1500 kg/m^3", "greater than 0"),
         ("material.density", "1500 kg", 'expected a density, for example "1500 kg/m^3"'),
         ("material.first_lame", float("nan"), "expected a stress or modulus"),
-        ("material.law", "steel", "'transversely_isotropic', 'st_venant_kirchhoff' or 'neo_hooke'"),
+        ("material.law", "steel", "'st_venant_kirchhoff' or 'neo_hooke'"),
         ("turbine.model", "flexible", "'rigid' or 'hybrid'"),
         ("turbine.angle_form", "other", "'regular' or 'paper'"),
         ("turbine.hub_distance", 0, "greater than 0"),

@@ -139,6 +139,16 @@ def test_follower_tangents_agree_with_finite_differences(load):
     assert bound.energy(y0) == 0.0
 
 
+@all_followers
+def test_followers_act_at_the_middle_of_a_step(load):
+    bound, rng = load.bind(LAYOUT), np.random.default_rng(3)
+    y = np.concatenate([B.coordinates, A.coordinates])[bound.index]
+    y0, y1 = y + 0.2 * rng.normal(size=(2, y.size))
+    middle, step = 0.5 * (y0 + y1), Step(0.1, 1.0)
+    there = bound.force(middle, middle, step)[0]
+    assert np.allclose(bound.force(y0, y1, step)[0], there, rtol=0, atol=1e-13)
+
+
 def run(comm, parts, steps=20, dt=0.05):
     """Advance; yields works, balance and both states of each step."""
     system = MultibodySystem(comm, parts)

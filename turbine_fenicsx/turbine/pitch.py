@@ -78,7 +78,9 @@ def pitch_drive(pitch: PitchCase) -> list[Any]:
 
 
 def pitch_torques(loads: LoadsCase) -> list[JointTorque]:
-    """The same hat of torque on all pitch bearings, positive to feather."""
+    """The same hat of torque on all pitch bearings, positive to feather; nothing for none."""
+    if loads.pitch_torque == 0.0:
+        return []
     return [
         JointTorque(name, Hat(-sign * loads.pitch_torque, loads.duration))
         for name, sign in zip(BEARINGS, PITCH_SIGNS, strict=True)
