@@ -6,7 +6,8 @@ Where a graphics library is missing, VTK ends the process instead of raising, wh
 else runs in it. The job names the file, the steps and pictures to draw and how; one dot on stdout
 says that another picture or frame is done, the last line on stderr what went wrong.
 
-The tower is no part of the model; a pale one is added so that the picture shows a wind turbine.
+Where the tower is no part of the model a pale one is added, so that the picture shows a wind
+turbine.
 """
 
 import json
