@@ -186,14 +186,14 @@ class RigidBlock:
             shape (size,), which tells how small R can be made in floating point.
         """
         x, q1, y1, G, G1, a, lam, forces, forces_scale, _ = self._evaluate(step, r)
-        n_q, prescribed = self.n_q, step.angles + x.dT
+        n_q, T1 = self.n_q, step.angles + x.dT
         R = np.concatenate(
             [
                 self.masses * (x.dq - step.dt_q_dot) + lam @ G - step.impulse_q,
                 a.g_T * x.nu - step.impulse_T,
                 y1[self._g],
                 a.Phi,
-                prescribed[self._prescribed] - step.prescribed,
+                T1[self._prescribed] - step.prescribed,
             ]
         )
         scale = np.concatenate(
@@ -203,7 +203,7 @@ class RigidBlock:
                 + np.abs(step.impulse_q),
                 np.abs(a.g_T * x.nu) + np.abs(step.impulse_T),
                 np.abs(self._map.constant[self._g]) + np.abs(G1[self._g]) @ np.abs(q1),
-                self._coordinate_scale(q1, y1, G1),
+                self._coordinate_scale(T1, q1, y1, G1),
                 1.0 + np.abs(step.prescribed),
             ]
         )
@@ -259,9 +259,12 @@ class RigidBlock:
         self._last = (r, found)
         return found
 
-    def _coordinate_scale(self, q1: Array, y1: Array, G1: Array) -> Array:
-        """Sizes of the terms of the constraints of joint coordinates, shape (n_T,)."""
-        angle = np.abs(y1[self._c]) + np.abs(y1[self._s])
+    def _coordinate_scale(self, T1: Array, q1: Array, y1: Array, G1: Array) -> Array:
+        """Sizes of the terms of the constraints of joint coordinates, shape (n_T,).
+
+        The angle itself is one of them: after many turns its round-off is what is left.
+        """
+        angle = np.abs(y1[self._c]) + np.abs(y1[self._s]) + np.abs(T1)
         if np.all(self.is_angle):
             return angle
         length = np.abs(self._map.constant[self._c]) + np.abs(G1[self._c]) @ np.abs(q1)
