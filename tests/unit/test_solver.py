@@ -158,6 +158,19 @@ def test_a_system_without_flexible_bodies_advances(solve, comm, name):
     assert state.angles[0] == pytest.approx(6 * np.arctan(3.0 * DT / 2), rel=1e-12)
 
 
+def test_a_step_after_many_turns_takes_no_more_iterations(solve, comm):
+    """Of an angle of 1e5 the last digit is worth 1e-11; nothing smaller can be asked of it."""
+    system = spinning_top(comm, spin=3.0)
+    solver = solve(system, options("lu"))
+    state, out = system.initial_state(), system.initial_state()
+    first = solver.advance(state, DT, out)
+    turns = 2 * np.pi * 20_000
+    state.angles[:] = turns
+    late = solver.advance(state, DT, out)
+    assert late.newton_iterations <= first.newton_iterations
+    assert out.angles[0] - turns == pytest.approx(2 * np.arctan(3.0 * DT / 2), rel=1e-9)
+
+
 @all_solvers
 def test_a_system_without_rigid_bodies_advances(solve, comm, machine, name):
     m = machine()
