@@ -156,3 +156,11 @@ def facet_measure(mesh: Any, facets: npt.NDArray[np.int32], tags: npt.NDArray[np
     """
     mesh_tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim - 1, facets, tags)
     return ufl.Measure("ds", domain=mesh, subdomain_data=mesh_tags)
+
+
+def exterior_facets(mesh: Any) -> npt.NDArray[np.int32]:
+    """Facets of this rank on the surface of the mesh."""
+    tdim = mesh.topology.dim
+    mesh.topology.create_connectivity(tdim - 1, tdim)
+    found = dolfinx.mesh.exterior_facet_indices(mesh.topology)
+    return np.asarray(found, dtype=np.int32)

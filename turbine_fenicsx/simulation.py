@@ -97,6 +97,7 @@ class Simulation:
         step_error: Steps whose error exceeds its tolerance are halved too; None for none.
         checkpoints: Where what a run must remember is written; None for none.
         stop: Called after each step on all ranks; where one of them returns True, the run ends.
+        start: State at t = 0, for example an equilibrium; the initial state of the system if None.
 
     Attributes:
         solver: The step solver.
@@ -118,6 +119,7 @@ class Simulation:
         step_error: StepError | None = None,
         checkpoints: Checkpoints | None = None,
         stop: Callable[[], bool] | None = None,
+        start: State | None = None,
     ) -> None:
         """Check the times and create the solver."""
         if not 0.0 < step < np.inf:
@@ -130,6 +132,7 @@ class Simulation:
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
+        self._start = start
 
     def run(self, memory: Memory | None = None) -> Snapshot:
         """Integrate to the end time, or until it is asked to stop.
@@ -177,7 +180,8 @@ class Simulation:
     def _begin(self) -> _Run:
         """Start at t = 0."""
         self.halvings = 0
-        state = self.system.initial_state()
+        state = self.system.initial_state() if self._start is None else self._start.copy()
+        state.time = 0.0
         grid = StepGrid(self.step, self.end, self._deepest)
         if self._error is not None:
             self._error.reset()

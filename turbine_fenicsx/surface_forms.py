@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import ufl
 
 from turbine_fenicsx import _compat
@@ -37,24 +38,56 @@ def surface_integrals(
         Function of the test function w that returns one form per load.
 
     Raises:
-        ValueError: if a load has no facet on any rank.
+        ValueError: if a load has no facet on any rank, or one inside the body.
 
     Note:
         Collective.
     """
-    n_facets = max((int(np.max(x.facets, initial=-1)) + 1 for x in loads), default=0)
-    number = np.zeros(n_facets, dtype=np.int32)
-    for k, load in enumerate(loads):
-        number[np.unique(load.facets)] += 2**k
-    facets = np.flatnonzero(number).astype(np.int32)
-    ds = _compat.facet_measure(mesh, facets, number[facets])
+    facets, tags, tags_of_load = _numbered(mesh, loads)
+    ds = _compat.facet_measure(mesh, facets, tags)
     ds = ds(metadata={"quadrature_degree": quadrature_degree})
-    used = sorted(set().union(*mesh.comm.allgather(set(number[facets].tolist()))))
     N = ufl.FacetNormal(mesh)
-    terms = []
-    for k, (load, factor) in enumerate(zip(loads, factors, strict=True)):
-        mine = tuple(n for n in used if n & 2**k)
-        if not mine:
-            raise ValueError(f"load {load.name!r} has no facets on {load.flexible.name!r}")
-        terms.append((load.traction(F, N, factor, parameter), mine))
+    terms = [
+        (load.traction(F, N, factor, parameter), mine)
+        for load, factor, mine in zip(loads, factors, tags_of_load, strict=True)
+    ]
     return lambda w: [ufl.dot(t, w) * ds(numbers) for t, numbers in terms]
+
+
+Facets = npt.NDArray[np.int32]
+
+
+def _numbered(
+    mesh: Any, loads: Sequence[SurfaceLoad]
+) -> tuple[Facets, Facets, list[tuple[int, ...]]]:
+    """One number for each set of loads that act together on some facet.
+
+    Returns:
+        Loaded facets of this rank, the number of each, and the numbers that each load acts on.
+    """
+    comm, tdim = mesh.comm, mesh.topology.dim
+    exterior = _compat.exterior_facets(mesh)
+    n_owned = mesh.topology.index_map(tdim - 1).size_local
+    acting: dict[int, tuple[int, ...]] = {}
+    for k, load in enumerate(loads):
+        mine = np.unique(np.asarray(load.facets, dtype=np.int64))
+        owned = mine[mine < n_owned]
+        inside = comm.allreduce(int(np.count_nonzero(~np.isin(owned, exterior))))
+        if inside:
+            raise ValueError(
+                f"{inside} facets of load {load.name!r} are not on the surface of "
+                f"{load.flexible.name!r}"
+            )
+        if not comm.allreduce(owned.size):
+            raise ValueError(f"load {load.name!r} has no facets on {load.flexible.name!r}")
+        for facet in owned.tolist():
+            acting[facet] = (*acting.get(facet, ()), k)
+    sets = sorted(set().union(*comm.allgather(set(acting.values()))))
+    number = {chosen: n + 1 for n, chosen in enumerate(sets)}
+    facets = np.array(sorted(acting), dtype=np.int32)
+    tags = np.array([number[acting[f]] for f in facets.tolist()], dtype=np.int32)
+    return (
+        facets,
+        tags,
+        [tuple(number[chosen] for chosen in sets if k in chosen) for k in range(len(loads))],
+    )

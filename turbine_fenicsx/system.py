@@ -326,12 +326,14 @@ class MultibodySystem:
         for joint in self.joints:
             for body in joint.bodies:
                 _require(joint.name, body, RigidBody, "a rigid body or the ground")
+            if joint.bodies[0] is joint.bodies[1]:
+                where = getattr(joint.bodies[0], "name", "the ground")
+                raise ValueError(f"both partners of {joint.name!r} are {where!r}")
         for coupling in self.couplings:
             _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
         attached: list[Any] = [*self.couplings, *self._on_bodies]
         for part in attached:
-            if not isinstance(part.flexible, FlexibleBody):
-                _require(part.name, part.flexible, FlexibleBody, "a flexible body")
+            _require(part.name, part.flexible, FlexibleBody, "a flexible body", or_none=False)
         known = {id(b) for b in bodies} | {id(None)}
         pairs: list[tuple[str, tuple[Any, ...]]] = [(j.name, j.bodies) for j in self.joints]
         pairs += [(c.name, (c.flexible, c.rigid)) for c in self.couplings]
@@ -368,12 +370,18 @@ def _check_unique(parts: Iterable[Any]) -> None:
 
 def _distinct(names: list[str]) -> tuple[str, ...]:
     """The names, numbered where they occur again."""
-    count = [names[:k].count(name) for k, name in enumerate(names)]
-    return tuple(f"{name} {n + 1}" if n else name for name, n in zip(names, count, strict=True))
+    found: list[str] = []
+    for name in names:
+        number, other = 1, name
+        while other in found:
+            number += 1
+            other = f"{name} {number}"
+        found.append(other)
+    return tuple(found)
 
 
-def _require(name: str, body: Any, kind: type, words: str) -> None:
-    """Raise a TypeError unless a partner is None or of the right kind."""
-    if body is not None and not isinstance(body, kind):
+def _require(name: str, body: Any, kind: type, words: str, or_none: bool = True) -> None:
+    """Raise a TypeError unless a partner is of the right kind, or None where that is allowed."""
+    if not isinstance(body, kind) and not (or_none and body is None):
         partner = getattr(body, "name", body)
         raise TypeError(f"{name!r} needs {words}, but {partner!r} is none")

@@ -282,7 +282,17 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
         block.residual(u, R)
         forces = -R.array_r.reshape(-1, 3) / HALF_DT2
         at = comm.allgather(block.positions[np.linalg.norm(forces, axis=1) > 1e-12])
-        import turbine_fenicsx.flexible_block as fb; print("AT", comm.rank, fb.__file__, block._node_forces[0][1], block._nodal_forces, np.linalg.norm(forces, axis=1), flush=True)
+        import turbine_fenicsx.flexible_block as fb
+
+        print(
+            "AT",
+            comm.rank,
+            fb.__file__,
+            block._node_forces[0][1],
+            block._nodal_forces,
+            np.linalg.norm(forces, axis=1),
+            flush=True,
+        )
         (place,) = np.concatenate(at)
         assert nearest is None or np.allclose(place, nearest, rtol=0, atol=1e-12)
         assert np.allclose(comm.allreduce(forces.sum(axis=0)), 3 * FORCE, rtol=1e-13, atol=1e-13)

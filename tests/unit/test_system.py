@@ -153,7 +153,7 @@ def test_loads_are_collected_with_gravity_apart(machine):
 
 def test_a_torque_on_a_joint_without_angle_is_refused(comm, machine):
     parts = [*machine().parts, JointTorque("pitch", Constant(1.0))]
-    message = r"no joint angle 'pitch'; there are \['rotor', 'yaw'\]"
+    message = r"no joint coordinate 'pitch'; there are \['rotor', 'yaw'\]"
     refused(comm, ValueError, message, parts)
 
 

@@ -1,10 +1,10 @@
 """Draw pictures of the whole turbine, or a movie, coloured by stress.
 
 Nacelle, hub, blades and a flexible tower are where fields.xdmf has them; any other tower is no part
-of the model and drawn as a ghost. All pictures of one call share their scale of colours, see --range. --scale S
-exaggerates the deformation: the rigid motion of the hub is fitted to its points, and the
-displacement of the blades relative to that motion is multiplied by S, so that the turning of rotor
-and nacelle stays as it is. Rigid parts are never scaled. No display is needed.
+of the model and drawn as a ghost. All pictures of one call share their scale of colours, see
+--range. --scale S exaggerates the deformation: the rigid motion of the hub is fitted to its points,
+and the displacement of the blades relative to that motion is multiplied by S, so that the turning
+of rotor and nacelle stays as it is. Rigid parts are never scaled. No display is needed.
 """
 
 from __future__ import annotations

@@ -37,5 +37,6 @@ class JointTorque:
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the torque."""
         if self.joint not in forces.torques:
-            raise ValueError(f"no joint angle {self.joint!r}; there are {sorted(forces.torques)}")
+            known = sorted(forces.torques)
+            raise ValueError(f"no joint coordinate {self.joint!r}; there are {known}")
         forces.torques[self.joint] += self.torque(time)

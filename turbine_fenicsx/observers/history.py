@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from turbine_fenicsx.loads import Gravity
 from turbine_fenicsx.observers.row_file import RowFile
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.system import MultibodySystem
@@ -126,8 +127,9 @@ def work_channel(system: MultibodySystem) -> Channel:
     minus everything dissipated.
     """
     springs = any(e.kind == "conservative" for e in system.elements)
-    works = [name for name in system.work_names if name != "gravity"]
-    places = [system.work_names.index(name) for name in works]
+    gravity = [isinstance(load, Gravity) for load in system.loads]
+    places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]
+    works = [system.work_names[k] for k in places]
     columns = (
         *(("spring_energy_[J]",) if springs else ()),
         *(f"work_of_{name}_[J]".replace(" ", "_") for name in works),
