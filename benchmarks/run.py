@@ -1,7 +1,7 @@
 """Run the benchmark: who takes how long for a step of the same three blades.
 
 Everything runs in child processes, in turns, ``--repeat`` times; results are written after each
-turn to ``results.json``, and at the end to ``report.md`` and ``scaling.png``. Exit code 1 means
+child to ``results.json``, and at the end to ``report.md`` and ``scaling.png``. Exit code 1 means
 that the tip deflections of some code do not agree, 2 that nothing could be measured.
 """
 
@@ -146,8 +146,8 @@ def main() -> int:
                 failed.add(k)
                 print(f"  failed: {record['error']}", file=sys.stderr)
             data["records"].append(record)
-        text = json.dumps(data, indent=1) + "\n"
-        (args.out / "results.json").write_text(text, encoding="utf-8")
+            text = json.dumps(data, indent=1) + "\n"
+            (args.out / "results.json").write_text(text, encoding="utf-8")
     text, agree = report(data)
     (args.out / "report.md").write_text(text, encoding="utf-8")
     print(text)
