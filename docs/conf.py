@@ -53,7 +53,12 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"turbine_fenicsx {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_sidebars = {"index": [], "tutorial": [], "paper": [], "verification": []}  # they have no pages below them
+html_sidebars = {
+    "index": [],
+    "tutorial": [],
+    "paper": [],
+    "verification": [],
+}  # they have no pages below them
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
