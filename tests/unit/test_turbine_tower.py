@@ -92,7 +92,7 @@ def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
     assert names[start + 3 : start + 10] == [
         *(f"tower_base_force_{axis}_[N]" for axis in "xyz"),
         *(f"tower_base_moment_{axis}_[Nm]" for axis in "xyz"),
-        "constraint_error_[-]",
+        "work_of_torque_on_rotor_[J]",
     ]
     out = [name for channel in openfast_channels(turbine, *sensors) for name in channel.columns]
     assert out[-9:] == [
