@@ -77,6 +77,10 @@ class EnergyMomentumStep:
         sizes = np.array(parts)
         self._parts = np.flatnonzero(sizes)
         self._starts = (np.cumsum(sizes) - sizes)[self._parts]
+        names = [system.angle_names.index(m.coordinate) for m in system.motions]
+        self._prescribed = np.array(names, dtype=np.int64)
+        kinds = np.array([e.kind for e in system.elements], dtype=object)
+        self._external, self._dissipative = kinds == "external", kinds == "dissipative"
         self._gaps: tuple[Array, ...] = ()
         self._terms = np.zeros(2 * k + n)
 
@@ -276,15 +280,13 @@ class EnergyMomentumStep:
             totals = sum_over_ranks(system.comm, totals)
         n_works = sum(len(f.loads) for f in blocks)
         elements = system.rigid_block.element_works(self.rigid_step, r)
-        kinds = [e.kind for e in system.elements]
-        prescribed = [system.angle_names.index(m.coordinate) for m in system.motions]
         works = [
             self.load_q @ dq + self.load_T @ dT,
-            elements[[kind == "external" for kind in kinds]] if kinds else elements,
+            elements[self._external],
             totals[:n_works],
-            -2.0 / dt**2 * pi * dT[prescribed],
+            -2.0 / dt**2 * pi * dT[self._prescribed],
         ]
-        damped = elements[[kind == "dissipative" for kind in kinds]] if kinds else elements
+        damped = elements[self._dissipative]
         return np.concatenate(works), np.concatenate([-damped, totals[n_works:]])
 
     def _scales(self, terms: Array) -> Array:

@@ -41,6 +41,8 @@ class RigidUnknowns(NamedTuple):
     pi: Array
 
 
+_NOTHING: Array = np.zeros(0)
+
 REDUNDANT_GAP = 1e-6
 """A step that opens a redundant constraint further than this [m, -] is not accepted."""
 
@@ -154,10 +156,6 @@ class RigidBlock:
         angle = self.angle_form(angles, angles, y[self._c], y[self._c], y[self._s], y[self._s])
         return np.concatenate([y[self._g], angle.Phi, self._redundant.value(q)])
 
-    def constraint_rates(self, q: Array, q_dot: Array) -> Array:
-        """Rates of all internal and joint constraints with a multiplier [m/s, 1/s]."""
-        return self._map.jacobian(q)[self._g] @ q_dot
-
     def element_works(self, step: RigidStep, r: Array) -> Array:
         """Work of each force element in a step [J]: exactly force times increment."""
         y0, y1 = self._both(step, self.split(r))
@@ -186,7 +184,7 @@ class RigidBlock:
             shape (size,), which tells how small R can be made in floating point.
         """
         x, q1, y1, G, G1, a, lam, forces, forces_scale, _ = self._evaluate(step, r)
-        n_q, T1 = self.n_q, step.angles + x.dT
+        T1 = step.angles + x.dT
         R = np.concatenate(
             [
                 self.masses * (x.dq - step.dt_q_dot) + lam @ G - step.impulse_q,
@@ -211,8 +209,9 @@ class RigidBlock:
             R[: forces.size] -= forces
             scale[: forces.size] += forces_scale
         if self.n_prescribed:
-            R[n_q : forces.size] += x.pi @ self._selection
-            scale[n_q : forces.size] += np.abs(x.pi) @ self._selection
+            T = self._parts[1]
+            R[T] += x.pi @ self._selection
+            scale[T] += np.abs(x.pi) @ self._selection
         return R, scale
 
     def tangent(self, step: RigidStep, r: Array) -> Array:
@@ -279,10 +278,10 @@ class RigidBlock:
         self, step: RigidStep, x: RigidUnknowns
     ) -> tuple[Array, Array, Array | None]:
         """dt^2/2 times the forces of all elements, their sizes and their derivatives."""
+        if not self.elements:
+            return _NOTHING, _NOTHING, None
         n = self.n_q + self.n_angles
         forces, sizes = np.zeros(n), np.zeros(n)
-        if not self.elements:
-            return forces, sizes, None
         factor = 0.5 * step.elements.dt**2
         stiffness = np.zeros((n, n))
         y0, y1 = self._both(step, x)

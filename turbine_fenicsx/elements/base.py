@@ -148,7 +148,7 @@ class DistanceElement:
         self._c, self._A = components.constant, components.jacobian(np.zeros(index.size))
 
     def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
-        """H grad f at the midpoint."""
+        """The force h grad f at the midpoint, and its derivative."""
         A, v0, v1 = self._A, self._gap(y0), self._gap(y1)
         h, h_f1 = self._law(float(v0 @ v0), float(v1 @ v1), step.dt)
         G = (v0 + v1) @ A
