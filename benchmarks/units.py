@@ -18,7 +18,7 @@ import numpy as np
 import ours
 from problem import Problem, parse_size, prepare
 
-from turbine_fenicsx.linear.factor import SymmetricFactor
+from turbine_fenicsx.linear.symmetric import SymmetricFactor
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
 
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.linear.elimination import Elimination
-from turbine_fenicsx.linear.factor import SymmetricFactor
 from turbine_fenicsx.linear.frozen import FrozenElimination
 from turbine_fenicsx.linear.iterative import SectionMultigrid
 from turbine_fenicsx.linear.monolithic import MonolithicLU
 from turbine_fenicsx.linear.quasi_newton import QuasiNewton
+from turbine_fenicsx.linear.symmetric import SymmetricFactor
 
 
 def frozen_factor(step: EnergyMomentumStep, prefix: str) -> LinearSolver:

@@ -1,4 +1,4 @@
-"""Solvers for the free nodes of one flexible body: sparse factors through PETSc."""
+"""Solvers for the free nodes of one flexible body, and the plainest: a sparse factor by PETSc."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
+import numpy as np
+
+from turbine_fenicsx.rotations import Array
+
 EXTRA_WORKSPACE = 60
 """Per cent by which MUMPS may exceed its estimate of the work space where pivots are delayed."""
-
-TRUSTED = 1e-6
-"""A factor is trusted if it solves for a known vector with this relative error."""
 
 
 class FreeSolver(Protocol):
@@ -49,6 +50,7 @@ class SparseFactor:
         self._ksp = PETSc.KSP().create(matrix.getComm())
         self._ksp.setOptionsPrefix(prefix)
         self._ksp.setType("preonly")
+        self._matrix = matrix
         self._ksp.setOperators(matrix)
         pc = self._ksp.getPC()
         pc.setType("cholesky" if symmetric else "lu")
@@ -61,6 +63,7 @@ class SparseFactor:
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
+        self._ksp.setOperators(self._matrix)  # or setUp would leave it to the next solve
         self._ksp.setUp()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -68,69 +71,21 @@ class SparseFactor:
         self._ksp.solve(b, x)
         self.iterations += 1
 
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, shape (n, k), of a matrix of one rank."""
+        sizes = B.shape
+        b, x = (PETSc.Mat().createDense(sizes, comm=PETSc.COMM_SELF) for _ in range(2))
+        for matrix, values in ((b, B), (x, 0.0)):
+            matrix.setUp()
+            matrix.getDenseArray()[:] = values
+            matrix.assemble()
+        self._ksp.getPC().getFactorMatrix().matSolve(b, x)
+        found = np.array(x.getDenseArray(), order="C")
+        b.destroy()
+        x.destroy()
+        self.iterations += sizes[1]
+        return found
+
     def destroy(self) -> None:
         """Free the factor. Collective."""
         self._ksp.destroy()
-
-
-class SymmetricFactor:
-    """Factor of a symmetric matrix that is nearly always positive definite.
-
-    On one rank CHOLMOD's L L^T, whose triangular solves are a quarter faster than those of MUMPS
-    for large and three times faster for small matrices. MUMPS' L D L^T on several ranks, where
-    PETSc has no CHOLMOD, and from the first matrix on that turns out not to be positive definite
-    (a strongly compressed body and a large step).
-
-    Args:
-        matrix: The matrix.
-        prefix: Options prefix.
-    """
-
-    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
-        """Choose the package."""
-        self._matrix, self._prefix = matrix, prefix
-        self._positive_definite = matrix.getComm().getSize() == 1 and bool(
-            PETSc.Sys.hasExternalPackage("suitesparse")
-        )
-        self._factor = self._make()
-        self.iterations = 0
-
-    def update(self) -> None:
-        """Factorise the present values of the matrix. Collective."""
-        if self._positive_definite and not self._factorised():
-            self._positive_definite = False
-            self._factor.destroy()
-            self._factor = self._make()
-        if not self._positive_definite:
-            self._factor.update()
-
-    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve for one right-hand side. Collective."""
-        self._factor.solve(b, x)
-        self.iterations += 1
-
-    def destroy(self) -> None:
-        """Free the factor. Collective."""
-        self._factor.destroy()
-
-    def _make(self) -> SparseFactor:
-        """A factor by the package that suits the matrix."""
-        self._matrix.setOption(PETSc.Mat.Option.SPD, self._positive_definite)
-        package = "cholmod" if self._positive_definite else "mumps"
-        return SparseFactor(self._matrix, self._prefix, symmetric=True, package=package)
-
-    def _factorised(self) -> bool:
-        """Factorise and solve for a known vector: CHOLMOD reports no lost definiteness itself."""
-        x, b = self._matrix.createVecs()
-        x.set(1.0)
-        self._matrix.mult(x, b)
-        try:
-            self._factor.update()
-            self._factor.solve(b, x)
-            x.shift(-1.0)
-            return bool(x.norm(PETSc.NormType.INFINITY) < TRUSTED)
-        except PETSc.Error:
-            return False
-        finally:
-            x.destroy()
-            b.destroy()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from petsc4py import PETSc
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.flexible_block import FlexibleBlock
@@ -30,14 +31,11 @@ class NodeFrames:
         X = flexible.local_positions[self._cells]
         X = X - X.mean(axis=1, keepdims=True)
         self._weights = X @ np.linalg.inv(np.swapaxes(X, 1, 2) @ X)
-        count = np.bincount(self._cells.ravel(), minlength=n_nodes)
-        # Cells of each node, one table row a cell; shorter lists end with a cell of zeros.
-        self._cells_of_node = np.full((count.max(initial=0), n_nodes), n_cells)
-        order = np.argsort(self._cells.ravel(), kind="stable")
-        nodes = self._cells.ravel()[order]
-        place = np.arange(nodes.size) - np.repeat(np.cumsum(count) - count, count)
-        self._cells_of_node[place, nodes] = order // self._cells.shape[1]
-        counts = np.repeat(count[:, None].astype(float), 3, axis=1)
+        # Row a, column c: 1 if node a belongs to cell c.
+        owners = np.repeat(np.arange(n_cells), self._cells.shape[1])
+        entries = np.ones(owners.size), (self._cells.ravel(), owners)
+        self._cells_of_nodes = csr_matrix(entries, shape=(n_nodes, n_cells))
+        counts = np.repeat(np.diff(self._cells_of_nodes.indptr)[:, None].astype(float), 3, axis=1)
         self._count = flexible.sum_at_owners(counts)[:, 0]
 
     def rotations(
@@ -68,15 +66,11 @@ class NodeFrames:
     def _gradient(self, u: PETSc.Vec) -> Array:
         """Mean gradient of displacements around each owned node, shape (9, n_owned)."""
         x = self._flexible.nodal_values(u)
-        of_cells = np.zeros((len(self._cells) + 1, 9))
-        np.matmul(
-            np.swapaxes(x[self._cells], 1, 2), self._weights, out=of_cells[:-1].reshape(-1, 3, 3)
-        )
-        total = np.zeros((len(x), 9))
-        for cells in self._cells_of_node:
-            total += of_cells[cells]
+        of_cells = np.swapaxes(x[self._cells], 1, 2) @ self._weights
+        total = self._cells_of_nodes @ of_cells.reshape(-1, 9)
         parts = [self._flexible.sum_at_owners(total[:, k : k + 3]) for k in range(0, 9, 3)]
-        return np.concatenate([part.T for part in parts]) / self._count
+        mean = np.hstack(parts) / self._count[:, None]
+        return np.ascontiguousarray(mean.T)  # all that follows runs along the nodes
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:

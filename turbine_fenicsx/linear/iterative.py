@@ -87,7 +87,8 @@ class SectionMultigrid:
         options = PETSc.Options()
         mine = not options.hasName(self._sub_type)  # can only be set through options
         if mine:
-            options[self._sub_type] = "icc"
+            rows = self._matrix.getLocalSize()[0]
+            options[self._sub_type] = "icc" if rows else "none"  # icc crashes without rows
         self._ksp.setUp()
         if mine:
             options.delValue(self._sub_type)
