@@ -1,15 +1,17 @@
 """Claims about the frozen factor, its frames, Broyden's method and the section motions."""
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.linear import LARGEST_FACTOR, Elimination, chosen_name
+from turbine_fenicsx.linear import LARGEST_FACTOR, Elimination, chosen_name, sections
 from turbine_fenicsx.linear.factor import SparseFactor
 from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear.frozen import FrozenElimination
 from turbine_fenicsx.linear.quasi_newton import QuasiNewton
-from turbine_fenicsx.linear.sections import rigid_motions, section_motions
+from turbine_fenicsx.linear.sections import section_motions
 from turbine_fenicsx.loads import Gravity
 from turbine_fenicsx.rotations import E3, rotation_about
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
@@ -138,23 +140,31 @@ def test_broyden_solves_a_linear_problem_in_a_few_more_steps_than_its_rank(comm)
     assert np.linalg.norm(A @ x - b) < 1e-10 * np.linalg.norm(b)
 
 
-def test_section_motions_contain_every_rigid_motion(machine):
-    system = machine(cell="tetrahedron").system()
+def rigid_motions(x):
+    """Translations and rotations of points x about the origin, columns, row by row."""
+    moved = [np.broadcast_to(e, x.shape) for e in np.eye(3)] + [np.cross(e, x) for e in np.eye(3)]
+    return np.stack([m.ravel() for m in moved], axis=1)
+
+
+@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
+@pytest.mark.parametrize("coarsening", [1.0, 4.0])
+def test_section_motions_contain_every_rigid_motion(machine, monkeypatch, cell, coarsening):
+    monkeypatch.setattr(sections, "COARSENING", coarsening)
+    system = machine(cell=cell).system()
     (block,), (coupling,) = system.flexible_blocks, system.coupling_blocks
     comm = system.comm
     nodes = np.setdiff1d(np.arange(block.n_owned), coupling.nodes)
-    from petsc4py import PETSc
-
     dofs = (3 * nodes[:, None] + np.arange(3)).ravel().astype(PETSc.IntType)
     free = PETSc.IS().createGeneral(dofs + block.tangent.getOwnershipRange()[0], comm=comm)
     P = section_motions(block, nodes, free)
     # gathered and dense: the least squares distance of rigid motions from the range of P
     rows = P.getOwnershipRange()
     P_all = np.concatenate(comm.allgather(P.getValues(range(*rows), range(P.getSize()[1]))))
-    rigid = rigid_motions(block.positions[nodes] - [1.0, 0.2, -1.1]).reshape(-1, 6)
+    rigid = rigid_motions(block.positions[nodes] - [1.0, 0.2, -1.1])
     rigid = np.concatenate(comm.allgather(rigid))
     found = np.linalg.lstsq(P_all, rigid, rcond=1e-10)[0]
     assert np.max(np.abs(P_all @ found - rigid)) < 1e-10
+    assert np.allclose(P_all.reshape(len(P_all), -1, 3).sum(axis=(1, 2)), 1.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])

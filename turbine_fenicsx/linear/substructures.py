@@ -25,7 +25,6 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.linear.factor import SparseFactor
@@ -94,7 +93,8 @@ class Substructures:
         """Factorise the present values of the matrix. Collective.
 
         Raises:
-            LinAlgError: on all ranks, if the matrix is found not to be positive definite.
+            LinAlgError: on all ranks, if a part of the matrix is singular or, where PETSc notices,
+                not positive definite.
         """
         self._parts = self._matrix.createSubMatrices(*self._sets, submats=self._parts)
         try:
@@ -103,18 +103,18 @@ class Substructures:
             schur = np.full((self._sets[1][-1].getLocalSize(),) * 2, np.nan)
         schur = from_rank0(self._comm, sum_over_ranks(self._comm, schur))
         if not np.all(np.isfinite(schur)):
-            raise np.linalg.LinAlgError("the matrix is not positive definite")
-        self._schur = cho_factor(schur, check_finite=False)
+            raise np.linalg.LinAlgError("a part of the matrix has no factor")
+        self._inverse = np.linalg.inv(schur)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
         self._b.array[:] = b.array_r[self._i]
         self._factor.solve(self._b, self._x)
         x_i = self._x.array
-        b_S = np.zeros(len(self._schur[0]))
+        b_S = np.zeros(len(self._inverse))
         b_S[self._mine] = b.array_r[self._S]
         b_S[self._columns] -= self._A_Se @ x_i[self._edge]
-        x_S = cho_solve(self._schur, sum_over_ranks(self._comm, b_S), check_finite=False)
+        x_S = self._inverse @ sum_over_ranks(self._comm, b_S)
         near = x_S[self._columns]
         x_i[self._slab] -= self._W_single @ near.astype(np.float32)
         x_i -= self._far @ (self._modes @ near)
