@@ -13,6 +13,7 @@ LAYERS = [
     {"errors", "parallel", "rotations", "time_functions", "_compat", "timing", "threads"},
     {
         "dense",
+        "extrapolation",
         "redundancy",
         "quadratic",
         "kinematics",

@@ -9,7 +9,7 @@ from turbine_fenicsx.rotations import Array
 
 
 class ScaledFactor:
-    """LU factors of a matrix after scaling rows and columns to largest entry one.
+    """LU factors of a matrix after scaling rows, then columns, to length one.
 
     Mass, constraint and angle rows differ by many powers of ten; unscaled, the condition number
     of the rigid block is 1e13 and more.
@@ -23,11 +23,14 @@ class ScaledFactor:
         self._size = len(A)
         if not self._size:
             return
-        absolute = np.abs(A)
-        self._rows = _inverse(absolute.max(axis=1))
-        self._columns = _inverse((absolute * self._rows[:, None]).max(axis=0))
-        scaled = A * self._rows[:, None] * self._columns
-        self._lu, self._pivots, self._singular = dgetrf(scaled, overwrite_a=True)
+        squares = A * A
+        row_squares = _inverse(squares.sum(axis=1))
+        self._rows = np.sqrt(row_squares)
+        self._columns = np.sqrt(_inverse(row_squares @ squares))
+        scaled = A * self._rows[:, None]
+        scaled *= self._columns
+        # LAPACK reads columns first, and so finds the transposed matrix without a copy
+        self._lu, self._pivots, self._singular = dgetrf(scaled.T, overwrite_a=True)
 
     def solve(self, b: Array) -> Array:
         """Solution of A x = b.
@@ -43,7 +46,7 @@ class ScaledFactor:
             return np.zeros(0)
         if self._singular:
             return np.full(self._size, np.nan)
-        y, _ = dgetrs(self._lu, self._pivots, self._rows * b)
+        y, _ = dgetrs(self._lu, self._pivots, self._rows * b, trans=1)
         return np.asarray(self._columns * y)
 
 

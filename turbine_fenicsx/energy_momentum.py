@@ -66,11 +66,13 @@ class EnergyMomentumStep:
         self.tangent_matrix.setUp()
         self.x, self.residual_vector = self.new_nested_vector(), self.new_nested_vector()
         lengths = [np.max(np.abs(f.positions), initial=1.0) for f in flexible]
-        self._lever = float(comm.allreduce(max(lengths, default=1.0), op=MPI.MAX))
+        lever = float(comm.allreduce(max(lengths, default=1.0), op=MPI.MAX))
         masses = system.rigid_block.masses.reshape(-1, 4, 3)
         largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
-        self._inverse_masses = 1.0 / np.where(masses > 0.0, masses, largest).ravel()
-        self._arms = np.tile(np.repeat([1.0] + 3 * [self._lever], 3), len(system.rigid_bodies))
+        self._per_mass = np.ones(n)
+        self._per_mass[: masses.size] /= np.where(masses > 0.0, masses, largest).ravel()
+        self._levers = np.full(k, lever)
+        self._arms = np.tile(np.repeat([1.0] + 3 * [lever], 3), len(system.rigid_bodies))
         self.rigid_tangent = np.zeros((self._n_r, self._n_r))
         *parts, prescribed = (part.size for part in system.rigid_block.split(np.zeros(n)))
         parts[-1] += prescribed
@@ -83,6 +85,7 @@ class EnergyMomentumStep:
         self._external, self._dissipative = kinds == "external", kinds == "dissipative"
         self._gaps: tuple[Array, ...] = ()
         self._terms = np.zeros(2 * k + n)
+        self._weight = system.gravity_force(system.gravity)
 
     def new_nested_vector(self) -> PETSc.Vec:
         """New nested vector with the layout of the unknowns, zero."""
@@ -112,12 +115,11 @@ class EnergyMomentumStep:
         half_dt2 = 0.5 * dt * dt
         middle, end = (state.time + 0.5 * dt, state.time + dt) if at is None else (at, at)
         self.load_q, self.load_T = system.forces_by_load(middle)
-        weight = system.gravity_force(system.gravity)
         self.rigid_step = RigidStep(
             q=state.q,
             angles=state.angles,
             dt_q_dot=dt * state.q_dot,
-            impulse_q=half_dt2 * (weight + self.load_q.sum(axis=0)),
+            impulse_q=half_dt2 * (self._weight + self.load_q.sum(axis=0)),
             impulse_T=half_dt2 * self.load_T.sum(axis=0),
             prescribed=np.array([m.motion(end) for m in system.motions]),
             elements=Step(dt, middle),
@@ -132,24 +134,28 @@ class EnergyMomentumStep:
         noise = [half_dt2 * f.force_round_off for f in system.flexible_blocks]
         self._round_off = np.array([*noise, *(0.0 for _ in noise), *(0.0 for _ in range(4))])
 
-    def guess(self, extrapolate: bool) -> None:
-        """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation."""
+    def guess(self, extrapolate: bool, r: Array | None = None) -> None:
+        """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation.
+
+        Args:
+            extrapolate: Whether the bodies move on.
+            r: The rigid part of X where it is known better, shape (n_r,).
+        """
         state, dt = self.state, self.dt
         factor = dt if extrapolate else 0.0
-        du, mu_c, r = self.split(self.x)
+        du, mu_c, r_part = self.split(self.x)
         for increment, v in zip(du, state.v, strict=True):
             v.copy(increment)
             increment.scale(factor)
         for mu, force in zip(mu_c, state.coupling, strict=True):
             force.copy(mu)
             mu.scale(0.5 * dt * dt)
-        if self._n_r:
-            r.array[:] = np.concatenate(
-                [
-                    factor * state.q_dot,
-                    factor * state.angle_rates,
-                    0.5 * dt * dt * state.multipliers,
-                ]
+        if self._n_r and r is not None:
+            r_part.array[:] = r
+        elif self._n_r:
+            forces = 0.5 * dt * dt * state.multipliers
+            r_part.array[:] = np.concatenate(
+                [factor * state.q_dot, factor * state.angle_rates, forces]
             )
 
     def residual(self, x: PETSc.Vec, R: PETSc.Vec) -> None:
@@ -224,23 +230,21 @@ class EnergyMomentumStep:
             ranks.
         """
         R_u, R_c, R_r = self.split(R)
-        n, k = self.system.rigid_block.size, len(R_u)
-        sums = np.zeros(4 * k + 2 * n)
-        sums[: 2 * k] = [_square(part) for part in (*R_u, *R_c)]
+        k = len(R_u)
+        sums = np.zeros((2, self._terms.size))
+        sums[0, : 2 * k] = [_square(part) for part in (*R_u, *R_c)]
         if self._n_r:
-            sums[2 * k : 2 * k + n] = np.abs(R_r.array_r)
-        sums[2 * k + n :] = self._terms
-        sums = sum_over_ranks(self.system.comm, sums)
-        rigid = sums[2 * k : 2 * k + n]
-        rigid[: self._inverse_masses.size] *= self._inverse_masses
-        total = np.concatenate([np.sqrt(sums[: 2 * k]), self._largest(rigid)])
+            np.abs(R_r.array_r, out=sums[0, 2 * k :])
+        sums[1] = self._terms
+        residual, terms = sum_over_ranks(self.system.comm, sums)
+        rigid = self._largest(self._per_mass * residual[2 * k :])
+        total = np.concatenate([np.sqrt(residual[: 2 * k]), rigid])
         beyond_round_off = np.maximum(total - self._round_off, 0.0)
-        return np.array([total, beyond_round_off]) / self._scales(sums[2 * k + n :])
+        return np.array([total, beyond_round_off]) / self._scales(terms)
 
     def accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
-        r = self.on_all_ranks(self.split(self.x)[2])
-        return self.system.rigid_block.acceptable(self.rigid_step, r)
+        return self.system.rigid_block.acceptable(self.rigid_step, self.rigid_unknowns())
 
     def finish(self, out: State) -> tuple[Array, Array]:
         """Write the state at t_{n+1} that belongs to X. Collective.
@@ -254,8 +258,8 @@ class EnergyMomentumStep:
             `MultibodySystem.dissipation_names` dissipated [J].
         """
         state, dt = self.state, self.dt
-        du, mu_c, r_part = self.split(self.x)
-        r = self.on_all_ranks(r_part)
+        du, mu_c, _ = self.split(self.x)
+        r = self.rigid_unknowns()
         dq, dT, mu, nu, pi = self.system.rigid_block.split(r)
         out.time = state.time + dt
         out.q = state.q + dq
@@ -293,12 +297,11 @@ class EnergyMomentumStep:
         """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""
         k = len(self.system.flexible_blocks)
         inertia, coupling, rigid = terms[:k], terms[k : 2 * k], terms[2 * k :]
-        n_q = self._inverse_masses.size
-        forces = rigid[:n_q] + np.sqrt(coupling.sum()) * self._arms
-        largest = self._largest(rigid)
-        largest[0] = np.max(self._inverse_masses * forces, initial=0.0)
-        largest[1] += np.max(forces, initial=0.0)
-        scales = np.concatenate([np.sqrt(inertia + coupling), np.full(k, self._lever), largest])
+        forces = rigid[: self._arms.size]
+        forces += np.sqrt(coupling.sum()) * self._arms
+        largest = self._largest(self._per_mass * rigid)
+        largest[1] += forces.max(initial=0.0)
+        scales = np.concatenate([np.sqrt(inertia + coupling), self._levers, largest])
         return np.where(scales > 0.0, scales, 1.0)
 
     def _largest(self, rigid: Array) -> Array:
@@ -307,6 +310,10 @@ class EnergyMomentumStep:
         if self._parts.size:
             largest[self._parts] = np.maximum.reduceat(rigid, self._starts)
         return largest
+
+    def rigid_unknowns(self) -> Array:
+        """The part r of X, a copy on every rank. Collective."""
+        return self.on_all_ranks(self.split(self.x)[2])
 
     def on_all_ranks(self, r: PETSc.Vec) -> Array:
         """The rigid part of a vector, a copy on every rank."""

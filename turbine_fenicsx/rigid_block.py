@@ -75,6 +75,7 @@ class _Evaluation(NamedTuple):
 
     x: RigidUnknowns
     q1: Array
+    T1: Array
     y1: Array
     G: Array
     G1: Array
@@ -88,7 +89,8 @@ class _Evaluation(NamedTuple):
 class RigidBlock:
     """Residual and tangent of the rigid block; functions of the step and the unknowns alone.
 
-    What residuals and tangents share is remembered for the step and the unknowns seen last.
+    What residuals and tangents share is remembered for the step and the unknowns seen last, and the
+    values of all functions for the configuration seen last: the end of a step is the next start.
 
     Args:
         masses: Diagonal of the mass matrix, shape (n_q,).
@@ -141,8 +143,8 @@ class RigidBlock:
         self.n_q, self.n_angles, self.n_constraints, self.n_prescribed = n_q, n_T, n_g, n_p
         self._prescribed = np.array(prescribed, dtype=np.int64)
         self._selection = np.eye(n_T)[self._prescribed]
-        self._mass_matrix = np.zeros((self.size, self.size))
-        np.fill_diagonal(self._mass_matrix[:n_q, :n_q], masses)
+        self._mass_matrix = np.diag(masses)
+        self._seen: tuple[Array, Array, Array] | None = None
         self._start: tuple[RigidStep | None, Array, Array] = (None, np.zeros(0), np.zeros(0))
         self._last: tuple[Array, _Evaluation | None] = (np.zeros(0), None)
 
@@ -152,12 +154,18 @@ class RigidBlock:
 
     def constraint_values(self, q: Array, angles: Array) -> Array:
         """All constraints (internal, joints, coordinates) at one configuration [m, -]."""
-        y = self._map.value(q)
-        angle = self.angle_form(angles, angles, y[self._c], y[self._c], y[self._s], y[self._s])
-        return np.concatenate([y[self._g], angle.Phi, self._redundant.value(q)])
+        (_, y), (_, last) = self._at(q), self._last
+        if last is not None and _same(q, last.q1) and _same(angles, last.T1):
+            Phi = last.a.Phi
+        else:
+            c, s = y[self._c], y[self._s]
+            Phi = self.angle_form(angles, angles, c, c, s, s).Phi
+        return np.concatenate([y[self._g], Phi, self._gaps(q)])
 
     def element_works(self, step: RigidStep, r: Array) -> Array:
         """Work of each force element in a step [J]: exactly force times increment."""
+        if not self.elements:
+            return _NOTHING
         y0, y1 = self._both(step, self.split(r))
         works = []
         for e in self.elements:
@@ -183,12 +191,12 @@ class RigidBlock:
             The residual R, shape (size,), and the sum of the absolute values of its terms,
             shape (size,), which tells how small R can be made in floating point.
         """
-        x, q1, y1, G, G1, a, lam, forces, forces_scale, _ = self._evaluate(step, r)
-        T1 = step.angles + x.dT
+        x, q1, T1, y1, G, G1, a, lam, forces, forces_scale, _ = self._evaluate(step, r)
+        g_T_nu = a.g_T * x.nu
         R = np.concatenate(
             [
                 self.masses * (x.dq - step.dt_q_dot) + lam @ G - step.impulse_q,
-                a.g_T * x.nu - step.impulse_T,
+                g_T_nu - step.impulse_T,
                 y1[self._g],
                 a.Phi,
                 T1[self._prescribed] - step.prescribed,
@@ -199,7 +207,7 @@ class RigidBlock:
                 self.masses * (np.abs(x.dq) + np.abs(step.dt_q_dot))
                 + np.abs(lam) @ np.abs(G)
                 + np.abs(step.impulse_q),
-                np.abs(a.g_T * x.nu) + np.abs(step.impulse_T),
+                np.abs(g_T_nu) + np.abs(step.impulse_T),
                 np.abs(self._map.constant[self._g]) + np.abs(G1[self._g]) @ np.abs(q1),
                 self._coordinate_scale(T1, q1, y1, G1),
                 1.0 + np.abs(step.prescribed),
@@ -216,22 +224,22 @@ class RigidBlock:
 
     def tangent(self, step: RigidStep, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
-        x, _, _, G, G1, a, lam, _, _, stiffness = self._evaluate(step, r)
-        K = self._mass_matrix.copy()
+        x, _, _, _, G, G1, a, lam, _, _, stiffness = self._evaluate(step, r)
+        K = np.zeros((self.size, self.size))
         q, T, mu, nu, pi = self._parts
-        K[q, q] += 0.5 * self._map.hessian(lam)
-        K[q, T] = (
-            (a.g_c_T * x.nu)[:, None] * G[self._c] + (a.g_s_T * x.nu)[:, None] * G[self._s]
-        ).T
+        G_c, G_s, G1_c, G1_s = G[self._c].T, G[self._s].T, G1[self._c].T, G1[self._s].T
+        K[q, q] = self._mass_matrix + self._map.hessian(0.5 * lam)
+        K[q, T] = G_c * (a.g_c_T * x.nu) + G_s * (a.g_s_T * x.nu)
         K[q, mu] = G[self._g].T
-        K[q, nu] = (a.g_c[:, None] * G[self._c] + a.g_s[:, None] * G[self._s]).T
-        K[T, q] = (x.nu * a.g_T_c)[:, None] * G1[self._c] + (x.nu * a.g_T_s)[:, None] * G1[self._s]
+        K[q, nu] = G_c * a.g_c + G_s * a.g_s
+        K[T, q] = (G1_c * (a.g_T_c * x.nu) + G1_s * (a.g_T_s * x.nu)).T
         K[T, T] = np.diag(a.g_T_T * x.nu)
         K[T, nu] = np.diag(a.g_T)
         K[mu, q] = G1[self._g]
-        K[nu, q] = a.Phi_c[:, None] * G1[self._c] + a.Phi_s[:, None] * G1[self._s]
+        K[nu, q] = (G1_c * a.Phi_c + G1_s * a.Phi_s).T
         K[nu, T] = np.diag(a.Phi_T)
-        K[pi, T], K[T, pi] = self._selection, self._selection.T
+        if self.n_prescribed:
+            K[pi, T], K[T, pi] = self._selection, self._selection.T
         if stiffness is not None:
             K[: len(stiffness), : len(stiffness)] -= stiffness
         return K
@@ -239,24 +247,28 @@ class RigidBlock:
     def _evaluate(self, step: RigidStep, r: Array) -> _Evaluation:
         """Everything that residual and tangent have in common."""
         if self._start[0] is not step:
-            G0 = self._map.jacobian(step.q)
-            self._start = (step, G0, self._map.value(step.q, G0))
+            self._start = (step, *self._at(step.q))
             self._last = (r, None)
-        last_r, last = self._last
-        if last is not None and np.array_equal(last_r, r):
+        (last_r, last), r = self._last, r.copy()
+        if last is not None and _same(last_r, r):
             return last
         _, G0, y0 = self._start
-        r = r.copy()
         x = self.split(r)
         q1, T1 = step.q + x.dq, step.angles + x.dT
-        G1 = self._map.jacobian(q1)
-        y1 = self._map.value(q1, G1)
+        G1, y1 = self._at(q1)
         a = self.angle_form(step.angles, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
         lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
         forces = self._element_forces(step, x)
-        found = _Evaluation(x, q1, y1, 0.5 * (G0 + G1), G1, a, lam, *forces)
+        found = _Evaluation(x, q1, T1, y1, 0.5 * (G0 + G1), G1, a, lam, *forces)
         self._last = (r, found)
         return found
+
+    def _at(self, q: Array) -> tuple[Array, Array]:
+        """Jacobian and values of all functions at a configuration."""
+        if self._seen is None or not _same(q, self._seen[0]):
+            G = self._map.jacobian(q)
+            self._seen = (q.copy(), G, self._map.value(q, G))
+        return self._seen[1:]
 
     def _coordinate_scale(self, T1: Array, q1: Array, y1: Array, G1: Array) -> Array:
         """Sizes of the terms of the constraints of joint coordinates, shape (n_T,).
@@ -296,7 +308,15 @@ class RigidBlock:
         """Whether angles lie on the right branch and redundant constraints hold."""
         x = self.split(r)
         q1 = step.q + x.dq
-        y1, k = self._map.value(q1), self.is_angle
+        (_, y1), k = self._at(q1), self.is_angle
         angles = on_right_branch(x.dT[k], (step.angles + x.dT)[k], y1[self._c][k], y1[self._s][k])
-        gaps = self._redundant.value(q1) if self._redundant.shape[0] else np.zeros(0)
-        return angles and bool(np.max(np.abs(gaps), initial=0.0) <= REDUNDANT_GAP)
+        return angles and bool(np.all(np.abs(self._gaps(q1)) <= REDUNDANT_GAP))
+
+    def _gaps(self, q: Array) -> Array:
+        """Values of the redundant constraints."""
+        return self._redundant.value(q) if self._redundant.shape[0] else _NOTHING
+
+
+def _same(a: Array, b: Array) -> bool:
+    """Whether two arrays are equal bit for bit; faster for small ones than `np.array_equal`."""
+    return a.tobytes() == b.tobytes()

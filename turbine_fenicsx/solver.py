@@ -12,9 +12,11 @@ import numpy as np
 
 from turbine_fenicsx import timing
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.extrapolation import Extrapolation
 from turbine_fenicsx.linear import LINEAR_SOLVERS, chosen_name
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.memory import Memory
+from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
 
@@ -118,7 +120,9 @@ class EnergyMomentumSolver:
         self._solvers = _LinearSolvers(step, options.prefix, self.preconditioner)
         exact = FALLBACKS.get(self.preconditioner, self.preconditioner)
         attempts = [(self.preconditioner, True), (exact, True), (exact, False)]
-        self._attempts = list(dict.fromkeys(attempts))
+        self._attempts: list[tuple[str, bool, Array | None]]
+        self._attempts = [(*attempt, None) for attempt in dict.fromkeys(attempts)]
+        self._past = Extrapolation()
         self._convergence = _BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(system.comm)
         snes.setOptionsPrefix(options.prefix)
@@ -144,7 +148,8 @@ class EnergyMomentumSolver:
         """One step from ``state`` to t + dt.
 
         Newton starts from x_n + dt v_n; if that fails, again with the exact tangent in place of a
-        frozen one, and then from x_n.
+        frozen one, and then from x_n. Without flexible bodies, whose vibrations cannot be foreseen
+        so far, it first starts from the `Extrapolation` of the last steps, if there are enough.
 
         Args:
             state: State at t_n, not changed.
@@ -160,8 +165,12 @@ class EnergyMomentumSolver:
         newton = krylov = 0
         reasons = []
         self.step.begin(state, dt)
-        for name, extrapolate in self._attempts:
-            self.step.guess(extrapolate)
+        attempts = self._attempts
+        r = self._past.guess(state.time, dt)
+        if r is not None:
+            attempts = [(self.preconditioner, True, r), *attempts]
+        for name, extrapolate, r in attempts:
+            self.step.guess(extrapolate, r)
             linear_solver = self._solvers.use(name)
             with timing.event("linear set-up"):
                 linear_solver.begin()
@@ -176,9 +185,12 @@ class EnergyMomentumSolver:
             reason = self.snes.getConvergedReason()
             if reason > 0 and self.step.accepted():
                 works, dissipated = self.step.finish(out)
+                if not self.step.system.flexible_bodies:
+                    self._past.add(state.time, dt, self.step.rigid_unknowns())
                 residual = self._convergence.history[-1] * self.options.tolerance
                 done = tuple(works.tolist()), tuple(dissipated.tolist())
                 return StepReport(newton, krylov, *done, residual)
+            self._past.forget()
             reasons.append(_in_words(reason))
         raise StepFailure(
             f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: "
@@ -189,12 +201,14 @@ class EnergyMomentumSolver:
         """What later steps depend on, apart from the state."""
         memory = Memory({"name": self.preconditioner})
         memory.add("linear", self._solvers.use(self.preconditioner).remember())
+        memory.add("past", self._past.remember())
         return memory
 
     def recall(self, memory: Memory) -> None:
         """Go on like the solver that remembered this; with another linear solver, start anew."""
         if memory.numbers.get("name") == self.preconditioner:
             self._solvers.use(self.preconditioner).recall(memory.part("linear"))
+        self._past.recall(memory.part("past"))
 
 
 def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:

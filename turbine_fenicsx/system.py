@@ -274,9 +274,8 @@ class MultibodySystem:
 
     def gravity_force(self, acceleration: Array) -> Array:
         """Weight of the rigid bodies as generalised force on q, shape (12 bodies,) [N]."""
-        force = np.zeros((len(self.rigid_bodies), 4, 3))
-        for k, body in enumerate(self.rigid_bodies):
-            force[k, 0] = body.mass * acceleration
+        force = self.rigid_block.masses.reshape(-1, 4, 3) * acceleration
+        force[:, 1:] = 0.0
         return force.ravel()
 
     def coordinates_of(self, q: Array) -> dict[RigidBody, Array]:
@@ -297,17 +296,17 @@ class MultibodySystem:
             partial[1] += block.strain_energy(u)
             partial[2] -= block.nodal_mass @ (x @ g)
             partial[3:6] += momentum.sum(axis=0)
-            partial[6:9] += np.cross(x, momentum).sum(axis=0)
+            partial[6:9] += _moment(x, momentum)
         total = self.comm.allreduce(partial) if self.flexible_blocks else partial
-        q, v_rigid = state.q.reshape(-1, 3), state.q_dot.reshape(-1, 3)
-        momentum = (self.rigid_block.masses * state.q_dot).reshape(-1, 3)
+        p = self.rigid_block.masses * state.q_dot
+        q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
         return Balance(
-            kinetic=float(total[0] + 0.5 * np.sum(momentum * v_rigid)),
+            kinetic=float(total[0] + 0.5 * np.dot(state.q_dot, p)),
             strain=float(total[1]),
             potential=float(total[2] - self.gravity_force(g) @ state.q),
             spring=self.rigid_block.element_energy(state.q, state.angles),
             linear=total[3:6] + momentum[::4].sum(axis=0),
-            angular=total[6:9] + np.cross(q, momentum).sum(axis=0),
+            angular=total[6:9] + _moment(q, momentum),
         )
 
     def constraint_error(self, state: State) -> float:
@@ -345,6 +344,12 @@ class MultibodySystem:
                     raise ValueError(
                         f"{name!r} refers to body {body!r}, which is not among the parts"
                     )
+
+
+def _moment(x: Array, p: Array) -> Array:
+    """Sum of the vector products of two lists of vectors, shape (n, 3) each."""
+    A = x.T @ p
+    return np.array([A[1, 2] - A[2, 1], A[2, 0] - A[0, 2], A[0, 1] - A[1, 0]])
 
 
 def _sorted(parts: Iterable[Any]) -> dict[type, list[Any]]:

@@ -19,6 +19,7 @@ from turbine_fenicsx.checkpoint import (
     save,
 )
 from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.extrapolation import Extrapolation
 from turbine_fenicsx.linear import QuasiNewton
 from turbine_fenicsx.loads import Gravity, JointTorque
 from turbine_fenicsx.memory import Memory
@@ -158,6 +159,36 @@ def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
     assert simulation.halvings >= 3
     assert len({m.numbers["level"] for m in memories.values()}) >= 3
     assert sum(m.numbers["ticks"] > 0 for m in memories.values()) >= 5
+
+
+@pytest.fixture
+def rigid(comm, machine):
+    """The rigid part of the machine; its first guesses come from the last steps."""
+    m = machine(spin=3.0)
+    torque = JointTorque("rotor", Hat(40.0, 0.2))
+    return MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, Gravity(), torque])
+
+
+def test_a_rigid_run_goes_on_bit_for_bit(rigid, monkeypatch):
+    whole, memories, _ = goes_on_everywhere(rigid, lambda: {"end": 0.3})
+    monkeypatch.setattr(Extrapolation, "recall", lambda self, memory: None)
+    part, *_ = simulate(rigid, memories[9], end=0.3)
+    assert not equal(part[10], whole[10])  # from another guess it would not be the same
+
+
+def test_a_rigid_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(rigid):
+    def options():
+        return {"fails": lambda t, dt: 0.145 < t < 0.2 and dt > 0.003, "end": 0.3}
+
+    _, _, simulation = goes_on_everywhere(rigid, options, every=2)
+    assert simulation.halvings >= 3
+
+
+def test_a_rigid_run_goes_on_bit_for_bit_from_a_file(rigid, shared_tmp_path):
+    whole, memories, _ = simulate(rigid, end=0.3)
+    Checkpoints(rigid, shared_tmp_path).write(9, 0.18, 0.0, memories[9])
+    part, *_ = simulate(rigid, load_newest(shared_tmp_path, rigid, lambda labels: None), end=0.3)
+    assert all(equal(record, whole[k]) for k, record in part.items())
 
 
 def test_a_run_goes_on_bit_for_bit_with_steps_that_follow_a_tolerance(comm, flexible):

@@ -141,7 +141,7 @@ def test_a_planar_four_bar_has_three_redundant_constraints_in_the_hinge_that_clo
     assert system.rigid_block.n_constraints == 18 + 20 - 3
     states, energy_error = advance(system, 0.02, 120)
     assert abs(states[-1].angles[0]) > 2 * np.pi
-    assert energy_error <= 1e-12
+    assert energy_error <= 5e-12  # 120 steps, each solved to 1e-12
     assert max(system.constraint_error(s) for s in states) <= 1e-12  # redundant ones included
     rows = kept_rows(system)
     smallest = [np.linalg.svd(rows(s.q), compute_uv=False)[-1] for s in states]

@@ -131,6 +131,18 @@ def test_constraints_vanish_initially(form):
     assert np.flatnonzero(np.abs(turned) > 1e-15).tolist() == [N_G + 1]
 
 
+@pytest.mark.parametrize("form", FORM_NAMES)
+def test_constraints_do_not_depend_on_what_was_evaluated_before(form):
+    """They are taken from the last evaluation only if configuration and angles are the same."""
+    b, (step, r) = block(form), arbitrary(6)
+    x = b.split(r)
+    q, T = step.q + x.dq, step.angles + x.dT
+    for q_seen, T_seen in ((q, T), (q, T + 0.1), (step.q, T), (q, step.angles)):
+        b.residual(step, r)
+        expected = block(form).constraint_values(q_seen, T_seen)
+        assert np.array_equal(b.constraint_values(q_seen, T_seen), expected)
+
+
 def test_evaluations_are_pure():
     b, (step, r) = block("regular"), arbitrary(4)
     before = [np.copy(x) for x in (step.q, step.angles, step.dt_q_dot, r)]

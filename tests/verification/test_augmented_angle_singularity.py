@@ -16,6 +16,7 @@ from turbine_fenicsx import (
     Simulation,
     StepFailure,
 )
+from turbine_fenicsx.extrapolation import Extrapolation
 
 SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 
@@ -62,7 +63,11 @@ def test_regular_form_rests_at_the_singular_angle_and_goes_on(singular_angle, dt
 
 
 @pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
-def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(singular_angle):
+def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(
+    monkeypatch, singular_angle
+):
+    # from x_n + dt v_n; the extrapolation of earlier steps mostly keeps to their branch
+    monkeypatch.setattr(Extrapolation, "guess", lambda *_: None)
     silent = 0
     for dt in (0.1, 0.05, 0.02, 0.01):
         try:

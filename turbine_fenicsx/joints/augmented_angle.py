@@ -48,15 +48,18 @@ AngleForm = Callable[[Array, Array, Array, Array, Array, Array], AngleTerms]
 
 def sinc(x: Array) -> Array:
     """sin(x)/x, 1 at x = 0."""
-    safe = np.where(x == 0.0, 1.0, x)
-    return np.where(x == 0.0, 1.0, np.sin(safe) / safe)
+    safe = np.where(x == 0.0, 1e-20, x)
+    return np.sin(safe) / safe
+
+
+_POWERS = np.arange(5.0)
+_SERIES = np.array([-1 / 3, 1 / 30, -1 / 840, 1 / 45360, -1 / 3991680])
 
 
 def sinc_derivative(x: Array) -> Array:
     """Derivative of `sinc`: (cos x - sinc x)/x, by its series near zero."""
     small = np.abs(x) < 0.1
-    y = x * x
-    series = -x * (1 / 3 - y * (1 / 30 - y * (1 / 840 - y * (1 / 45360 - y / 3991680))))
+    series = x * ((x * x)[..., None] ** _POWERS @ _SERIES)
     if small.all():
         return series
     safe = np.where(small, 1.0, x)
@@ -65,24 +68,24 @@ def sinc_derivative(x: Array) -> Array:
 
 def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:
     """Singularity-free form sin(Theta) c - cos(Theta) s (design, section 3)."""
-    D, Tm = T1 - T0, 0.5 * (T0 + T1)
+    half_D, angles = 0.5 * (T1 - T0), np.array([T0, T1, 0.5 * (T0 + T1)])
+    (sin0, sin1, sin_m), (cos0, cos1, cos_m) = np.sin(angles), np.cos(angles)
     c_bar, s_bar = 0.5 * (c0 + c1), 0.5 * (s0 + s1)
-    sin1, cos1, sin_m, cos_m = np.sin(T1), np.cos(T1), np.sin(Tm), np.cos(Tm)
-    w, w_T = sinc(0.5 * D), 0.5 * sinc_derivative(0.5 * D)
-    along, across = cos_m * c_bar + sin_m * s_bar, cos_m * s_bar - sin_m * c_bar
+    w, w_T = sinc(half_D), 0.5 * sinc_derivative(half_D)
+    along, across, half_w = cos_m * c_bar + sin_m * s_bar, cos_m * s_bar - sin_m * c_bar, 0.5 * w
     return AngleTerms(
         Phi=sin1 * c1 - cos1 * s1,
         Phi_T=cos1 * c1 + sin1 * s1,
         Phi_c=sin1,
         Phi_s=-cos1,
-        g_c=0.5 * (np.sin(T0) + sin1),
-        g_s=-0.5 * (np.cos(T0) + cos1),
+        g_c=0.5 * (sin0 + sin1),
+        g_s=-0.5 * (cos0 + cos1),
         g_T=w * along,
         g_c_T=0.5 * cos1,
         g_s_T=0.5 * sin1,
-        g_T_T=w_T * along + 0.5 * w * across,
-        g_T_c=0.5 * w * cos_m,
-        g_T_s=0.5 * w * sin_m,
+        g_T_T=w_T * along + half_w * across,
+        g_T_c=half_w * cos_m,
+        g_T_s=half_w * sin_m,
     )
 
 
@@ -117,4 +120,5 @@ def on_right_branch(D: Array, T1: Array, c1: Array, s1: Array) -> bool:
 
     True if cos(Theta_1) c1 + sin(Theta_1) s1 > 0 and |D| < pi/2 for all angles.
     """
-    return bool(np.all(np.cos(T1) * c1 + np.sin(T1) * s1 > 0.0) and np.all(np.abs(D) < np.pi / 2))
+    right = (np.cos(T1) * c1 + np.sin(T1) * s1 > 0.0) & (np.abs(D) < np.pi / 2)
+    return bool(right.all())
