@@ -7,17 +7,20 @@ All other modules import these names from here.
 from __future__ import annotations
 
 import logging
+from inspect import signature
 from typing import Any
 
 from petsc4py import PETSc
 
 import dolfinx.fem.petsc
+import dolfinx.graph
 import dolfinx.jit
 import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem
+from dolfinx.io.utils import distribute_entity_data
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
@@ -88,18 +91,53 @@ def create_matrix(form: Any) -> PETSc.Mat:
     return dolfinx.fem.petsc.create_matrix(form)
 
 
-def gmsh_model_to_mesh(model: Any, comm: Any, gdim: int = 3) -> tuple[Any, Any, Any]:
-    """Distributed mesh, cell tags and facet tags of the gmsh model that rank 0 holds."""
+def mesh_of_arrays(comm: Any, cell: str, degree: int, points: Any, cells: Any) -> Any:
+    """Distributed mesh of the nodes and cells that the ranks hold, in gmsh's order of nodes.
+
+    Args:
+        comm: Communicator.
+        cell: Name of the cell type.
+        degree: Of the geometry.
+        points: Coordinates of the nodes of this rank, shape (n, 3).
+        cells: Nodes of its cells, counted over the ranks, shape (m, nodes per cell).
+    """
+    element = "e" if "e" in signature(dolfinx.mesh.create_mesh).parameters else "domain"
+    domain = {element: ufl.Mesh(_coordinate_element(cell, degree))}
+    return dolfinx.mesh.create_mesh(comm, cells=_from_gmsh(cell, cells), x=points, **domain)
+
+
+def tags_of_entities(mesh: Any, entity: str, nodes: Any, values: npt.NDArray[np.int32]) -> Any:
+    """Tags of the cells or facets of a mesh made by `mesh_of_arrays`.
+
+    Args:
+        mesh: The mesh.
+        entity: Name of their cell type.
+        nodes: Their nodes in gmsh's order as they were handed to the mesh, on any rank.
+        values: Number of each.
+    """
+    dim = dolfinx.cpp.mesh.cell_dim(dolfinx.cpp.mesh.to_type(entity))
+    entities, values = distribute_entity_data(mesh, dim, _from_gmsh(entity, nodes), values)
+    mesh.topology.create_connectivity(dim, 0)
+    mesh.topology.create_connectivity(dim, mesh.topology.dim)
+    lists = dolfinx.graph
+    lists = lists.adjacencylist if hasattr(lists, "adjacencylist") else lists.create_adjacencylist
+    return dolfinx.mesh.meshtags_from_entities(mesh, dim, lists(entities), values)
+
+
+def _from_gmsh(cell: str, nodes: Any) -> npt.NDArray[np.int64]:
+    """Nodes of cells in gmsh's order, in that of DOLFINx."""
+    order = dolfinx.cpp.io.perm_gmsh(dolfinx.cpp.mesh.to_type(cell), nodes.shape[1])
+    return np.ascontiguousarray(nodes[:, order], dtype=np.int64)
+
+
+def _coordinate_element(cell: str, degree: int) -> Any:
+    """Element of the geometry of a mesh."""
     try:
-        from dolfinx.io import gmsh as reader  # from 0.10
+        from basix import LagrangeVariant
+        from basix.ufl import element  # from 0.7
     except ImportError:
-        from dolfinx.io import gmshio as reader
-    # the first three of a named tuple from 0.10
-    mesh, cell_tags, facet_tags = tuple(reader.model_to_mesh(model, comm, 0, gdim=gdim))[:3]
-    if facet_tags is None:
-        none = np.empty(0, dtype=np.int32)
-        facet_tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim - 1, none, none)
-    return mesh, cell_tags, facet_tags
+        return ufl.VectorElement("Lagrange", cell, degree, variant="equispaced")
+    return element("Lagrange", cell, degree, LagrangeVariant.equispaced, shape=(3,))
 
 
 def compile_form(form: Any) -> Any:

@@ -6,6 +6,8 @@ Exit codes: 0 done, 2 wrong input, 3 a step did not converge, 130 interrupted.
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import importlib
 import os
 import pkgutil
@@ -32,6 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # one thread a rank; read when numpy is imported
+    gc.set_threshold(10_000)  # imports make many objects and no garbage: search them rarely
+    atexit.register(gc.freeze)  # and not once more when the process ends
     mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
     options = _parser().parse_args(mine)
     import petsc4py

@@ -34,13 +34,13 @@ def relative_error(step, x, b):
     step.tangent_matrix.mult(x, Jx)
     Jx.axpy(-1.0, b)
     pairs = zip(Jx.getNestSubVecs(), b.getNestSubVecs(), strict=True)
-    return max(error.norm() / max(part.norm(), 1.0) for error, part in pairs)
+    return np.max([error.norm() / max(part.norm(), 1.0) for error, part in pairs])
 
 
 def distance(x, y):
     """Largest relative difference of any block."""
     pairs = zip(x.getNestSubVecs(), y.getNestSubVecs(), strict=True)
-    return max((a - b).norm() / max(b.norm(), 1e-10) for a, b in pairs)
+    return np.max([(a - b).norm() / max(b.norm(), 1e-10) for a, b in pairs])
 
 
 @all_exact

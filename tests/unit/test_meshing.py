@@ -20,6 +20,7 @@ from turbine_fenicsx.meshing import (
     build_rotor,
     cache_directory,
     cached_mesh,
+    load_arrays,
     load_msh,
     rotor,
 )
@@ -410,6 +411,19 @@ def test_dolfinx_integrates_the_same_volumes_by_name(folder, cell, degree):
         # root and skin enclose the volume: the divergence of x is 3
         total = sum(integral(outside, tag, out=1.0) for tag in (root, skin))
         assert total / 3 == pytest.approx(volume, rel=1e-10)
+
+
+def test_a_mesh_is_distributed_with_or_without_a_file(folder):
+    file = folder / "rotor.msh"
+    arrays = rotor_arrays(BLADE, ROTOR, MeshOptions(geometry_degree=2))
+    write(file, arrays)
+    mine, read = load_arrays(comm, lambda: arrays, "mesh"), load_msh(comm, file)
+    assert (mine.cell_names, mine.facet_names) == (read.cell_names, read.facet_names)
+    np.testing.assert_allclose(mine.mesh.geometry.x, read.mesh.geometry.x, atol=1e-13)
+    for name in ("cell_tags", "facet_tags"):
+        tags, others = getattr(mine, name), getattr(read, name)
+        np.testing.assert_array_equal(tags.indices, others.indices)
+        np.testing.assert_array_equal(tags.values, others.values)
 
 
 def test_every_rank_count_sees_every_tagged_face_once(folder):

@@ -1,11 +1,11 @@
-"""Claims about the mesh of the tower: shape, groups, quality, files, cache."""
+"""Claims about the mesh of the tower: shape, groups, quality, files."""
 
 from math import pi, sin
 
 import numpy as np
 import pytest
 
-from turbine_fenicsx.meshing import MeshError, TowerGeometry, build_tower, cached_tower
+from turbine_fenicsx.meshing import TowerGeometry, build_tower
 from turbine_fenicsx.meshing.block import face_keys
 from turbine_fenicsx.meshing.read import read_msh
 from turbine_fenicsx.meshing.topology import (
@@ -97,26 +97,3 @@ def test_file_holds_the_same_mesh(degree, tmp_path):
     assert (found.nodes, found.cells) == (report.nodes, report.cells)
     assert found.volumes["tower"] == pytest.approx(report.volumes["tower"], rel=1e-13)
     assert len(mesh.facets) == 8
-
-
-def test_mesh_is_built_once_and_kept_under_all_its_parameters(comm, shared_tmp_path):
-    folder = shared_tmp_path / "cache"
-    first = cached_tower(comm, TOWER, (4, 1, 2), 1, folder)
-    born = first.stat().st_mtime_ns
-    comm.barrier()
-    assert cached_tower(comm, TOWER, (4, 1, 2), 1, folder) == first
-    assert first.stat().st_mtime_ns == born
-    others = {
-        cached_tower(comm, TowerGeometry(), (4, 1, 2), 1, folder),
-        cached_tower(comm, TOWER, (4, 1, 3), 1, folder),
-        cached_tower(comm, TOWER, (4, 1, 2), 2, folder),
-    }
-    assert len(others | {first}) == 4
-
-
-def test_a_folder_that_cannot_be_made_is_told_on_all_ranks(comm, shared_tmp_path):
-    if comm.rank == 0:
-        (shared_tmp_path / "file").write_text("")
-    comm.barrier()
-    with pytest.raises(MeshError, match="cannot create the mesh cache"):
-        cached_tower(comm, TOWER, (4, 1, 2), 1, shared_tmp_path / "file" / "sub")

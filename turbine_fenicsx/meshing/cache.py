@@ -3,10 +3,8 @@
 import hashlib
 import json
 import os
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 
@@ -15,7 +13,6 @@ from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.rotor import build_rotor
 from turbine_fenicsx.meshing.session import gmsh_version
-from turbine_fenicsx.meshing.tower import TowerGeometry, build_tower
 from turbine_fenicsx.parallel import on_rank0
 
 # To be raised by one with every change of the mesh that the same parameters give.
@@ -47,46 +44,21 @@ def cached_mesh(
     Note:
         Collective over ``comm``.
     """
-    return _found_or_built(
-        comm,
-        lambda: mesh_hash(blade, layout, options),
-        lambda path: build_rotor(blade, layout, options, path),
-        directory,
-    )
 
+    def find_or_build() -> Path:
+        folder = Path(directory) if directory is not None else cache_directory()
+        path = folder / f"{mesh_hash(blade, layout, options)}.msh"
+        if not path.is_file():
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise MeshError(
+                    f"cannot create the mesh cache '{folder}': {error.strerror}"
+                ) from error
+            build_rotor(blade, layout, options, path)
+        return path
 
-def cached_tower(
-    comm: MPI.Intracomm,
-    tower: TowerGeometry,
-    elements: tuple[int, int, int],
-    geometry_degree: int,
-    directory: str | os.PathLike[str] | None = None,
-) -> Path:
-    """Return the file with the mesh of a tower, which is built only if it does not exist yet.
-
-    Args:
-        comm: Communicator; rank 0 builds and the others wait.
-        tower: Shape of the tower.
-        elements: Numbers of elements around, through the wall and along the height.
-        geometry_degree: 1 for flat cells, 2 for curved ones.
-        directory: Where to keep meshes; by default `cache_directory`.
-
-    Returns:
-        The file.
-
-    Raises:
-        MeshError: on every rank, if the mesh cannot be built or written.
-
-    Note:
-        Collective over ``comm``.
-    """
-    key = {"tower": asdict(tower), "elements": elements, "geometry_degree": geometry_degree}
-    return _found_or_built(
-        comm,
-        lambda: _hash(key),
-        lambda path: build_tower(tower, elements, geometry_degree, path),
-        directory,
-    )
+    return on_rank0(comm, find_or_build)
 
 
 def cache_directory() -> Path:
@@ -100,35 +72,12 @@ def mesh_hash(blade: BladeGeometry, layout: RotorLayout, options: MeshOptions) -
 
     These are all parameters, the version of gmsh and `GENERATOR_VERSION`.
     """
-    return _hash({"blade": asdict(blade), "layout": asdict(layout), "options": asdict(options)})
-
-
-def _hash(parameters: dict[str, Any]) -> str:
-    """A name made of parameters and of what makes the mesh."""
-    key = parameters | {"gmsh": gmsh_version(), "generator": GENERATOR_VERSION}
+    key = {
+        "blade": asdict(blade),
+        "layout": asdict(layout),
+        "options": asdict(options),
+        "gmsh": gmsh_version(),
+        "generator": GENERATOR_VERSION,
+    }
     text = json.dumps(key, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def _found_or_built(
-    comm: MPI.Intracomm,
-    name: Callable[[], str],
-    build: Callable[[Path], object],
-    directory: str | os.PathLike[str] | None,
-) -> Path:
-    """The file of that name in a folder; rank 0 builds it if there is none."""
-
-    def find_or_build() -> Path:
-        folder = Path(directory) if directory is not None else cache_directory()
-        path = folder / f"{name()}.msh"
-        if not path.is_file():
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise MeshError(
-                    f"cannot create the mesh cache '{folder}': {error.strerror}"
-                ) from error
-            build(path)
-        return path
-
-    return on_rank0(comm, find_or_build)

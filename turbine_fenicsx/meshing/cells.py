@@ -53,6 +53,11 @@ class ReferenceCell:
     gmsh_facet_type: int
 
     @property
+    def facet(self) -> str:
+        """Cell type of the faces, "quadrilateral" or "triangle"."""
+        return "quadrilateral" if self.cell == "hexahedron" else "triangle"
+
+    @property
     def lattice(self) -> IntArray:
         """Node positions times the degree, as whole numbers, shape (n_nodes, 3)."""
         table = np.array(_HEXAHEDRON if self.cell == "hexahedron" else _TETRAHEDRON)

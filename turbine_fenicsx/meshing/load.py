@@ -8,11 +8,13 @@ from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
+
+from turbine_fenicsx.meshing.cells import ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.read import read_msh
-from turbine_fenicsx.meshing.session import gmsh_session, interrupts_kept
 from turbine_fenicsx.parallel import on_rank0
 
 
@@ -65,30 +67,64 @@ def load_msh(
     Note:
         Collective over ``comm``.
     """
+    return load_arrays(
+        comm, lambda: read_msh(Path(path), volumes, surfaces), f"mesh file '{path}'", check
+    )
+
+
+def load_arrays(
+    comm: MPI.Intracomm,
+    make: Callable[[], MeshArrays],
+    name: str,
+    check: Callable[[MeshArrays], Sequence[str]] | None = None,
+) -> LoadedMesh:
+    """Make a mesh on rank 0 and distribute it once over all ranks.
+
+    Args:
+        comm: Communicator of the mesh.
+        make: Makes it; called on rank 0.
+        name: What it is called in errors.
+        check: As in `load_msh`.
+
+    Returns:
+        The mesh with its groups.
+
+    Raises:
+        MeshError: on every rank, if the mesh has inverted cells or does not pass the check, one
+            sentence for each; and whatever ``make`` raises.
+
+    Note:
+        Collective over ``comm``.
+    """
     kept: list[MeshArrays] = []  # the arrays stay on rank 0, only what follows is sent to all
 
-    def read() -> tuple[dict[str, int], dict[str, int], MeshReport]:
-        arrays = read_msh(Path(path), volumes, surfaces)
+    def examined() -> tuple[ReferenceCell, dict[str, int], dict[str, int], MeshReport]:
+        arrays = make()
         report = arrays.examine()
         mistakes = [*report.mistakes, *(check(arrays) if check else ())]
         if mistakes:
-            raise MeshError("\n".join(f"mesh file '{path}': {mistake}" for mistake in mistakes))
+            raise MeshError("\n".join(f"{name}: {mistake}" for mistake in mistakes))
         kept.append(arrays)
-        return arrays.volumes, arrays.surfaces, report
+        return arrays.reference, arrays.volumes, arrays.surfaces, report
 
-    cell_names, facet_names, report = on_rank0(comm, read)
-    mesh, cell_tags, facet_tags = _distribute(comm, kept)
+    reference, cell_names, facet_names, report = on_rank0(comm, examined)
+    arrays = kept[0] if kept else MeshArrays.empty(reference)
+    mesh, cell_tags, facet_tags = _distribute(comm, arrays)
     return LoadedMesh(mesh, cell_tags, facet_tags, cell_names, facet_names, report)
 
 
-def _distribute(comm: MPI.Intracomm, kept: list[MeshArrays]) -> tuple[Any, Any, Any]:
-    """Turn the arrays of rank 0 into a distributed mesh with cell and facet tags."""
+def _distribute(comm: MPI.Intracomm, arrays: MeshArrays) -> tuple[Any, Any, Any]:
+    """Turn the arrays of all ranks into a distributed mesh with cell and facet tags."""
     # imported here, so that a mesh can be described and built without loading DOLFINx
-    from turbine_fenicsx._compat import gmsh_model_to_mesh
+    from turbine_fenicsx._compat import mesh_of_arrays, tags_of_entities
 
-    if not kept:
-        with interrupts_kept():  # DOLFINx imports gmsh
-            return gmsh_model_to_mesh(None, comm)
-    with gmsh_session() as gmsh:
-        kept[0].add_to(gmsh.model)
-        return gmsh_model_to_mesh(gmsh.model, comm)
+    reference = arrays.reference
+    mesh = mesh_of_arrays(comm, reference.cell, reference.degree, arrays.points, arrays.cells)
+    tags = [
+        tags_of_entities(mesh, entity, nodes, groups.astype(np.int32))
+        for entity, nodes, groups in (
+            (reference.cell, arrays.cells, arrays.cell_groups),
+            (reference.facet, arrays.facets, arrays.facet_groups),
+        )
+    ]
+    return mesh, tags[0], tags[1]

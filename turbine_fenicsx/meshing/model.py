@@ -34,6 +34,14 @@ class MeshArrays:
     volumes: dict[str, int]
     surfaces: dict[str, int]
 
+    @classmethod
+    def empty(cls, reference: ReferenceCell) -> "MeshArrays":
+        """No cells of a type: the share of a rank that holds nothing."""
+        none = np.empty(0, dtype=np.int64)
+        sizes = len(reference.nodes), reference.faces.shape[1]
+        cells, facets = (none.reshape(0, size) for size in sizes)
+        return cls(reference, np.empty((0, 3)), cells, none, facets, none, {}, {})
+
     def examine(self) -> MeshReport:
         """Measure volumes and quality."""
         return examine(self.points, self.cells, self.reference, self.volumes, self.cell_groups)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from typing import Any
 
 from mpi4py import MPI
-
-from tqdm import tqdm
 
 from turbine_fenicsx.simulation import Snapshot
 
@@ -32,7 +31,7 @@ class Progress:
         self._style = style if comm.rank == 0 else "none"
         self._end, self._every = end, every
         self._last = time.perf_counter()
-        self._bar: tqdm | None = None
+        self._bar: Any = None
 
     def observe(self, snapshot: Snapshot) -> None:
         """Move the bar, or print a line if it is time to."""
@@ -40,6 +39,8 @@ class Progress:
         newton = snapshot.report.newton_iterations if snapshot.report else 0
         if self._style == "bar":
             if self._bar is None:
+                from tqdm import tqdm
+
                 layout = (
                     "{percentage:3.0f}%|{bar}| {n:.2f}/{total:.2f} s, {remaining} left{postfix}"
                 )

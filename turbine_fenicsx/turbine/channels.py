@@ -76,7 +76,7 @@ class BladeSensors:
         )
         return [
             tip_channel(self._tips),
-            Channel(columns, lambda s: list(self._roots.at(s).ravel())),
+            Channel(columns, lambda s: self._roots.at(s).ravel().tolist()),
         ]
 
     def openfast_channels(self) -> list[Channel]:
@@ -89,8 +89,8 @@ class BladeSensors:
             for axis in "xyz"
         )
         return [
-            Channel(tips, lambda s: list(self._tips.at(s).ravel())),
-            Channel(roots, lambda s: list(1e-3 * self._roots.at(s).ravel())),
+            Channel(tips, lambda s: self._tips.at(s).ravel().tolist()),
+            Channel(roots, lambda s: (1e-3 * self._roots.at(s)).ravel().tolist()),
         ]
 
 
@@ -143,9 +143,10 @@ class TowerSensors:
         base = self._base
         return [
             Channel(
-                tuple(columns), lambda s: list(TOWER_AXES @ (s.state.q[self._top] - self._start))
+                tuple(columns),
+                lambda s: (TOWER_AXES @ (s.state.q[self._top] - self._start)).tolist(),
             ),
-            Channel(tuple(loads), lambda s: list(factor * base.at(s).ravel())),
+            Channel(tuple(loads), lambda s: (factor * base.at(s)).ravel().tolist()),
         ]
 
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 from mpi4py import MPI
 
 from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.meshing import cached_mesh
-from turbine_fenicsx.meshing.quality import MeshReport
-from turbine_fenicsx.meshing.read import read_msh
-from turbine_fenicsx.meshing.tower import tower_arrays
+from turbine_fenicsx.meshing import MeshReport, tower_arrays
+from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case import Case
-from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, mesh_options, rotor_layout
+from turbine_fenicsx.turbine.model import ROOTS, blade_arrays, blade_geometry, rotor_layout
 from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays
 from turbine_fenicsx.turbine.tower import tower_geometry
 
@@ -51,25 +49,23 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
         Collective over ``comm``.
     """
     try:
-        path = case.mesh.file or cached_mesh(
-            comm, blade_geometry(case), rotor_layout(case), mesh_options(case)
-        )
-        return on_rank0(comm, lambda: _inspect(case, Path(path)))
+        name, make = blade_arrays(case, comm)
+        return on_rank0(comm, lambda: _inspect(case, name, make))
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
 
 
-def _inspect(case: Case, path: Path) -> Inspection:
+def _inspect(case: Case, name: str, make: Callable[[], MeshArrays]) -> Inspection:
     """Do it on this rank."""
     layout, blade = rotor_layout(case), blade_geometry(case)
     try:
-        mesh = read_msh(path, layout.volume_groups, ROOTS)
+        mesh = make()
     except ValueError as error:
         return Inspection((str(error),), (), "", None)
     report, found = mesh.examine(), examine_blades(mesh, layout, blade)
     curved = too_curved(report.geometry_degree, case.mesh.degree)
     return Inspection(
-        tuple(f"mesh file '{path}': {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
+        tuple(f"{name}: {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
         (*report.warnings, *found.warnings),
         "\n".join(
             [str(report), _mass(case, report, blade.volume * layout.n_blades), *_tower(case)]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -18,7 +20,9 @@ from turbine_fenicsx.meshing import (
     MeshOptions,
     RotorLayout,
     cached_mesh,
-    load_msh,
+    load_arrays,
+    read_msh,
+    rotor_arrays,
 )
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.observers.tips import Tip
@@ -97,8 +101,24 @@ def solver_options(case: Case) -> SolverOptions:
     return SolverOptions(**case.solver.model_dump())
 
 
+def blade_arrays(case: Case, comm: MPI.Intracomm) -> tuple[str, Callable[[], MeshArrays]]:
+    """What the mesh of the blades is called, and what makes it on rank 0.
+
+    It is read from a file, the user's own or one of tetrahedra that was cached. Hexahedra are made
+    each time, which takes less than reading them.
+
+    Raises:
+        ValueError: if the mesh cannot be made.
+    """
+    layout, blade, options = rotor_layout(case), blade_geometry(case), mesh_options(case)
+    if case.mesh.file is None and options.cell == "hexahedron":
+        return "mesh of the blades", lambda: rotor_arrays(blade, layout, options)
+    path = Path(case.mesh.file or cached_mesh(comm, blade, layout, options))
+    return f"mesh file '{path}'", lambda: read_msh(path, layout.volume_groups, ROOTS)
+
+
 def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
-    """Mesh of the blades: the user's own file, or made and cached.
+    """Mesh of the blades, distributed.
 
     Raises:
         InputError: if the mesh cannot be read or made, lacks a group, or cannot be the blades.
@@ -110,8 +130,8 @@ def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
         return (*examine_blades(mesh, layout, blade).mistakes, *curved)
 
     try:
-        path = case.mesh.file or cached_mesh(comm, blade, layout, mesh_options(case))
-        return load_msh(comm, path, layout.volume_groups, ROOTS, check)
+        name, make = blade_arrays(case, comm)
+        return load_arrays(comm, make, name, check)
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
 

@@ -13,8 +13,8 @@ from turbine_fenicsx.coupling import Coupling
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, cached_tower, load_msh
-from turbine_fenicsx.meshing.tower import BOTTOM, TOP, TOWER
+from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, load_arrays, tower_arrays
+from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.turbine.tables import TowerCase
 
@@ -75,8 +75,11 @@ def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
     """
     geometry = tower_geometry(case)
     try:
-        path = cached_tower(comm, geometry, case.elements, case.degree)
-        mesh = load_msh(comm, path, (TOWER,), (BOTTOM, TOP))
+        mesh = load_arrays(
+            comm,
+            lambda: tower_arrays(geometry, case.elements, case.degree),
+            "mesh of the tower",
+        )
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
     material = StVenantKirchhoff(*lame(case.young, case.poisson))
