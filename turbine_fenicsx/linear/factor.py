@@ -73,18 +73,14 @@ class SparseFactor:
 
     def solve_many(self, B: Array) -> Array:
         """Solutions for several right-hand sides, shape (n, k), of a matrix of one rank."""
-        sizes = B.shape
-        b, x = (PETSc.Mat().createDense(sizes, comm=PETSc.COMM_SELF) for _ in range(2))
-        for matrix, values in ((b, B), (x, 0.0)):
-            matrix.setUp()
-            matrix.getDenseArray()[:] = values
-            matrix.assemble()
+        B = np.asfortranarray(B)
+        X = np.zeros_like(B)
+        b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
         self._ksp.getPC().getFactorMatrix().matSolve(b, x)
-        found = np.array(x.getDenseArray(), order="C")
         b.destroy()
         x.destroy()
-        self.iterations += sizes[1]
-        return found
+        self.iterations += B.shape[1]
+        return X
 
     def destroy(self) -> None:
         """Free the factor. Collective."""

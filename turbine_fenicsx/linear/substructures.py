@@ -136,7 +136,7 @@ class Substructures:
         self._edge = np.flatnonzero(np.diff(A_iS.indptr))
         self._A_Se = A_iS[self._edge].T.tocsr()
         self._slab = _layers(A_ii, self._edge, SLAB * self._columns.size)
-        W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray())
+        W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray(order="F"))
         self._W_single = W.astype(np.float32)  # as accurate as the rest, and half the memory
         self._far, self._modes = self._respond_beyond(A_ii, W)
         schur = np.zeros((A_SS.shape[1],) * 2)
@@ -167,7 +167,7 @@ class Substructures:
     def _respond_beyond(self, A_ii: csr_matrix, W: Array) -> tuple[Array, Array]:
         """Factors of -A_ii^{-1} (0, A_os W_s), shapes (i, rank) and (rank, columns)."""
         o = np.setdiff1d(np.arange(self._i.size), self._slab)
-        A_os = A_ii[o][:, self._slab]
+        A_os = A_ii[self._slab][:, o].T.tocsr()
         loaded = np.flatnonzero(np.diff(A_os.indptr))
         U, s, V = np.linalg.svd(A_os[loaded] @ W, full_matrices=False)
         rank = int(np.sum(s > NEGLIGIBLE * np.max(s, initial=0.0)))
