@@ -55,3 +55,34 @@ def test_follows_a_matrix_that_loses_positive_definiteness(comm):
         assert error_of_solution(factor, A) < ACCURACY
     assert factor.iterations >= 3
     factor.destroy()
+
+
+@pytest.mark.parametrize("last", [2.5, 0.7, 0.0])
+def test_ranks_agree_where_one_of_them_alone_loses_positive_definiteness(comm, last):
+    A = PETSc.Mat().createAIJ(((200, None), (200, None)), nnz=3, comm=comm)
+    start, end = A.getOwnershipRange()
+    for i in range(start, end):
+        A[i, i] = last if comm.rank == comm.size - 1 else 2.5
+        for j in (i - 1, i + 1):
+            if start <= j < end:  # nothing couples the ranks
+                A[i, j] = -1.0
+    A.assemble()
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()
+
+
+def test_a_rank_without_rows(comm):
+    n = 0 if 0 < comm.rank == comm.size - 1 else 100
+    A = PETSc.Mat().createAIJ(((n, None), (n, None)), nnz=3, comm=comm)
+    for i in range(*A.getOwnershipRange()):
+        A[i, i] = 2.5
+        for j in (i - 1, i + 1):
+            if 0 <= j < A.getSize()[0]:
+                A[i, j] = -1.0
+    A.assemble()
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()

@@ -13,6 +13,9 @@ from turbine_fenicsx.rotations import Array
 EXTRA_WORKSPACE = 60
 """Per cent by which MUMPS may exceed its estimate of the work space where pivots are delayed."""
 
+TRUSTED = 1e-4
+"""A factor is trusted if it solves for a known vector with this relative error."""
+
 
 class FreeSolver(Protocol):
     """Solves with A_II. All methods are collective.
@@ -71,8 +74,47 @@ class SparseFactor:
         self._ksp.solve(b, x)
         self.iterations += 1
 
+    def destroy(self) -> None:
+        """Free the factor. Collective."""
+        self._ksp.destroy()
+
+
+class DefiniteFactor(SparseFactor):
+    """L L^T of a symmetric positive definite matrix on one rank, by CHOLMOD.
+
+    Args:
+        matrix: The matrix.
+        prefix: Options prefix.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+        """Create the solver; nothing is factorised yet."""
+        matrix.setOption(PETSc.Mat.Option.SPD, True)
+        super().__init__(matrix, prefix, symmetric=True, package="cholmod")
+
+    def update(self) -> None:
+        """Factorise, and solve for a known vector: CHOLMOD does not report lost definiteness.
+
+        Raises:
+            LinAlgError: if the matrix is not positive definite.
+        """
+        x, b = self._matrix.createVecs()
+        x.set(1.0)
+        self._matrix.mult(x, b)
+        try:
+            super().update()
+            self.solve(b, x)
+            x.shift(-1.0)
+            definite = x.norm(PETSc.NormType.INFINITY) < TRUSTED
+        except PETSc.Error:
+            definite = False
+        x.destroy()
+        b.destroy()
+        if not definite:
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
+
     def solve_many(self, B: Array) -> Array:
-        """Solutions for several right-hand sides, shape (n, k), of a matrix of one rank."""
+        """Solutions for several right-hand sides, shape (n, k)."""
         B = np.asfortranarray(B)
         X = np.zeros_like(B)
         b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
@@ -81,7 +123,3 @@ class SparseFactor:
         x.destroy()
         self.iterations += B.shape[1]
         return X
-
-    def destroy(self) -> None:
-        """Free the factor. Collective."""
-        self._ksp.destroy()

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
-from turbine_fenicsx.linear.factor import SparseFactor
+from turbine_fenicsx.linear.factor import DefiniteFactor
 from turbine_fenicsx.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
@@ -67,12 +67,9 @@ class Substructures:
         matrix: The matrix.
         interface: `interface_rows` of the matrix.
         prefix: Options prefix of the factors.
-        package: Package of PETSc that factorises.
     """
 
-    def __init__(
-        self, matrix: PETSc.Mat, interface: Indices, prefix: str, package: str = "cholmod"
-    ) -> None:
+    def __init__(self, matrix: PETSc.Mat, interface: Indices, prefix: str) -> None:
         """Take the matrix apart; nothing is factorised yet."""
         self._matrix, self._comm = matrix, matrix.getComm().tompi4py()
         first, last = matrix.getOwnershipRange()
@@ -84,8 +81,8 @@ class Substructures:
         S_mine, i, S = map(_index_set, (own, first + self._i, np.concatenate(everyone)))
         self._sets = [i, i, S_mine], [i, S, S]
         self._parts = matrix.createSubMatrices(*self._sets)
-        self._prefix, self._package = prefix, package
-        self._factor = self._new_factor(self._parts[0])
+        self._prefix = prefix
+        self._factor = DefiniteFactor(self._parts[0], prefix)
         self._b, self._x = self._parts[0].createVecs()
         self.iterations = 0
 
@@ -93,17 +90,17 @@ class Substructures:
         """Factorise the present values of the matrix. Collective.
 
         Raises:
-            LinAlgError: on all ranks, if a part of the matrix is singular or, where PETSc notices,
-                not positive definite.
+            LinAlgError: on all ranks, if the matrix is not positive definite.
         """
         self._parts = self._matrix.createSubMatrices(*self._sets, submats=self._parts)
         try:
             schur = self._eliminate()
+            definite = bool(np.all(np.isfinite(schur)))
         except (PETSc.Error, np.linalg.LinAlgError):
-            schur = np.full((self._sets[1][-1].getLocalSize(),) * 2, np.nan)
+            definite = False
+        if not self._comm.allreduce(definite, op=MPI.LAND):
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
         schur = from_rank0(self._comm, sum_over_ranks(self._comm, schur))
-        if not np.all(np.isfinite(schur)):
-            raise np.linalg.LinAlgError("a part of the matrix has no factor")
         self._inverse = np.linalg.inv(schur)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -145,11 +142,6 @@ class Substructures:
         schur[np.ix_(self._columns, self._columns)] -= self._A_Se @ W_e
         return schur
 
-    def _new_factor(self, A: PETSc.Mat) -> SparseFactor:
-        """A factor of a matrix of this rank."""
-        A.setOption(PETSc.Mat.Option.SPD, True)
-        return SparseFactor(A, self._prefix, symmetric=True, package=self._package)
-
     def _respond(self, A_ss: csr_matrix, loads: Array) -> Array:
         """A_ss^{-1} times some loads; the matrix is factorised for this alone."""
         if not loads.size:
@@ -157,7 +149,7 @@ class Substructures:
         A = PETSc.Mat().createAIJ(
             A_ss.shape, csr=(A_ss.indptr, A_ss.indices, A_ss.data), comm=PETSc.COMM_SELF
         )
-        factor = self._new_factor(A)
+        factor = DefiniteFactor(A, self._prefix)
         factor.update()
         response = factor.solve_many(loads)
         factor.destroy()

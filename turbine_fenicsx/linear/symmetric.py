@@ -6,11 +6,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.linear.factor import FreeSolver, SparseFactor
+from turbine_fenicsx.linear.factor import DefiniteFactor, FreeSolver, SparseFactor
 from turbine_fenicsx.linear.substructures import Substructures, interface_rows, worthwhile
-
-TRUSTED = 1e-4
-"""A factor is trusted if it solves for a known vector with this relative error."""
 
 
 class SymmetricFactor:
@@ -30,17 +27,17 @@ class SymmetricFactor:
     def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
         """Choose the package."""
         self._matrix, self._prefix = matrix, prefix
-        self._positive_definite = bool(PETSc.Sys.hasExternalPackage("suitesparse"))
-        self._factor = self._make()
+        definite = self._definite() if PETSc.Sys.hasExternalPackage("suitesparse") else None
+        self._factor = definite or self._indefinite()
         self.iterations = 0
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
-        if self._positive_definite and not self._factorised():
-            self._positive_definite = False
+        try:
+            self._factor.update()
+        except np.linalg.LinAlgError:  # on all ranks
             self._factor.destroy()
-            self._factor = self._make()
-        if not self._positive_definite:
+            self._factor = self._indefinite()
             self._factor.update()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -52,30 +49,16 @@ class SymmetricFactor:
         """Free the factor. Collective."""
         self._factor.destroy()
 
-    def _make(self) -> FreeSolver:
-        """A factor by the package that suits the matrix."""
-        matrix, prefix = self._matrix, self._prefix
-        if self._positive_definite and matrix.getComm().getSize() > 1:
-            interface = interface_rows(matrix)
-            if worthwhile(matrix, interface):
-                return Substructures(matrix, interface, prefix)
-            self._positive_definite = False
-        matrix.setOption(PETSc.Mat.Option.SPD, self._positive_definite)
-        package = "cholmod" if self._positive_definite else "mumps"
-        return SparseFactor(matrix, prefix, symmetric=True, package=package)
+    def _definite(self) -> FreeSolver | None:
+        """The factor of a positive definite matrix; None if the ranks meet in too many unknowns."""
+        if self._matrix.getComm().getSize() == 1:
+            return DefiniteFactor(self._matrix, self._prefix)
+        interface = interface_rows(self._matrix)
+        if not worthwhile(self._matrix, interface):
+            return None
+        return Substructures(self._matrix, interface, self._prefix)
 
-    def _factorised(self) -> bool:
-        """Factorise and solve for a known vector: CHOLMOD reports no lost definiteness itself."""
-        x, b = self._matrix.createVecs()
-        x.set(1.0)
-        self._matrix.mult(x, b)
-        try:
-            self._factor.update()
-            self._factor.solve(b, x)
-            x.shift(-1.0)
-            return bool(x.norm(PETSc.NormType.INFINITY) < TRUSTED)
-        except (PETSc.Error, np.linalg.LinAlgError):
-            return False
-        finally:
-            x.destroy()
-            b.destroy()
+    def _indefinite(self) -> FreeSolver:
+        """The factor of any symmetric matrix."""
+        self._matrix.setOption(PETSc.Mat.Option.SPD, False)
+        return SparseFactor(self._matrix, self._prefix, symmetric=True)
