@@ -97,7 +97,7 @@ def _competitors() -> list[Competitor]:
 COMPETITORS = {c.name: c for c in _competitors()}
 
 SETS = {
-    "growth": ("ours-hybrid", "ours-iterative"),
+    "growth": ("ours-hybrid", "ours-iterative", "ours-hybrid-2"),
     "large": ("ours-iterative",),
     "soft": ("fenicsx-cholesky", "ours-hybrid", "ours-refactored"),
 }

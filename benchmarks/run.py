@@ -115,6 +115,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--repeat", type=int, default=3, help="turns; the fastest counts")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds a child may take")
     parser.add_argument("--out", type=Path, default=HERE / "out", help="folder for the results")
+    parser.add_argument("--add", action="store_true", help="keep the results in the folder")
     parser.add_argument("--list", action="store_true", help="say who would run, and stop")
     args = parser.parse_args(words)
     args.out = args.out.resolve()
@@ -132,7 +133,10 @@ def main() -> int:
         return 0
     args.out.mkdir(parents=True, exist_ok=True)
     os.environ.update(environment())
+    found = args.out / "results.json"
     data: dict = {"machine": machine(), "records": []}
+    if args.add and found.exists():
+        data = json.loads(found.read_text(encoding="utf-8"))
     todo = jobs(args)
     failed = set()
     for turn in range(args.repeat):
@@ -147,7 +151,7 @@ def main() -> int:
                 print(f"  failed: {record['error']}", file=sys.stderr)
             data["records"].append(record)
             text = json.dumps(data, indent=1) + "\n"
-            (args.out / "results.json").write_text(text, encoding="utf-8")
+            found.write_text(text, encoding="utf-8")
     text, agree = report(data)
     (args.out / "report.md").write_text(text, encoding="utf-8")
     print(text)
