@@ -5,6 +5,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
+from turbine_fenicsx.linear.factor import SparseFactor
 from turbine_fenicsx.linear.substructures import NEGLIGIBLE
 from turbine_fenicsx.linear.symmetric import SymmetricFactor
 
@@ -85,4 +86,22 @@ def test_a_rank_without_rows(comm):
     factor = SymmetricFactor(A, "test_")
     factor.update()
     assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_mumps_gets_the_work_space_that_it_finds_it_needs(comm, symmetric):
+    """Next to nothing on the diagonal of a grid: nearly all pivots are delayed."""
+    w = 40
+    A = PETSc.Mat().createAIJ((w * w, w * w), nnz=5, comm=comm)
+    for i in range(*A.getOwnershipRange()):
+        A[i, i] = 1e-9
+        sides = ((i - w, i >= w), (i - 1, i % w), (i + 1, (i + 1) % w), (i + w, i + w < w * w))
+        for j in (j for j, there in sides if there):
+            A[i, j] = np.sin(2.0 + 1.7 * min(i, j) + 0.3 * max(i, j))
+    A.assemble()
+    factor = SparseFactor(A, "test_", symmetric)
+    for _ in range(2):
+        factor.update()
+        assert error_of_solution(factor, A) < 1e-6
     factor.destroy()

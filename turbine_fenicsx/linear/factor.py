@@ -13,6 +13,12 @@ from turbine_fenicsx.rotations import Array
 EXTRA_WORKSPACE = 60
 """Per cent by which MUMPS may exceed its estimate of the work space where pivots are delayed."""
 
+LARGEST_WORKSPACE = 100 * EXTRA_WORKSPACE
+"""Beyond this the matrix has no factor. Pivots are delayed by any number in small saddle points."""
+
+WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
+"""What MUMPS says, the same on all ranks, where more of it helps."""
+
 TRUSTED = 1e-4
 """A factor is trusted if it solves for a known vector with this relative error."""
 
@@ -59,15 +65,21 @@ class SparseFactor:
         pc.setType("cholesky" if symmetric else "lu")
         pc.setFactorSolverType(package)
         self._ksp.setFromOptions()
-        if pc.getFactorSolverType() == "mumps":
-            pc.setFactorSetUpSolverType()
-            pc.getFactorMatrix().setMumpsIcntl(14, EXTRA_WORKSPACE)
+        self._extra = EXTRA_WORKSPACE
+        self._is_mumps = pc.getFactorSolverType() == "mumps"
+        self._reserve()
         self.iterations = 0
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
         self._ksp.setOperators(self._matrix)  # or setUp would leave it to the next solve
         self._ksp.setUp()
+        while self._workspace_was_too_small() and self._extra < LARGEST_WORKSPACE:
+            self._extra *= 2
+            self._ksp.reset()  # PETSc keeps the error, and would never factorise again
+            self._ksp.setOperators(self._matrix)
+            self._reserve()
+            self._ksp.setUp()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
@@ -77,6 +89,19 @@ class SparseFactor:
     def destroy(self) -> None:
         """Free the factor. Collective."""
         self._ksp.destroy()
+
+    def _reserve(self) -> None:
+        """Tell MUMPS how much more work space than estimated it may take."""
+        if self._is_mumps:
+            pc = self._ksp.getPC()
+            pc.setFactorSetUpSolverType()
+            pc.getFactorMatrix().setMumpsIcntl(14, self._extra)
+
+    def _workspace_was_too_small(self) -> bool:
+        """Whether MUMPS gave up for this reason."""
+        if not self._is_mumps:
+            return False
+        return self._ksp.getPC().getFactorMatrix().getMumpsInfog(1) in WORKSPACE_TOO_SMALL
 
 
 class DefiniteFactor(SparseFactor):

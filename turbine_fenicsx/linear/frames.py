@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -55,22 +57,21 @@ class NodeFrames:
         Note:
             Collective.
         """
-        F = self._gradient(u)
+        F, *dF = self._gradients([u] if du is None else [u, du])
         F[::4] += 1.0
-        if du is not None:
-            dF = self._gradient(du)
-            F = np.concatenate([F + part * dF for part in parts], axis=1)
+        F = np.concatenate([F + sum(part * D for D in dF) for part in parts], axis=1)
         R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
         return np.split(R, len(parts), axis=2)
 
-    def _gradient(self, u: PETSc.Vec) -> Array:
-        """Mean gradient of displacements around each owned node, shape (9, n_owned)."""
-        x = self._flexible.nodal_values(u)
+    def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
+        """Mean gradients of displacements around each owned node, shape (fields, 9, n_owned)."""
+        x = np.hstack([self._flexible.nodal_values(u) for u in displacements])
         of_cells = np.swapaxes(x[self._cells], 1, 2) @ self._weights
-        total = self._cells_of_nodes @ of_cells.reshape(-1, 9)
-        parts = [self._flexible.sum_at_owners(total[:, k : k + 3]) for k in range(0, 9, 3)]
-        mean = np.hstack(parts) / self._count[:, None]
-        return np.ascontiguousarray(mean.T)  # all that follows runs along the nodes
+        total = self._cells_of_nodes @ of_cells.reshape(len(of_cells), 3 * x.shape[1])
+        parts = np.split(total, x.shape[1], axis=1)
+        mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
+        mean = (mean / self._count[:, None]).T
+        return np.array(mean.reshape(-1, 9, mean.shape[1]), order="C")  # the rest runs along nodes
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:

@@ -16,15 +16,15 @@ from turbine_fenicsx.turbine.tables import Tables
 MACHINE = "one core of an AMD EPYC"
 
 COST = {
-    "frozen": (0.007, 1.25e-6, 1.14),
-    "iterative": (0.02, 3.5e-7, 1.34),
+    "frozen": (0.005, 4.0e-7, 1.22),
+    "iterative": (0.01, 8.8e-7, 1.20),
     "lu": (0.06, 2.8e-7, 1.57),
     "monolithic": (0.06, 3.1e-7, 1.57),
 }
 """Seconds of a step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
 
-Fitted to measurements on the machine above with 1053, 11025, 70713 and 220545 displacements: 0.006
-to 0.010, 0.05, 0.42 and 1.4 s ("frozen"); -, 0.09, 1.1 and 5 s ("iterative"); 0.07, 0.6, 11 s and -
+Fitted to measurements on the machine above with 1053, 11025, 70713 and 220545 displacements: 0.006,
+0.035, 0.33 and 1.3 s ("frozen"); -, 0.06, 0.59 and 2.2 s ("iterative"); 0.07, 0.6, 11 s and -
 ("lu"). Fields are written every fifth step.
 """
 
@@ -118,7 +118,7 @@ def estimate(case: Tables, size: MeshSize | None) -> Estimate:
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
     step = (constant + factor * displacements**power) * (0.7 + 0.3 * max(digits - 8.0, 0.0) / 4.0)
-    set_up = 2.0 + 4.0 * (displacements / 7e4) ** 1.2
+    set_up = 1.5 + 4.0 * (displacements / 7e4) ** 1.2
     more = 3.0e3 * displacements if name == "iterative" else 630.0 * displacements**1.2
     if not meshes:
         step, set_up = RIGID_STEP, 1.0
