@@ -268,17 +268,25 @@ def _power(x: float) -> str:
 
 def _energies(axes: Any, run: TimeSeries, look: Look) -> None:
     """Total energy and its parts [kJ]."""
-    _line(axes, run, run["total_energy_[J]"] / 1e3, look, color="black", lw=2.4, label="total")
+    _line(axes, run, _energy(run, "total"), look, color="black", lw=2.4, label="total")
     for name, color in zip(("kinetic", "strain", "potential"), PALETTE, strict=False):
-        _line(axes, run, run[f"{name}_energy_[J]"] / 1e3, look, color=color, label=name)
+        _line(axes, run, _energy(run, name), look, color=color, label=name)
     axes.set(title="Energies", ylabel="energy [kJ]")
 
 
 def _small_energies(axes: Any, run: TimeSeries, look: Look) -> None:
     """Strain and potential energy on a scale of their own [kJ]."""
     for name, color in zip(("strain", "potential"), PALETTE[1:], strict=False):
-        _line(axes, run, run[f"{name}_energy_[J]"] / 1e3, look, color=color, label=name)
+        _line(axes, run, _energy(run, name), look, color=color, label=name)
     axes.set(title="Strain and potential", ylabel="energy [kJ]")
+
+
+def _energy(run: TimeSeries, name: str) -> NDArray[np.float64]:
+    """An energy [kJ]; the potential counts from where it starts, which may be far below zero."""
+    energy = run[f"{name}_energy_[J]"]
+    if name in ("total", "potential"):
+        energy = energy - run["potential_energy_[J]"][:1].sum()  # nothing of a run of no steps
+    return energy / 1e3
 
 
 def _energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
