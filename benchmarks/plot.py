@@ -25,7 +25,7 @@ def plot(data: dict[str, Any], path: Path) -> None:
         c for s in sizes for p in ("compare", "growth") for c in results.codes(p, s)
     )
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), sharex=True)
-    for code in codes:
+    for k, code in enumerate(codes):
         rows = [
             (
                 results.unknowns(s),
@@ -37,8 +37,10 @@ def plot(data: dict[str, Any], path: Path) -> None:
         ]
         n, step, memory = zip(*rows, strict=True)
         width = 3.0 if code == "ours-hybrid" else 1.2
-        left.loglog(n, step, "o-", linewidth=width, markersize=4, label=code)
-        right.loglog(n, memory, "o-", linewidth=width, markersize=4)
+        marker = "os^DvP"[k // 10 % 6]  # a new one where the ten colours begin again
+        how = {"marker": marker, "linewidth": width, "markersize": 5}
+        left.loglog(n, step, label=code, **how)
+        right.loglog(n, memory, **how)
     left.set_ylabel("time per step [s]")
     right.set_ylabel("memory [MB]")
     for axes in (left, right):
