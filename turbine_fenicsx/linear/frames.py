@@ -71,7 +71,9 @@ class NodeFrames:
         parts = np.split(total, x.shape[1], axis=1)
         mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
         mean = (mean / self._count[:, None]).T
-        return np.array(mean.reshape(-1, 9, mean.shape[1]), order="C")  # the rest runs along nodes
+        return np.array(
+            mean.reshape(len(displacements), 9, mean.shape[1]), order="C"
+        )  # the rest runs along nodes
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:

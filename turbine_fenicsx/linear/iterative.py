@@ -49,7 +49,6 @@ class SectionMultigrid:
         self._matrix, self._blocks = matrix, block_matrix(matrix)
         self._definite = self._blocks.copy()
         self._P = section_motions(flexible, nodes, free)
-        self._P_T = PETSc.Mat().createTranspose(self._P)
         self._coarse = matrix.PtAP(self._P)
         self._ksp = ksp = PETSc.KSP().create(matrix.getComm())
         ksp.setOptionsPrefix(prefix)
@@ -61,7 +60,6 @@ class SectionMultigrid:
         pc.setType("mg")
         pc.setMGLevels(2)
         pc.setMGInterpolation(1, self._P)
-        pc.setMGRestriction(1, self._P_T)  # PETSc would apply a square P itself
         smoother, coarse = pc.getMGSmoother(1), pc.getMGCoarseSolve()
         smoother.setType("chebyshev")
         smoother.setTolerances(max_it=1)
@@ -85,7 +83,7 @@ class SectionMultigrid:
         diagonal.destroy()
         self._matrix.PtAP(self._P, result=self._coarse)
         diagonal = self._coarse.getDiagonal()
-        self._coarse.shift(1e-12 * diagonal.max()[1])  # sections without nodes
+        self._coarse.shift(1e-12 * diagonal.max()[1])  # points with few nodes
         diagonal.destroy()
         options = PETSc.Options()
         mine = not options.hasName(self._sub_type)  # can only be set through options
@@ -103,7 +101,7 @@ class SectionMultigrid:
 
     def destroy(self) -> None:
         """Free everything."""
-        for thing in (self._ksp, self._coarse, self._P_T, self._P, self._blocks, self._definite):
+        for thing in (self._ksp, self._coarse, self._P, self._blocks, self._definite):
             thing.destroy()
 
 

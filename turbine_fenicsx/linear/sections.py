@@ -7,7 +7,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse import csr_matrix, hstack, identity, kron
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.flexible_block import FlexibleBlock
@@ -36,8 +36,8 @@ def section_motions(flexible: FlexibleBlock, nodes: Indices, free: PETSc.IS) -> 
         free: Their degrees of freedom in global numbers.
 
     Returns:
-        Matrix of shape (free degrees of freedom, 3 points of all sections). Points without nodes
-        have empty columns.
+        Matrix of shape (free degrees of freedom, 3 points of all sections), without points that
+        have no nodes near.
 
     Note:
         Collective.
@@ -71,13 +71,17 @@ def section_motions(flexible: FlexibleBlock, nodes: Indices, free: PETSc.IS) -> 
             rows.append(np.arange(len(nodes)))
             columns.append(section * np.prod(points) + point)
             weights.append(along * across)
-    shape = len(nodes), int(first[-1] * np.prod(points))
     entries = np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))
-    scalar = csr_matrix(entries, shape=shape)
+    scalar = csr_matrix(entries, shape=(len(nodes), int(first[-1] * np.prod(points))))
     scalar.eliminate_zeros()
+    used = np.bincount(scalar.indices, minlength=scalar.shape[1]) > 0
+    comm.Allreduce(MPI.IN_PLACE, used, op=MPI.LOR)
+    scalar = scalar[:, used]
+    if 3 * scalar.shape[1] == free.getSize():  # PETSc cannot tell a square P from its transpose
+        scalar = hstack([scalar, scalar[:, :1]])
     each = kron(scalar, identity(3), format="csr")
     csr = each.indptr.astype(PETSc.IntType), each.indices.astype(PETSc.IntType), each.data
-    sizes = (3 * len(nodes), free.getSize()), (None, 3 * shape[1])
+    sizes = (3 * len(nodes), free.getSize()), (None, 3 * scalar.shape[1])
     P = PETSc.Mat().createAIJ(sizes, csr=csr, comm=comm)
     P.assemble()
     return P
