@@ -13,14 +13,19 @@ ACCURACY = 10.0 * NEGLIGIBLE
 """That of several ranks."""
 
 
-def tridiagonal(comm, n, diagonal):
-    """Symmetric matrix with eigenvalues diagonal - 2 cos(k pi/(n + 1))."""
-    A = PETSc.Mat().createAIJ((n, n), nnz=3, comm=comm)
+def tridiagonal(comm, n, diagonal, mine=None, coupled=True):
+    """Symmetric matrix with eigenvalues diagonal - 2 cos(k pi/(n + 1)).
+
+    With so many rows of mine on each rank instead of n in all, and ranks coupled or not.
+    """
+    size = n if mine is None else (mine, None)
+    A = PETSc.Mat().createAIJ((size, size), nnz=3, comm=comm)
     start, end = A.getOwnershipRange()
+    first, last = (0, A.getSize()[0]) if coupled else (start, end)
     for i in range(start, end):
         A[i, i] = diagonal
         for j in (i - 1, i + 1):
-            if 0 <= j < n:
+            if first <= j < last:
                 A[i, j] = -1.0
     A.assemble()
     return A
@@ -60,14 +65,8 @@ def test_follows_a_matrix_that_loses_positive_definiteness(comm):
 
 @pytest.mark.parametrize("last", [2.5, 0.7, 0.0])
 def test_ranks_agree_where_one_of_them_alone_loses_positive_definiteness(comm, last):
-    A = PETSc.Mat().createAIJ(((200, None), (200, None)), nnz=3, comm=comm)
-    start, end = A.getOwnershipRange()
-    for i in range(start, end):
-        A[i, i] = last if comm.rank == comm.size - 1 else 2.5
-        for j in (i - 1, i + 1):
-            if start <= j < end:  # nothing couples the ranks
-                A[i, j] = -1.0
-    A.assemble()
+    diagonal = last if comm.rank == comm.size - 1 else 2.5
+    A = tridiagonal(comm, None, diagonal, mine=200, coupled=False)
     factor = SymmetricFactor(A, "test_")
     factor.update()
     assert error_of_solution(factor, A) < ACCURACY
@@ -76,13 +75,7 @@ def test_ranks_agree_where_one_of_them_alone_loses_positive_definiteness(comm, l
 
 def test_a_rank_without_rows(comm):
     n = 0 if 0 < comm.rank == comm.size - 1 else 100
-    A = PETSc.Mat().createAIJ(((n, None), (n, None)), nnz=3, comm=comm)
-    for i in range(*A.getOwnershipRange()):
-        A[i, i] = 2.5
-        for j in (i - 1, i + 1):
-            if 0 <= j < A.getSize()[0]:
-                A[i, j] = -1.0
-    A.assemble()
+    A = tridiagonal(comm, None, 2.5, mine=n)
     factor = SymmetricFactor(A, "test_")
     factor.update()
     assert error_of_solution(factor, A) < ACCURACY

@@ -70,10 +70,8 @@ class NodeFrames:
         total = self._cells_of_nodes @ of_cells.reshape(len(of_cells), 3 * x.shape[1])
         parts = np.split(total, x.shape[1], axis=1)
         mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
-        mean = (mean / self._count[:, None]).T
-        return np.array(
-            mean.reshape(len(displacements), 9, mean.shape[1]), order="C"
-        )  # the rest runs along nodes
+        mean = np.ascontiguousarray((mean / self._count[:, None]).T)  # the rest runs along nodes
+        return mean.reshape(len(displacements), 9, mean.shape[1])
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
