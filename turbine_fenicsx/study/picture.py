@@ -44,13 +44,15 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
     """
     import matplotlib
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.ticker import LogLocator, NullLocator
 
     quantities = list(dict.fromkeys(s.quantity for s in series))
     columns = min(len(quantities), 3)
     rows = -(-len(quantities) // columns)
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(4.2 * columns + 0.4, 3.4 * rows + 0.6), layout="constrained")
+        layout = ConstrainedLayoutEngine()
+        figure = Figure(figsize=(4.2 * columns + 0.4, 3.4 * rows + 0.6), layout=layout)
         lines: dict[str, Any] = {}
         for k, quantity in enumerate(quantities):
             axes = figure.add_subplot(rows, columns, k + 1)
@@ -77,7 +79,7 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
             place = {"loc": "lower center", "ncols": columns}
             figure.legend(list(lines.values()), list(lines), **place)
             below = 0.26 * -(-len(lines) // columns) / figure.get_figheight()
-            figure.get_layout_engine().set(rect=(0.0, below, 1.0, 1.0 - below))
+            layout.set(rect=(0.0, below, 1.0, 1.0 - below))
         if title:
             figure.suptitle(title, x=0.01, ha="left")
         figure.savefig(path)
