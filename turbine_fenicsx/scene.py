@@ -150,7 +150,7 @@ class Scene:
         if self._scalar is not None:
             grid, label, _ = self._coloured(grid)
         blades = grid.extract_cells(cells)
-        edges = blades.n_cells <= _MOST_EDGES and flexible_cells(blades).any()
+        edges = bool(blades.n_cells <= _MOST_EDGES and flexible_cells(blades).any())
         how = {"ambient": 0.25, "show_edges": edges, "edge_color": "#333333", "line_width": 0.6}
         if self._scalar is None:
             self._plotter.add_mesh(blades, color="#56B4E9", **how)

@@ -183,6 +183,29 @@ def test_what_cannot_be_drawn_is_one_sentence(tmp_path, look, message):
     assert "\n" not in str(caught.value)
 
 
+STRICT = """
+import json, sys, pyvista
+from turbine_fenicsx import scene
+def add(plotter, mesh, **how):  # a VTK that refuses numbers of NumPy where it wants Python's
+    wrong = {name for name, value in how.items() if type(value).__module__ == "numpy"}
+    if wrong:
+        raise ValueError(f"NumPy's: {wrong}")
+pyvista.Plotter.add_mesh = add
+raise SystemExit(scene.main())
+"""
+
+
+@needs_pyvista
+def test_vtk_gets_no_numbers_of_numpy(tmp_path, monkeypatch):
+    python = tmp_path / "python"
+    (tmp_path / "strict.py").write_text(STRICT)
+    python.write_text(f"#!/bin/sh\nexec {sys.executable} {tmp_path}/strict.py\n")
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(python))
+    path = turbine(tmp_path / "fields.xdmf")
+    drawing(pictures.render_turbine, path, tmp_path / "turbine.png")
+
+
 def test_missing_graphics_library_does_not_end_the_caller(tmp_path, monkeypatch):
     dying = tmp_path / "python"
     dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
