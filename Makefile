@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint docs verification bench bench-peers clean
+.PHONY: help setup demo test attack lint docs verification bench bench-peers clean
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -14,6 +14,9 @@ demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
 
 test: setup ## run all tests on 1 and on 2 MPI ranks
 	scripts/test.sh
+
+attack: setup ## damaged files and killed processes at full size, hours; ATTACK=... chooses
+	.venv/bin/python -m tests.attack $(ATTACK)
 
 lint: setup ## ruff and mypy
 	.venv/bin/ruff check .
