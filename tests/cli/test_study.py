@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.cli import main
-from turbine_fenicsx.study import execute
+from turbine_fenicsx.study import execute, probe
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import plan
+from turbine_fenicsx.study.results import RESULTS
+from turbine_fenicsx.turbine.case import Case
 
 ROOT = Path(__file__).parents[2]
 RIGID = ROOT / "demos" / "paper" / "rigid.toml"
@@ -222,6 +224,19 @@ def test_ranks_of_each_run(command_line, tmp_path, monkeypatch):
             [],
             ["launcher = 'no_such_mpirun -n {ranks}': there is no such program"],
         ),
+        (
+            """ranks = 2\nlauncher = 'mpirun "-n {ranks}'\n[grid]\ntime.end = [1]""",
+            [],
+            ["a quotation mark is not closed"],
+        ),
+        (f"[grid]\ntime.end = {'[' * 5000}", [], ["nested too deeply"]),
+        (f"[grid]\n{'.'.join(['a'] * 5000)} = [1]", [], ["nested too deeply"]),
+        (f"[grid]\ntime.end = [{'9' * 5000}]", [], ["too many digits"]),
+        (
+            f"[grid]\ntime.end = {[1.0 + k for k in range(101)]}\nloads.gravity = {[*range(100)]}",
+            [],
+            ["the study has 10100 runs, expected at most 10000"],
+        ),
     ],
 )
 def test_wrong_study_is_refused_before_anything_runs(tmp_path, capfd, text, options, words):
@@ -243,13 +258,29 @@ def test_study_under_mpirun_is_refused(command_line):
     assert result.stderr.count("error: start a study without mpirun") == 1
 
 
-def test_unknown_quantity_is_refused_after_the_first_run(command_line, tmp_path):
-    text = "quantities = ['enrgy']\n[grid]\ntime.end = [0.02, 0.04]"
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_unknown_quantity_is_refused_before_anything_runs(command_line, tmp_path, model):
+    # a thousand years would not end before the test does
+    text = (
+        "quantities = ['kinetic_energy', 'enrgy']\n[grid]\ntime.end = [1e7, 2e7]\n"
+        f"turbine.model = ['{model}']"
+    )
     result = command_line("study", write_study(tmp_path, text), "-o", tmp_path / "out")
     assert result.returncode == 2
     (line,) = result.stderr.splitlines()
     assert "quantity 'enrgy' is none of" in line
-    assert "kinetic_energy_[J]" in line
+    assert ("tip_deflection_1_[m]" in line) == (model == "hybrid")
+    assert not (tmp_path / "out").exists()
+
+
+def test_quantity_is_looked_for_without_the_mesh_of_the_case():
+    mesh = {"file": "no.msh", "degree": 2}
+    blade = {"hub_radius": 0.1}  # three built-in blades would overlap
+    small = probe._smallest(Case.parse({"mesh": mesh, "blade": blade, "pitch": {"bearings": True}}))
+    assert small.mesh.file is None
+    assert small.mesh.elements == (1, 1, 2)
+    assert small.pitch.bearings
+    assert small.time.end == small.time.step
 
 
 def test_what_a_folder_holds_decides_how_its_run_starts(tmp_path, monkeypatch):
@@ -276,18 +307,21 @@ def test_what_a_folder_holds_decides_how_its_run_starts(tmp_path, monkeypatch):
 
 @pytest.fixture
 def fake_runs(tmp_path, monkeypatch):
-    """Runs whose children are given python code instead of the program."""
+    """Runs whose children write empty results and are then given python code."""
     path = write_study(tmp_path, "[grid]\ntime.end = [1, 2, 3, 4, 5]")
     runs = plan(Study.load(path))
 
     def start(run, folder, launcher):
         folder.mkdir(parents=True)
+        for name in start.results:
+            (folder / name).touch()
         code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; {start.code}"
         with (folder / execute.LOG).open("wb") as log:
             return subprocess.Popen(
                 [sys.executable, "-c", code], stdout=log, stderr=log, start_new_session=True
             )
 
+    start.results = RESULTS
     monkeypatch.setattr(execute, "_start", start)
     return runs, tmp_path / "out", start
 
@@ -325,6 +359,14 @@ def test_reason_of_a_failure_is_what_the_run_said_last(fake_runs):
         4: "exit code 1: MemoryError: too large",
         5: "exit code 7",
     }
+
+
+def test_run_that_ends_well_without_results_has_failed(fake_runs):
+    runs, out, start = fake_runs
+    start.code, start.results = "pass", ["history.csv"]
+    outcomes = []
+    execute.execute(runs[:1], out, 1, [], outcomes.append)
+    assert outcomes[0].reason == "the launcher ended without writing summary.json"
 
 
 def test_children_that_do_not_end_are_killed(fake_runs, monkeypatch):

@@ -1,5 +1,6 @@
 """Claims about case files: units, defaults, overrides, and one sentence for every mistake."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -504,6 +505,17 @@ def test_folder_is_no_case_file(tmp_path):
         Case.load(tmp_path)
 
 
+def test_what_would_never_end_is_no_case_file(tmp_path):
+    os.mkfifo(tmp_path / "fifo")
+    for path in (tmp_path / "fifo", "/dev/zero"):
+        with pytest.raises(InputError, match=r"cannot read the case file .*not a regular file"):
+            Case.load(path)
+    with (tmp_path / "huge.toml").open("wb") as file:
+        file.truncate(10**12)  # a hole, no bytes on the disk
+    with pytest.raises(InputError, match=r"has 1000000000000 bytes, expected at most 10000000"):
+        Case.load(tmp_path / "huge.toml")
+
+
 def test_file_that_is_no_toml_is_one_sentence_with_the_line(case_file):
     with pytest.raises(InputError, match=r"is not valid TOML: .*line 2") as error:
         Case.load(case_file("[time]\nstep = 0.02 s\n"))
@@ -526,6 +538,7 @@ def test_byte_order_mark_of_an_editor_is_no_mistake(tmp_path):
     ("text", "words"),
     [
         ("a = " + "[" * 100000, "nested too deeply"),
+        (".".join(["time"] * 5000) + " = 1", "nested too deeply"),
         (f"[time]\nstep = {'9' * 5000}", "too many digits"),
         (f"[time]\nstep = 0x{'f' * 5000}", "time.step = a int too large to show"),
     ],

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.study.plan import Run
-from turbine_fenicsx.study.results import is_finished, is_interrupted
+from turbine_fenicsx.study.results import RESULTS, is_finished, is_interrupted
 
 LOG = "log.txt"
 _PATIENCE = 60.0  # for interrupted children to finish their step and write a checkpoint [s]
@@ -51,11 +51,14 @@ def launcher_words(launcher: str, ranks: int) -> list[str]:
     """The words of the command that starts several ranks, none for one rank.
 
     Raises:
-        InputError: if there is no such program.
+        InputError: if it cannot be read or there is no such program.
     """
     if ranks == 1:
         return []
-    words = [word.replace("{ranks}", str(ranks)) for word in shlex.split(launcher)]
+    try:
+        words = [word.replace("{ranks}", str(ranks)) for word in shlex.split(launcher)]
+    except ValueError:
+        raise InputError(f"launcher = {launcher!r}: a quotation mark is not closed") from None
     if not words or shutil.which(words[0]) is None:
         raise InputError(f"launcher = {launcher!r}: there is no such program")
     return words
@@ -130,7 +133,8 @@ def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[
 def _reason(code: int, folder: Path) -> str:
     """Why a child failed in a few words, empty if it did not."""
     if code == 0:
-        return ""
+        lacking = [name for name in RESULTS if not (folder / name).is_file()]
+        return f"the launcher ended without writing {' and '.join(lacking)}" if lacking else ""
     text = (folder / LOG).read_text(encoding="utf-8", errors="replace")
     lines = [line for line in text.splitlines() if line.strip()]
     errors = [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from math import isfinite
 from pathlib import Path
@@ -12,7 +11,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.turbine.mistakes import mistakes_in
+from turbine_fenicsx.turbine.mistakes import mistakes_in, shown
+from turbine_fenicsx.turbine.toml_file import read_toml
 
 
 def flatten(table: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, Any]]:
@@ -103,15 +103,7 @@ class Study(BaseModel):
         Raises:
             InputError: with one sentence for every mistake.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise InputError(f"cannot read the study file {str(path)!r}: {reason}") from None
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{str(path)!r} is not valid TOML: {error}") from None
+        data = read_toml(path, "study file")
         if isinstance(data.get("case"), str):
             data["case"] = str(Path(path).parent / data["case"])
         return Study.parse(data)
@@ -142,7 +134,7 @@ class Study(BaseModel):
             yield "the study varies nothing: give lists of values in [grid], or entries [[run]]"
         for key, values in self.grid.items():
             if not isinstance(values, list) or not values:
-                yield f"grid.{key} = {values!r}: must be a list of values"
+                yield f"grid.{key} = {shown(values)}: must be a list of values"
         in_runs = {key for changes in self.run for key in changes}
         for key in self.varied:
             if key in self.grid and key in in_runs:

@@ -5,18 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import isfinite
+from math import isfinite, prod
 from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.mistakes import shown
 
 _LONGEST_NAME = 120
+
+MOST_RUNS = 10_000
+"""Runs of a study, each of which has a folder of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +67,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
     common = [*_as_overrides(study.set), *overrides]
     cases: list[tuple[dict[str, Any], Case]] = []
     mistakes: dict[str, list[str]] = {}
-    combinations = list(_combinations(study))
+    combinations = _combinations(study)
     for changes in combinations:
         try:
             case = Case.load(study.case, [*common, *_as_overrides(changes)])
@@ -128,11 +133,20 @@ def series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
     return found
 
 
-def _combinations(study: Study) -> Iterator[dict[str, Any]]:
-    """The changes of each run."""
-    for changes in study.run or [{}]:
-        for values in product(*study.grid.values()):
-            yield {**changes, **dict(zip(study.grid, values, strict=True))}
+def _combinations(study: Study) -> list[dict[str, Any]]:
+    """The changes of each run.
+
+    Raises:
+        InputError: if there are too many.
+    """
+    number = max(len(study.run), 1) * prod(map(len, study.grid.values()))
+    if number > MOST_RUNS:
+        raise InputError(f"the study has {number} runs, expected at most {MOST_RUNS}")
+    return [
+        {**changes, **dict(zip(study.grid, values, strict=True))}
+        for changes in study.run or [{}]
+        for values in product(*study.grid.values())
+    ]
 
 
 def _as_overrides(changes: Mapping[str, Any]) -> list[str]:
@@ -140,7 +154,8 @@ def _as_overrides(changes: Mapping[str, Any]) -> list[str]:
     for key, value in changes.items():
         if not _is_plain(value):
             raise InputError(
-                f"{key} = {value!r}: give finite numbers, strings, true or false, or lists of them"
+                f"{key} = {shown(value)}: give finite numbers, strings, true or false, or lists of "
+                "them"
             )
     return [f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items()]
 
@@ -159,13 +174,16 @@ def _names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
         InputError: if two runs are the same.
     """
     texts = [json.dumps(changes, sort_keys=True) for changes in combinations]
-    for k, text in enumerate(texts):
-        if text in texts[:k]:
-            raise InputError(f"two runs are the same: {_name(combinations[k])!r}")
+    seen: set[str] = set()
+    for text, changes in zip(texts, combinations, strict=True):
+        if text in seen:
+            raise InputError(f"two runs are the same: {_name(changes)!r}")
+        seen.add(text)
     names = [_name(changes) for changes in combinations]
+    uses = Counter(names)
     return [
         name
-        if names.count(name) == 1 and len(name) <= _LONGEST_NAME
+        if uses[name] == 1 and len(name) <= _LONGEST_NAME
         else f"{name[:_LONGEST_NAME]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
         for name, text in zip(names, texts, strict=True)
     ]

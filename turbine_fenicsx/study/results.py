@@ -13,6 +13,9 @@ from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
 
+RESULTS = ("history.csv", "summary.json")
+"""The files that a finished run has, as far as a study reads them."""
+
 _UNIT = re.compile(r"_\[[^\]]*\]")
 
 

@@ -11,8 +11,9 @@ from turbine_fenicsx.study.convergence import Series, make_series, write_series
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import Run, plan, series
+from turbine_fenicsx.study.probe import check_quantities
 from turbine_fenicsx.study.progress import StudyProgress
-from turbine_fenicsx.study.results import find_quantity, read_results, write_table
+from turbine_fenicsx.study.results import find_quantity, is_finished, read_results, write_table
 
 
 @dataclass
@@ -46,19 +47,19 @@ def run_study(
         progress: "auto", "bar", "log" or "none".
 
     Raises:
-        InputError: before any run for a wrong case; after the first one for a quantity that there
-            is not.
+        InputError: before any run, for a wrong case or a quantity that there is not.
         KeyboardInterrupt: after Ctrl-C; another call continues.
     """
     runs = plan(study, overrides)
     launcher = launcher_words(study.launcher, study.ranks)
+    wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
+    check_quantities([run for run in runs if not is_finished(run, out / run.name)], wanted)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot write to {str(out)!r}: {error.strerror}") from None
     result = StudyResult(runs)
     shown = StudyProgress(len(runs), progress)
-    wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
 
     def take(outcome: Outcome) -> None:
         name = outcome.run.name

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import os
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.turbine.consistency import contradictions, without_effect
 from turbine_fenicsx.turbine.mistakes import Key, Mistake, mistakes_in, shown, without
 from turbine_fenicsx.turbine.tables import Tables
+from turbine_fenicsx.turbine.toml_file import parse_toml, read_toml
 
 
 class Case(Tables):
@@ -85,17 +85,7 @@ class Draft:
         Raises:
             InputError: if the file cannot be read or is no TOML.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8-sig")
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
-            if isinstance(error, UnicodeDecodeError):
-                reason = "it is not UTF-8 text"
-            raise InputError(f"cannot read the case file {shown(str(path))}: {reason}") from None
-        try:
-            data = _toml(text)
-        except ValueError as error:
-            raise InputError(f"{shown(str(path))} is not valid TOML: {error}") from None
+        data = read_toml(path, "case file")
         found = []
         for override in overrides:
             try:
@@ -133,18 +123,6 @@ def changed(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
     return Case.parse(tables)
 
 
-def _toml(text: str) -> dict[str, Any]:
-    """Tables of a TOML text; ValueError with one sentence if it is none."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        raise
-    except RecursionError:
-        raise ValueError("its lists or tables are nested too deeply") from None
-    except ValueError:  # Python refuses whole numbers of thousands of digits
-        raise ValueError("it holds a number with too many digits") from None
-
-
 def _override(data: dict[str, Any], override: str) -> None:
     """Apply one ``key=value`` to nested tables."""
     key, separator, text = override.partition("=")
@@ -152,7 +130,7 @@ def _override(data: dict[str, Any], override: str) -> None:
     if not separator or not all(names):
         raise InputError(f"cannot read {shown(override)}: write --set section.key=value")
     try:
-        tables = _toml(f"value = {text}")
+        tables = parse_toml(f"value = {text}")
         value = tables["value"] if len(tables) == 1 else text.strip()
     except ValueError:
         value = text.strip()
