@@ -444,6 +444,19 @@ def test_the_ready_mesh_is_the_default_mesh():
     assert loaded.report.volumes == pytest.approx(expected.volumes)
 
 
+@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
+def test_round_off_does_not_choose_among_equally_bad_cells(cell):
+    """All blades are congruent, and their cells lie in mirrored pairs."""
+    mesh = rotor_arrays(BLADE, ROTOR, MeshOptions(cell, 1, (2, 2, 4)))
+    rng = np.random.default_rng(1)
+    expected = mesh.examine()
+    for _ in range(8):
+        points = mesh.points * (1.0 + 1e-15 * rng.standard_normal(mesh.points.shape))
+        found = replace(mesh, points=points).examine()
+        assert found.worst_group == expected.worst_group == "blade_1"
+        assert found.worst_point == pytest.approx(expected.worst_point, abs=1e-9)
+
+
 @pytest.mark.parametrize("version", [2.2, 4.0, 4.1])
 def test_a_users_mesh_loads_whatever_its_numbering_and_other_groups(folder, version):
     def make(model):

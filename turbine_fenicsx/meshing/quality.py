@@ -15,6 +15,10 @@ DEGENERATE = 1e-8
 # Worse than this is worth a warning: the built-in meshes keep 0.05, see meshes/README.md.
 POOR = 0.04
 
+# Cells whose scaled Jacobians differ by less are equally bad, as those of congruent blades are.
+# Round-off of edges of a millimetre between coordinates of 100 m is 1e-11.
+_TIE = 1e-9
+
 _CHUNK = 4096  # cells examined at once, bounds the memory
 
 
@@ -30,8 +34,8 @@ class MeshReport:
         volumes: Volume of each physical volume by name [m^3].
         worst_quality: Smallest scaled Jacobian of all cells, 1 for a cube or a regular
             tetrahedron, 0 for a degenerate and negative for an inverted cell [-].
-        worst_group: Physical volume that holds the worst cell.
-        worst_point: Centre of the worst cell [m].
+        worst_group: Physical volume that holds the worst cell, the first of equally bad ones.
+        worst_point: Centre of that cell [m].
         bad_cells: Number of inverted or degenerate cells.
     """
 
@@ -140,7 +144,7 @@ def examine(
     """
     quality = scaled_jacobian(points, cells, reference)
     volumes = cell_volumes(points, cells, reference)
-    worst = int(np.argmin(quality))
+    worst = int(np.argmax(quality <= quality.min() + _TIE))
     centre = points[cells[worst]].mean(axis=0)
     return MeshReport(
         cell=reference.cell,
@@ -148,7 +152,7 @@ def examine(
         nodes=len(points),
         cells=len(cells),
         volumes={n: float(volumes[cell_groups == tag].sum()) for n, tag in groups.items()},
-        worst_quality=float(quality[worst]),
+        worst_quality=float(quality.min()),
         worst_group=next(n for n, tag in groups.items() if tag == cell_groups[worst]),
         worst_point=(float(centre[0]), float(centre[1]), float(centre[2])),
         bad_cells=int(np.count_nonzero(quality <= DEGENERATE)),

@@ -15,7 +15,6 @@ middle of the step in its place, which is the midpoint rule, momenta are kept as
 from mpi4py import MPI
 
 import numpy as np
-import ufl
 from dolfinx import mesh
 from published import Row, references
 
@@ -26,6 +25,7 @@ from turbine_fenicsx import (
     NeoHooke,
     Simulation,
     SurfaceTraction,
+    _compat,
 )
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
 
@@ -46,14 +46,14 @@ def l_shape(comm, n):
     cells = []
     for i, j, k in np.ndindex(2 * n, 3 * n, n):
         if i < n or j < n:
-            cells.append(corner[i : i + 2, j : j + 2, k : k + 2].transpose(2, 1, 0).ravel())
+            block = corner[i : i + 2, j : j + 2, k : k + 2]
+            cells.append(block.ravel()[[0, 4, 6, 2, 1, 5, 7, 3]])  # gmsh's order
     used, cells = np.unique(np.array(cells), return_inverse=True)
     points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)[used]
     cells = cells.reshape(-1, 8).astype(np.int64)
     if comm.rank > 0:
         points, cells = points[:0], cells[:0]
-    element = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.hexahedron, 1))
-    return mesh.create_mesh(comm, cells, points, element)
+    return _compat.mesh_of_arrays(comm, "hexahedron", 1, points, cells)
 
 
 def midpoint_stress(energy, F, D):
