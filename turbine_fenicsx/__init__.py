@@ -6,7 +6,11 @@ The public names are imported on first use, so that the command line answers at 
 from __future__ import annotations
 
 import importlib
+from contextlib import suppress
 from typing import Any
+
+with suppress(ModuleNotFoundError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
+    import dolfinx_solver  # noqa: F401
 
 __version__ = "0.1.0"
 

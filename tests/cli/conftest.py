@@ -26,8 +26,9 @@ def mpirun():
 
     Variables of the environment, such as those of scripts/test.sh, have precedence.
     """
-    beside = Path(sys._base_executable).parent / "mpirun"
-    program = str(beside) if beside.exists() else shutil.which("mpirun")
+    folders = [Path(python).parent for python in (sys.executable, sys._base_executable)]
+    beside = [str(f / "mpirun") for f in folders if (f / "mpirun").exists()]
+    program = beside[0] if beside else shutil.which("mpirun")
     if program is None:
         return None, {}
     settings = {
