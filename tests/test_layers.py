@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 # From the pure formulas to the application; a module imports from layers above its own in this
 # list, and within its own layer.
 LAYERS = [
-    {"errors", "parallel", "rotations", "time_functions", "_compat", "timing", "threads"},
+    {"errors", "parallel", "rotations", "checks", "time_functions", "_compat", "timing", "threads"},
     {
         "dense",
         "extrapolation",
@@ -20,6 +20,7 @@ LAYERS = [
         "state",
         "meshing",
         "memory",
+        "facets",
         "step_grid",
         "interrupts",
     },
@@ -31,7 +32,9 @@ LAYERS = [
     {"surface_forms"},
     {"flexible_block"},
     {"coupling", "rigid_block"},
+    {"initial_velocity"},
     {"system"},
+    {"start"},
     {"energy_momentum"},
     {"linear"},
     {"solver"},

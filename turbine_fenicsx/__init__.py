@@ -64,6 +64,7 @@ _PUBLIC = {
     "Universal": "joints",
     "dot": "quadratic",
     "equilibrium": "statics",
+    "initial_motion": "start",
 }
 
 __all__ = sorted(["__version__", *_PUBLIC])

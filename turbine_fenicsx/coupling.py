@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 
+from turbine_fenicsx.facets import checked_facets
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.rigid_body import RigidBody
@@ -62,7 +63,7 @@ class CouplingBlock:
         B_local: Owned rows of B in these columns, shape (3 n, 12 carriers).
 
     Raises:
-        ValueError: if a coupling holds no node, or two couplings share one.
+        ValueError: if a coupling holds no node, two couplings share one, or facets are none.
     """
 
     def __init__(
@@ -173,5 +174,6 @@ def _sparse(
 
 def _contact_nodes(block: FlexibleBlock, coupling: Coupling) -> npt.NDArray[np.int64]:
     """Owned nodes on the facets of a coupling, sorted."""
-    nodes: Any = fem.locate_dofs_topological(block.space, 2, np.sort(coupling.facets))
+    facets = checked_facets(coupling.name, block.body.mesh, coupling.facets)
+    nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)
     return np.unique(nodes[nodes < block.n_owned]).astype(np.int64)

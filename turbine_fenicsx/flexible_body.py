@@ -6,8 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from turbine_fenicsx import _compat
+from turbine_fenicsx.checks import check_positive
 from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.rotations import Array
+
+CELLS = ("hexahedron", "tetrahedron")
+"""Cells that a mesh may have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,12 +27,14 @@ class FlexibleBody:
         degree: Polynomial degree of the displacement, 1 or 2.
         fibre: Direction field of the fibres, or of the span, in the initial configuration as a
             UFL vector: for output, and the slender direction for iterative solvers; or None.
-        velocity: Initial velocity field [m/s], a function of positions of shape (n, 3) that returns
-            as many velocities; that of the first carrier, or rest, if None.
+        velocity: Initial velocity field [m/s], a function of positions of shape (n, 3), a point per
+            row, that returns as many velocities; that of the first carrier, or rest, if None.
+            (DOLFINx's interpolate has points as columns; what is written for it is refused.)
 
     Raises:
-        ValueError: for a density that is not positive, or a degree other than 1 or 2.
-        TypeError: if the material is none.
+        ValueError: for a density that is not positive, a degree other than 1 or 2, or a mesh that
+            is not three-dimensional or has other cells.
+        TypeError: if the material is none, or the velocity no function.
     """
 
     name: str
@@ -40,11 +47,18 @@ class FlexibleBody:
 
     def __post_init__(self) -> None:
         """Check the data."""
-        if not self.density > 0.0:
-            raise ValueError(
-                f"density of flexible body {self.name!r} must be positive, got {self.density}"
-            )
+        check_positive(f"density of flexible body {self.name!r}", self.density)
         if self.degree not in (1, 2):
             raise ValueError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
         if not isinstance(self.material, Material):
             raise TypeError(f"material of {self.name!r} has no strain_energy: {self.material!r}")
+        if self.velocity is not None and not callable(self.velocity):
+            raise TypeError(
+                f"velocity of {self.name!r} must be a function of positions, got {self.velocity!r}"
+            )
+        dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
+        if dims != (3, 3) or cell not in CELLS:
+            raise ValueError(
+                f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
+                f"got {cell} cells in {dims[1]} dimensions"
+            )

@@ -74,6 +74,21 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
     return result
 
 
+def raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
+    """Raise the first error of any rank on every rank.
+
+    Args:
+        comm: Communicator of all ranks that make this call.
+        error: What went wrong on this rank; None if nothing did.
+
+    Note:
+        Collective over ``comm``.
+    """
+    for found in comm.allgather(error):
+        if found is not None:
+            raise found
+
+
 def _portable(error: BaseException | None) -> BaseException | None:
     """Return the exception itself if it survives pickling, else a RuntimeError in its place."""
     try:

@@ -162,6 +162,15 @@ class RigidBlock:
             Phi = self.angle_form(angles, angles, c, c, s, s).Phi
         return np.concatenate([y[self._g], Phi, self._gaps(q)])
 
+    def velocity_rows(self, q: Array) -> tuple[Array, Array]:
+        """Gradients of the constraints, and of the joint coordinates where these are zero.
+
+        Returns:
+            Shapes (n_constraints, n_q) and (n_angles, n_q).
+        """
+        G = self._map.jacobian(q)
+        return G[self._g], np.where(self.is_angle[:, None], G[self._s], G[self._c])
+
     def element_works(self, step: RigidStep, r: Array) -> Array:
         """Work of each force element in a step [J]: exactly force times increment."""
         if not self.elements:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_array, check_positive, check_vectors
 from turbine_fenicsx.quadratic import AffineVector, Quadratic, dot
 from turbine_fenicsx.rotations import Array
 
@@ -30,8 +31,8 @@ class RigidBody:
         angular_velocity: Initial angular velocity in space [rad/s], shape (3,).
 
     Raises:
-        ValueError: for a mass that is not positive, a negative Euler value, or directors that are
-            no rotation.
+        ValueError: for a mass that is not positive, a negative Euler value, directors that are no
+            rotation, or a vector that is no three numbers.
     """
 
     name: str
@@ -44,18 +45,23 @@ class RigidBody:
 
     def __post_init__(self) -> None:
         """Check the data."""
-        if not 0.0 < self.mass < np.inf:
-            raise ValueError(f"mass of rigid body {self.name!r} must be positive, got {self.mass}")
-        euler = np.asarray(self.euler, dtype=float)
-        if euler.shape != (3,) or not np.all(euler >= 0.0) or np.count_nonzero(euler) < 2:
-            raise ValueError(
-                f"Euler values of rigid body {self.name!r} must be three numbers >= 0, at most one "
-                f"of them zero, got {self.euler}"
-            )
-        R = np.asarray(self.directors, dtype=float)
-        orthonormal = R.shape == (3, 3) and np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12)
+        check_positive(f"mass of rigid body {self.name!r}", self.mass)
+        words = "three numbers >= 0, at most one of them zero"
+        what = f"Euler values of rigid body {self.name!r}"
+        euler = check_array(what, self.euler, (3,), words)
+        if np.any(euler < 0.0) or np.count_nonzero(euler) < 2:
+            raise ValueError(f"{what} must be {words}, got {self.euler!r}")
+        check_vectors(
+            self.name,
+            position=self.position,
+            velocity=self.velocity,
+            angular_velocity=self.angular_velocity,
+        )
+        what = f"directors of rigid body {self.name!r}"
+        R = check_array(what, self.directors, (3, 3), "a rotation matrix, shape (3, 3)")
+        orthonormal = np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12)
         if not orthonormal or np.linalg.det(R) < 0.0:
-            raise ValueError(f"directors of rigid body {self.name!r} must form a rotation matrix")
+            raise ValueError(f"{what} must be a rotation matrix, got {self.directors!r}")
 
     @property
     def coordinates(self) -> Array:

@@ -24,7 +24,7 @@ def unit(vector: npt.ArrayLike) -> Array:
         ValueError: if the vector is zero or does not have three entries.
     """
     v = np.asarray(vector, dtype=float)
-    if v.shape != (3,) or not np.linalg.norm(v) > 0.0:
+    if v.shape != (3,) or not 0.0 < np.linalg.norm(v) < np.inf:
         raise ValueError(f"a direction needs three numbers, not all zero; got {vector!r}")
     return v / np.linalg.norm(v)
 

@@ -13,10 +13,12 @@ import numpy as np
 
 from turbine_fenicsx import timing
 from turbine_fenicsx.checkpoint import Checkpoints, recall_state, remember_state
+from turbine_fenicsx.checks import check_methods
 from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions, StepFailure, StepReport
+from turbine_fenicsx.start import check_start
 from turbine_fenicsx.state import State
 from turbine_fenicsx.step_error import StepError
 from turbine_fenicsx.step_grid import StepGrid
@@ -97,7 +99,8 @@ class Simulation:
         step_error: Steps whose error exceeds its tolerance are halved too; None for none.
         checkpoints: Where what a run must remember is written; None for none.
         stop: Called after each step on all ranks; where one of them returns True, the run ends.
-        start: State at t = 0, for example an equilibrium; the initial state of the system if None.
+        start: State at t = 0, such as an equilibrium or an `initial_motion`; the initial state of
+            the system if None.
 
     Attributes:
         solver: The step solver.
@@ -105,7 +108,8 @@ class Simulation:
         stopped: Whether the run ended because it was asked to.
 
     Raises:
-        ValueError: for a step or end time out of range.
+        ValueError: for a step or end time out of range, or a start state of another system.
+        TypeError: for an observer without its methods, or a start that is no state.
     """
 
     def __init__(
@@ -132,6 +136,10 @@ class Simulation:
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
+        for observer in self.observers:
+            check_methods("an observer", observer, ("observe", "finish"))
+        if start is not None:
+            check_start(system, start)
         self._start = start
 
     def run(self, memory: Memory | None = None) -> Snapshot:

@@ -29,6 +29,7 @@ from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.linear.elimination import Elimination
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.solver import StepFailure
+from turbine_fenicsx.start import check_start
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
 from turbine_fenicsx.threads import one_thread
@@ -77,12 +78,15 @@ def equilibrium(
         The equilibrium under the loads at the last time, with zero velocities.
 
     Raises:
+        TypeError, ValueError: for a start that is no state of this system.
         StepFailure: if Newton's method does not converge, or turns a joint by half a revolution
             or more in one load step.
 
     Note:
         Collective.
     """
+    if state is not None:
+        check_start(system, state)
     state = (system.initial_state() if state is None else state).copy()
     state.q_dot[:] = 0.0
     state.angle_rates[:] = 0.0

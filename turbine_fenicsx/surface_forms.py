@@ -10,6 +10,7 @@ import numpy.typing as npt
 import ufl
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.facets import checked_facets
 from turbine_fenicsx.loads.base import SurfaceLoad
 
 
@@ -70,7 +71,7 @@ def _numbered(
     n_owned = mesh.topology.index_map(tdim - 1).size_local
     acting: dict[int, tuple[int, ...]] = {}
     for k, load in enumerate(loads):
-        mine = np.unique(np.asarray(load.facets, dtype=np.int64))
+        mine = checked_facets(load.name, mesh, load.facets)
         owned = mine[mine < n_owned]
         inside = comm.allreduce(int(np.count_nonzero(~np.isin(owned, exterior))))
         if inside:

@@ -16,6 +16,7 @@ from turbine_fenicsx.discrete_gradients import AlgorithmicStress
 from turbine_fenicsx.elements.base import Element, Layout
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.initial_velocity import initial_velocity
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.coordinates import JointCoordinate
@@ -230,13 +231,7 @@ class MultibodySystem:
         for flexible, coupling, velocity in zip(
             self.flexible_blocks, self.coupling_blocks, v, strict=True
         ):
-            if flexible.body.velocity is not None:
-                velocity.array[:] = np.ravel(flexible.body.velocity(flexible.positions))
-            elif coupling.carriers:
-                carrier = coupling.carriers[0]
-                xi = carrier.body_coordinates(flexible.positions)
-                rates = carrier.rates.reshape(4, 3)
-                velocity.array[:] = (rates[0] + xi @ rates[1:]).ravel()
+            velocity.array[:] = initial_velocity(flexible, coupling, q_dot).ravel()
         return State(
             time=0.0,
             q=q,

@@ -335,13 +335,23 @@ def test_axes_of_a_universal_joint_must_be_perpendicular():
 
 
 @pytest.mark.parametrize("joint", [Revolute, Prismatic, Cylindrical, Planar])
-@pytest.mark.parametrize("axis", [(0, 0, 0), (1, 0), (np.nan, 0, 0)])
+@pytest.mark.parametrize("axis", [(0, 0, 0), (1, 0), (np.nan, 0, 0), (np.inf, 0, 0), "up"])
 def test_an_axis_that_is_no_direction_is_refused(joint, axis):
-    with pytest.raises(ValueError, match="a direction needs three numbers, not all zero; got"):
-        constraints_of(joint("j", A, B, POINT, axis))
+    with pytest.raises(ValueError, match="of 'j' must be a direction, three numbers that are not"):
+        joint("j", A, B, POINT, axis)
 
 
 @pytest.mark.parametrize("joint", [Revolute, Cylindrical, Planar])
 def test_a_reference_along_the_axis_is_refused(joint):
     with pytest.raises(ValueError, match="is parallel to the axis"):
         constraints_of(joint("j", A, B, POINT, AXIS, 2.0 * AXIS))
+
+
+@pytest.mark.parametrize("point", [(1.0, 2.0), (0.0, np.nan, 0.0), 3.0, None])
+@pytest.mark.parametrize(
+    "joint", [Revolute, Prismatic, Cylindrical, Planar, Spherical, Rigid, Universal]
+)
+def test_a_point_that_is_none_is_refused(joint, point):
+    axes = {Universal: [(1, 0, 0), (0, 1, 0)], Spherical: [], Rigid: []}.get(joint, [AXIS])
+    with pytest.raises(ValueError, match="point of 'j' must be three numbers, got"):
+        joint("j", A, B, point, *axes)

@@ -147,18 +147,18 @@ def test_one_euler_value_may_vanish():
     [np.eye(2), 2 * np.eye(3), np.eye(3) + 1e-3, np.eye(3)[:2], np.full((3, 3), np.nan)],
 )
 def test_directors_must_be_orthonormal(directors):
-    with pytest.raises(ValueError, match="directors of rigid body 'b' must form a rotation"):
+    with pytest.raises(ValueError, match="directors of rigid body 'b' must be a rotation matrix"):
         body(directors=directors)
 
 
 def test_directors_must_be_right_handed():
-    with pytest.raises(ValueError, match="directors of rigid body 'b' must form a rotation"):
+    with pytest.raises(ValueError, match="directors of rigid body 'b' must be a rotation matrix"):
         body(directors=np.diag([1.0, 1.0, -1.0]))
 
 
 def test_directors_must_be_orthonormal_to_round_off():
     """Else the run starts with a constraint error that the first step turns into a kick."""
-    with pytest.raises(ValueError, match="directors of rigid body 'b' must form a rotation"):
+    with pytest.raises(ValueError, match="directors of rigid body 'b' must be a rotation matrix"):
         body(directors=(1 + 1e-6) * np.eye(3))
 
 

@@ -213,11 +213,11 @@ def test_crash_between_numbers_and_xml_leaves_earlier_times(folder, monkeypatch)
     series.write(1.0, *Bricks().fields(1.0))
     if comm.rank == 0:
         monkeypatch.setattr(XdmfSeries, "_extend_xml", crash)
-        monkeypatch.setattr("turbine_fenicsx.observers.xdmf._raise_together", lambda *a: None)
+        monkeypatch.setattr("turbine_fenicsx.observers.xdmf.raise_together", lambda *a: None)
         with pytest.raises(KeyboardInterrupt):
             series.write(2.0, *Bricks().fields(2.0))
     else:
-        monkeypatch.setattr("turbine_fenicsx.observers.xdmf._raise_together", lambda *a: None)
+        monkeypatch.setattr("turbine_fenicsx.observers.xdmf.raise_together", lambda *a: None)
         series.write(2.0, *Bricks().fields(2.0))
     assert_holds(folder / "fields.xdmf", [0.0, 1.0])
 

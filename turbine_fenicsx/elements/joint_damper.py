@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turbine_fenicsx.checks import check_not_negative
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, LinearElement
-from turbine_fenicsx.elements.checks import check_not_negative
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class JointDamper:
 
     def __post_init__(self) -> None:
         """Check the damping."""
-        check_not_negative(self.name, "damping", self.damping)
+        check_not_negative(f"damping of {self.name!r}", self.damping)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The damper with its coordinate numbered."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turbine_fenicsx.checks import check_not_negative, check_number
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, LinearElement
-from turbine_fenicsx.elements.checks import check_not_negative
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,8 @@ class JointSpring:
 
     def __post_init__(self) -> None:
         """Check the data."""
-        check_not_negative(self.name, "stiffness", self.stiffness)
-        if not np.isfinite(self.rest):
-            raise ValueError(f"rest of {self.name!r} must be a number, got {self.rest}")
+        check_not_negative(f"stiffness of {self.name!r}", self.stiffness)
+        check_number(f"rest of {self.name!r}", self.rest)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The spring with its coordinate numbered."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_not_negative, check_vectors
 from turbine_fenicsx.elements.base import BoundElement, DistanceElement, Kind, Layout
-from turbine_fenicsx.elements.checks import check_ends, check_not_negative, check_vectors
+from turbine_fenicsx.elements.checks import check_ends
 from turbine_fenicsx.rigid_body import RigidBody
 
 
@@ -45,7 +46,7 @@ class PointDamper:
         """Check the data."""
         check_ends(self.name, self.first, self.second)
         check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
-        check_not_negative(self.name, "damping", self.damping)
+        check_not_negative(f"damping of {self.name!r}", self.damping)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The damper with its coordinates numbered."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_not_negative, check_vectors
 from turbine_fenicsx.elements.base import BoundElement, DistanceElement, Kind, Layout
-from turbine_fenicsx.elements.checks import check_ends, check_not_negative, check_vectors
+from turbine_fenicsx.elements.checks import check_ends
 from turbine_fenicsx.rigid_body import RigidBody
 
 
@@ -51,8 +52,8 @@ class PointSpring:
         """Check the data."""
         check_ends(self.name, self.first, self.second)
         check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
-        check_not_negative(self.name, "stiffness", self.stiffness)
-        check_not_negative(self.name, "length", self.length or 0.0)
+        check_not_negative(f"stiffness of {self.name!r}", self.stiffness)
+        check_not_negative(f"length of {self.name!r}", self.length or 0.0)
 
     def bind(self, layout: Layout) -> BoundElement:
         """The spring with its coordinates numbered."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_directions, check_vectors
 from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate, angle_between
 from turbine_fenicsx.quadratic import Quadratic, dot
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
@@ -30,6 +31,9 @@ class Planar:
         normal: Normal of the plane in the initial configuration, shape (3,).
         reference: Direction of t1 in the plane, shape (3,); any if None.
         with_coordinates: Whether the joint coordinates are coordinates of the system.
+
+    Raises:
+        ValueError: for a point or a normal that is no three numbers, or no direction.
     """
 
     name: str
@@ -39,6 +43,13 @@ class Planar:
     normal: npt.ArrayLike
     reference: npt.ArrayLike | None = None
     with_coordinates: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point)
+        check_directions(self.name, normal=self.normal)
+        if self.reference is not None:
+            check_directions(self.name, reference=self.reference)
 
     @property
     def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_directions, check_vectors
 from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate
 from turbine_fenicsx.quadratic import Quadratic, dot
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
@@ -28,6 +29,9 @@ class Prismatic:
         point: Joint point in the initial configuration [m], shape (3,).
         axis: Joint axis in the initial configuration, shape (3,).
         with_coordinates: Whether the joint coordinates are coordinates of the system.
+
+    Raises:
+        ValueError: for a point or an axis that is no three numbers, or no direction.
     """
 
     name: str
@@ -36,6 +40,11 @@ class Prismatic:
     point: npt.ArrayLike
     axis: npt.ArrayLike
     with_coordinates: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point)
+        check_directions(self.name, axis=self.axis)
 
     @property
     def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:

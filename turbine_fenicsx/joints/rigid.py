@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_vectors
 from turbine_fenicsx.joints.coordinates import JointCoordinate
 from turbine_fenicsx.quadratic import Quadratic, dot
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
@@ -22,12 +23,19 @@ class Rigid:
         first: First partner, None for the ground.
         second: Second partner.
         point: Joint point in the initial configuration [m], shape (3,).
+
+    Raises:
+        ValueError: for a point that is no three numbers.
     """
 
     name: str
     first: RigidBody | None
     second: RigidBody | None
     point: npt.ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point)
 
     @property
     def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_directions, check_vectors
 from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, angle_between
 from turbine_fenicsx.quadratic import Quadratic, dot
 from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
@@ -34,7 +35,7 @@ class Universal:
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ValueError: if the axes are not perpendicular.
+        ValueError: if the axes are not perpendicular, or a point or axis is no three numbers.
     """
 
     name: str
@@ -46,7 +47,9 @@ class Universal:
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        """Check the axes."""
+        """Check the point and the axes."""
+        check_vectors(self.name, point=self.point)
+        check_directions(self.name, first_axis=self.first_axis, second_axis=self.second_axis)
         n1, n2 = unit(self.first_axis), unit(self.second_axis)
         if abs(n1 @ n2) > 1e-9:
             raise ValueError(

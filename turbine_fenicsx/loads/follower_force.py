@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.checks import check_function, check_vectors
 from turbine_fenicsx.elements.base import BoundElement, Kind, Layout, Step
-from turbine_fenicsx.elements.checks import check_body, check_function, check_vectors
+from turbine_fenicsx.elements.checks import check_body
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.time_functions import ALWAYS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from turbine_fenicsx.elements.checks import check_function
+from turbine_fenicsx.checks import check_function
 from turbine_fenicsx.loads.base import Forces
 
 

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.elements.checks import check_body, check_function, check_vectors
+from turbine_fenicsx.checks import check_function, check_vectors
+from turbine_fenicsx.elements.checks import check_body
 from turbine_fenicsx.loads.base import Forces
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import Array

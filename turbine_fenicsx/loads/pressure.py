@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
-from turbine_fenicsx.elements.checks import check_function
+from turbine_fenicsx.checks import check_function, check_number
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.time_functions import ALWAYS
 
@@ -39,8 +39,7 @@ class Pressure:
 
     def __post_init__(self) -> None:
         """Check the data."""
-        if not (np.ndim(self.pressure) == 0 and np.isfinite(self.pressure)):
-            raise ValueError(f"pressure of {self.name!r} must be a number, got {self.pressure!r}")
+        check_number(f"pressure of {self.name!r}", self.pressure)
         check_function(self.name, self.function)
 
     def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.elements.checks import check_function, check_vectors
+from turbine_fenicsx.checks import check_function, check_vectors
 from turbine_fenicsx.flexible_body import FlexibleBody
 from turbine_fenicsx.time_functions import ALWAYS
 

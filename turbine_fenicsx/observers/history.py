@@ -22,10 +22,30 @@ class Channel:
     Args:
         columns: Names with units, for example ``("angle_yaw_[rad]",)``.
         values: Function of the snapshot that returns one number per column; called on all ranks.
+
+    Raises:
+        TypeError: for columns that are no names, or values that are no function.
     """
 
     columns: tuple[str, ...]
     values: Callable[[Snapshot], Sequence[float]]
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        if isinstance(self.columns, str) or not all(isinstance(c, str) for c in self.columns):
+            raise TypeError(f"columns of a channel must be a tuple of names, got {self.columns!r}")
+        if not callable(self.values):
+            raise TypeError(
+                f"values of the channel {self.columns} must be a function of the snapshot, got "
+                f"{self.values!r}"
+            )
+
+    def row(self, snapshot: Snapshot) -> Sequence[float]:
+        """The numbers of a snapshot; a ValueError if they are not one per column."""
+        row = self.values(snapshot)
+        if len(row) != len(self.columns):
+            raise ValueError(f"channel {self.columns} gave {len(row)} numbers")
+        return row
 
 
 class History:
@@ -60,7 +80,7 @@ class History:
 
     def observe(self, snapshot: Snapshot) -> None:
         """Append a row, but for a state that was observed before."""
-        row = [x for channel in self._channels for x in channel.values(snapshot)]
+        row = [x for channel in self._channels for x in channel.row(snapshot)]
         if not snapshot.resumed:
             self._file.write(",".join(_text(x) for x in row))
 

@@ -38,6 +38,8 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.parallel import raise_together
+
 CELL_KINDS: dict[str, tuple[int, int]] = {
     "triangle": (4, 3),
     "quadrilateral": (5, 4),
@@ -114,7 +116,7 @@ class XdmfSeries:
             n_cells = sum(len(block) for _, block in cells)
         except ValueError as problem:
             error = problem
-        _raise_together(comm, error)
+        raise_together(comm, error)
         local = (n_points, n_cells, len(connectivity))
         ends = comm.scan(np.array(local, dtype=np.int64))
         totals = comm.bcast(ends, root=comm.size - 1)
@@ -131,7 +133,7 @@ class XdmfSeries:
             error = OSError(f"cannot write {self._path}: {problem.strerror or problem}")
         except (SyntaxError, ValueError, LookupError):
             error = OSError(f"cannot continue {self._path}: it was not written by this program")
-        _raise_together(comm, error)
+        raise_together(comm, error)
         self._file, self._offset, self.last_kept = comm.bcast(
             (self._file, self._offset, self.last_kept)
         )
@@ -178,7 +180,7 @@ class XdmfSeries:
                 self._extend_xml(grid)
             except OSError as problem:
                 error = OSError(f"cannot write {self._path}: {problem.strerror or problem}")
-        _raise_together(self._comm, error)
+        raise_together(self._comm, error)
 
     def _open(self, append: float | None) -> None:
         """Prepare both files on rank 0; keep the times before ``append``."""
@@ -250,7 +252,7 @@ class XdmfSeries:
         layouts = self._comm.allgather(layout if error is None else None)
         if None not in layouts and any(other != layouts[0] for other in layouts):
             error = ValueError("the ranks do not write the same fields of the same types")
-        _raise_together(self._comm, error)
+        raise_together(self._comm, error)
         return arrays
 
     def _write_arrays(self, arrays: Sequence[tuple[str, str, NDArray[Any]]]) -> list[str]:
@@ -274,7 +276,7 @@ class XdmfSeries:
         error = None
         for name, group in places.items():
             error = _write_at_all(self._comm, self._path.with_name(name), group) or error
-        _raise_together(self._comm, error)
+        raise_together(self._comm, error)
         if self._comm.rank == 0:
             heavy = self._path.with_name(self._file)
             try:
@@ -282,7 +284,7 @@ class XdmfSeries:
                     raise OSError("some numbers are missing (disk full?)")
             except OSError as problem:
                 error = OSError(f"cannot write {heavy}: {problem.strerror or problem}")
-        _raise_together(self._comm, error)
+        raise_together(self._comm, error)
         return items
 
     def _replace_xml(self, grids: str) -> None:
@@ -378,10 +380,3 @@ def _write_at_all(
         except MPI.Exception as problem:
             error = error or OSError(f"cannot write {path}: {problem}")
     return error
-
-
-def _raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
-    """Raise the first error of any rank on every rank."""
-    for found in comm.allgather(error):
-        if found is not None:
-            raise found
