@@ -10,7 +10,18 @@ PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 # From the pure formulas to the application; a module imports from layers above its own in this
 # list, and within its own layer.
 LAYERS = [
-    {"errors", "parallel", "rotations", "checks", "time_functions", "_compat", "timing", "threads"},
+    {
+        "errors",
+        "parallel",
+        "rotations",
+        "checks",
+        "time_functions",
+        "_compat",
+        "form_cache",
+        "interrupts",
+        "timing",
+        "threads",
+    },
     {
         "dense",
         "extrapolation",
@@ -22,7 +33,6 @@ LAYERS = [
         "memory",
         "facets",
         "step_grid",
-        "interrupts",
     },
     {"materials"},
     {"discrete_gradients"},

@@ -7,6 +7,8 @@ All other modules import these names from here.
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from inspect import signature
 from typing import Any
 
@@ -21,6 +23,8 @@ import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from dolfinx.io.utils import distribute_entity_data
+
+from turbine_fenicsx import form_cache
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
@@ -37,6 +41,35 @@ _COMPILER_FLAGS = [
 ]
 
 
+def _jit_options() -> tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]:
+    """Name of the argument with options of the compiler, and what adds to them those not given."""
+    if hasattr(dolfinx.jit, "get_options"):
+        return "jit_options", dolfinx.jit.get_options
+    return "jit_params", dolfinx.jit.get_parameters
+
+
+@contextmanager
+def _form_cache() -> Iterator[None]:
+    """Let DOLFINx compile by way of `form_cache`, in a folder of its own below that of DOLFINx."""
+    original = dolfinx.jit.ffcx_jit
+    name, complete = _jit_options()
+
+    def jit(comm: Any, ufl_object: Any, **options: Any) -> Any:
+        given = options.get(name) or {}
+        folder = complete(given)["cache_dir"] / "turbine_fenicsx"
+        options[name] = {**given, "cache_dir": folder, "timeout": form_cache.PATIENCE}
+        return form_cache.compile_on_all(
+            comm, folder, lambda: original.__wrapped__(ufl_object, **options)
+        )
+
+    dolfinx.jit.ffcx_jit = jit
+    try:
+        yield
+    finally:
+        dolfinx.jit.ffcx_jit = original
+
+
+@_form_cache()
 def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors of R^3."""
     if hasattr(fem, "functionspace"):
@@ -44,6 +77,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
 
 
+@_form_cache()
 def cellwise_space(mesh: Any, shape: tuple[int, ...] = ()) -> Any:
     """Space of fields that are constant in each cell."""
     if hasattr(fem, "functionspace"):
@@ -53,6 +87,7 @@ def cellwise_space(mesh: Any, shape: tuple[int, ...] = ()) -> Any:
     return fem.VectorFunctionSpace(mesh, ("DG", 0), dim=shape[0])
 
 
+@_form_cache()
 def expression(expr: Any, space: Any) -> Any:
     """Compiled expression that can be interpolated into ``space``."""
     points = space.element.interpolation_points
@@ -140,6 +175,7 @@ def _coordinate_element(cell: str, degree: int) -> Any:
     return element("Lagrange", cell, degree, LagrangeVariant.equispaced, shape=(3,))
 
 
+@_form_cache()
 def compile_form(form: Any) -> Any:
     """Compiled form.
 
@@ -148,11 +184,8 @@ def compile_form(form: Any) -> Any:
     processor, because caches are shared.
     """
     _settle_coordinate_element(form)
-    if hasattr(dolfinx.jit, "get_options"):
-        name, options = "jit_options", dolfinx.jit.get_options()
-    else:
-        name, options = "jit_params", dolfinx.jit.get_parameters()
-    if options["cffi_extra_compile_args"] not in (["-O2"], ["-O2", "-g0"]):
+    name, complete = _jit_options()
+    if complete({})["cffi_extra_compile_args"] not in (["-O2"], ["-O2", "-g0"]):
         return fem.form(form)
     return fem.form(form, **{name: {"cffi_extra_compile_args": _COMPILER_FLAGS}})
 

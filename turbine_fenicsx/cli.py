@@ -9,6 +9,7 @@ import argparse
 import atexit
 import gc
 import importlib
+import logging
 import os
 import pkgutil
 import signal
@@ -34,6 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # one thread a rank; read when numpy is imported
+    logging.basicConfig(format="%(levelname)s: %(message)s")  # before FFCx does it otherwise
     gc.set_threshold(10_000)  # imports make many objects and no garbage: search them rarely
     atexit.register(gc.freeze)  # and not once more when the process ends
     mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
@@ -42,11 +44,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     if petsc_options:
         petsc_options.append("-options_left")
-    petsc4py.init(["turbine-fenicsx", *petsc_options])
+    # a .petscrc in some folder could load libraries; who wants it says -options_file
+    petsc4py.init(["turbine-fenicsx", "-skip_petscrc", *petsc_options])
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
     from mpi4py import MPI
 
-    from turbine_fenicsx.errors import InputError
+    from turbine_fenicsx.errors import CompilationError, InputError
 
     comm = MPI.COMM_WORLD
     if comm.size > 1:
@@ -54,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         command: Callable[[argparse.Namespace, Any], int] = options.command
         return command(options, comm)
-    except InputError as error:
+    except (InputError, CompilationError) as error:
         return fail(comm, str(error), WRONG_INPUT)
     except BrokenPipeError:  # as in `turbine-fenicsx ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

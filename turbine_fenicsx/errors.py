@@ -5,3 +5,7 @@ from __future__ import annotations
 
 class InputError(ValueError):
     """Wrong input; the message is one clear sentence per mistake. Exit code 2."""
+
+
+class CompilationError(RuntimeError):
+    """A form cannot be compiled on this computer; the message is one sentence. Exit code 2."""

@@ -16,13 +16,18 @@ class Interrupt:
 
     Attributes:
         received: Name of the signal; empty as long as there was none.
+        at_once: Whether it ends the work at hand, see `ending_at_once`.
     """
 
     received = ""
+    at_once = False
 
     def __call__(self) -> bool:
         """Whether to stop."""
         return bool(self.received)
+
+
+_catching: list[Interrupt] = []
 
 
 @contextmanager
@@ -41,10 +46,33 @@ def catching_signals() -> Iterator[Interrupt]:
     def catch(number: int, frame: FrameType | None) -> None:
         interrupt.received = signal.Signals(number).name
         restore()
+        if interrupt.at_once:
+            raise KeyboardInterrupt
 
     for number in SIGNALS:
         signal.signal(number, catch)
+    _catching.append(interrupt)
     try:
         yield interrupt
     finally:
+        _catching.remove(interrupt)
         restore()
+
+
+@contextmanager
+def ending_at_once() -> Iterator[None]:
+    """Let a signal end what is done here, also where signals are caught.
+
+    For work without steps that is lost anyway unless it is finished.
+
+    Raises:
+        KeyboardInterrupt: when a signal comes, or has come already.
+    """
+    interrupt = _catching[-1] if _catching else Interrupt()
+    interrupt.at_once = True
+    try:
+        if interrupt.received:
+            raise KeyboardInterrupt
+        yield
+    finally:
+        interrupt.at_once = False

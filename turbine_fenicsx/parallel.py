@@ -74,7 +74,7 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
     return result
 
 
-def raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
+def raise_together(comm: MPI.Intracomm, error: BaseException | None) -> None:
     """Raise the first error of any rank on every rank.
 
     Args:
@@ -84,7 +84,7 @@ def raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
     Note:
         Collective over ``comm``.
     """
-    for found in comm.allgather(error):
+    for found in comm.allgather(_portable(error)):
         if found is not None:
             raise found
 

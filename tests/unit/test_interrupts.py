@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from turbine_fenicsx.interrupts import SIGNALS, catching_signals
+from turbine_fenicsx.interrupts import SIGNALS, catching_signals, ending_at_once
 from turbine_fenicsx.loads import Gravity
 from turbine_fenicsx.simulation import Simulation
 from turbine_fenicsx.system import MultibodySystem
@@ -43,6 +43,29 @@ def test_handlers_are_those_from_before_in_the_end():
     with pytest.raises(RuntimeError), catching_signals():
         raise RuntimeError
     assert handlers() == before
+
+
+def test_a_signal_ends_at_once_what_cannot_be_finished():
+    with pytest.raises(KeyboardInterrupt), catching_signals(), ending_at_once():
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AssertionError
+
+
+def test_a_signal_that_has_come_already_ends_it_before_it_begins():
+    with catching_signals(), pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGTERM)
+        with ending_at_once():
+            raise AssertionError
+
+
+def test_afterwards_signals_are_only_noted_again():
+    with catching_signals() as interrupt:
+        with ending_at_once():
+            pass
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert interrupt()
+    with ending_at_once():  # where nobody catches signals
+        pass
 
 
 class Recorder:
