@@ -1,4 +1,4 @@
-"""Two-rank runs of the hybrid turbine, killed at any moment up to three times, then gone on with."""
+"""Two-rank runs of the hybrid turbine, killed at any moment up to three times, then continued."""
 
 import os
 import signal

@@ -6,8 +6,9 @@ import sys
 import zipfile
 from pathlib import Path
 
-import pytest
 from mpi4py import MPI
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 

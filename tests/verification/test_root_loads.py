@@ -21,8 +21,8 @@ CASES = {
 }
 # The solver leaves residuals of 1e-12 of the terms of its equations; these are sums over nodes.
 TOLERANCE = 1e-11
-# A rotation from an SVD is a product of some 30 reflections and plane rotations of three terms each,
-# and it enters twice: 180 roundings. Found: 14 to 48.
+# A rotation from an SVD is a product of some 30 reflections and plane rotations of three terms
+# each, and it enters twice: 180 roundings. Found: 14 to 48.
 ROUND_OFF = 180 * np.finfo(float).eps
 GRAVITY = np.array([0.0, -9.81, 0.0])
 
