@@ -40,6 +40,7 @@ LAYERS = [
     {"rigid_surface", "joints", "elements"},
     {"loads"},
     {"surface_forms"},
+    {"force_round_off"},
     {"flexible_block"},
     {"coupling", "rigid_block"},
     {"initial_velocity"},

@@ -131,8 +131,6 @@ class EnergyMomentumStep:
             c.gap(coordinates, u) for c, u in zip(system.coupling_blocks, state.u, strict=True)
         )
         self.dt, self.state = dt, state
-        noise = [half_dt2 * f.force_round_off for f in system.flexible_blocks]
-        self._round_off = np.array([*noise, *(0.0 for _ in noise), *(0.0 for _ in range(4))])
 
     def guess(self, extrapolate: bool, r: Array | None = None) -> None:
         """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation.
@@ -222,7 +220,7 @@ class EnergyMomentumStep:
     def relative_residuals(self, R: PETSc.Vec) -> Array:
         """Norm of each block of the residual over the norm of its terms (backward error).
 
-        The second row counts only what exceeds the round-off of the elastic forces.
+        The second row counts only what exceeds the round-off of the forces of flexible bodies.
 
         Returns:
             Shape (2, 2 bodies + 4): displacements and couplings of each flexible body, then rigid
@@ -231,15 +229,19 @@ class EnergyMomentumStep:
         """
         R_u, R_c, R_r = self.split(R)
         k = len(R_u)
-        sums = np.zeros((2, self._terms.size))
+        n = self._terms.size
+        sums = np.zeros((2, n + k))
         sums[0, : 2 * k] = [_square(part) for part in (*R_u, *R_c)]
         if self._n_r:
-            np.abs(R_r.array_r, out=sums[0, 2 * k :])
-        sums[1] = self._terms
-        residual, terms = sum_over_ranks(self.system.comm, sums)
+            np.abs(R_r.array_r, out=sums[0, 2 * k : n])
+        sums[1, :n] = self._terms
+        sums[1, n:] = [f.round_off for f in self.system.flexible_blocks]
+        total_sums = sum_over_ranks(self.system.comm, sums)
+        residual, terms, noise = total_sums[0, :n], total_sums[1, :n], total_sums[1, n:]
         rigid = self._largest(self._per_mass * residual[2 * k :])
         total = np.concatenate([np.sqrt(residual[: 2 * k]), rigid])
-        beyond_round_off = np.maximum(total - self._round_off, 0.0)
+        beyond_round_off = total.copy()
+        beyond_round_off[:k] = np.maximum(total[:k] - np.sqrt(noise), 0.0)
         return np.array([total, beyond_round_off]) / self._scales(terms)
 
     def accepted(self) -> bool:

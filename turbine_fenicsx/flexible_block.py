@@ -32,6 +32,7 @@ from turbine_fenicsx.discrete_gradients import (
     strain_increment,
 )
 from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.force_round_off import ForceRoundOff, smallest_edges
 from turbine_fenicsx.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.loads.base import SurfaceLoad
 from turbine_fenicsx.loads.node_force import NodeForce
@@ -61,7 +62,8 @@ class FlexibleBlock:
         local_positions: The same with those of the ghosts after them.
         nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
         tangent: Matrix of the tangent, filled by `assemble_tangent`.
-        force_round_off: Norm of the round-off of the elastic forces [N].
+        round_off: This rank's sum of the squares of the round-off of the residual of the step
+            [(kg m)^2], set by `begin`.
     """
 
     def __init__(
@@ -150,7 +152,6 @@ class FlexibleBlock:
 
         self.tangent = _compat.create_matrix(self._tangent)
         self._half_dt2.value = 1.0
-        _compat.assemble_matrix(self.tangent, self._tangent)  # also fixes the sparsity
         index_map = V.dofmap.index_map
         self._work = PETSc.Vec().createGhost(
             index_map.ghosts.astype(PETSc.IntType),
@@ -162,13 +163,13 @@ class FlexibleBlock:
         X.interpolate(lambda x: x)
         self.local_positions = X.x.array.reshape(-1, 3).copy()
         self.positions = self.local_positions[: self.n_owned]
-        self.force_round_off = self._force_round_off()
+        self._round_off = self._force_round_off()  # its tangents also fix the sparsity
         ones = self.new_vector()
         ones.set(1.0)
         self.momentum(ones, ones)
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
         self._masses = np.repeat(np.abs(self.nodal_mass), 3)
-        self._fixed_terms = np.zeros_like(self._masses)
+        self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
         ones.destroy()
         self._node_forces = [(load, self._node_at(load.point), load.force) for load in node_forces]
         self._nodal_forces: list[tuple[slice, Array]] = []
@@ -199,7 +200,9 @@ class FlexibleBlock:
             (dofs, load.function(time) * np.asarray(force, dtype=float))
             for load, dofs, force in self._node_forces
         ]
-        dt_v = np.abs(self._dt_v.x.array[: 3 * self.n_owned])
+        dt_v_owned = self._dt_v.x.array[: 3 * self.n_owned]
+        self.round_off = (0.5 * dt * dt) ** 2 * self._round_off.square(dt_v_owned, dt)
+        dt_v = np.abs(dt_v_owned)
         self._fixed_terms = self._masses * (dt_v + 0.5 * dt * dt * np.linalg.norm(gravity))
 
     def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
@@ -296,27 +299,22 @@ class FlexibleBlock:
         terms = self._masses * np.abs(du.array_r) + self._fixed_terms
         return float(np.dot(terms, terms))
 
-    def _force_round_off(self) -> float:
-        """Norm of the round-off of the elastic forces [N], from the tangent for dt^2/2 = 1.
+    def _force_round_off(self) -> ForceRoundOff:
+        """The round-off of the forces, from tangents at rest for dt^2/2 = 1."""
 
-        Strains are differences of numbers of size one, C - I, so that they are wrong by the
-        machine precision eps however small they are. A strain eps makes a force of eps h K at a
-        node with stiffness K next to cells of smallest edge h. Residuals were measured to come to
-        rest at 0.12 to 0.21 of the norm of these forces, for all laws, cells, degrees and steps
-        that were tried; half of it is taken.
-        """
-        cells = _compat.dofs_of_cells(self.space)
-        X = self.local_positions[cells]
-        n = X.shape[1]
-        pairs = ((i, j) for i in range(n) for j in range(i))
-        edges = [np.linalg.norm(X[:, i] - X[:, j], axis=1) for i, j in pairs]
-        h = np.full(len(self.local_positions), np.inf)
-        np.minimum.at(h, cells, np.min(edges, axis=0, initial=np.inf)[:, None])
-        diagonal = self.tangent.getDiagonal()
-        K = 2.0 * diagonal.array_r.reshape(-1, 3)
-        square = float(np.sum((h[: self.n_owned, None] * K) ** 2))
-        diagonal.destroy()
-        return 0.5 * float(np.finfo(float).eps * np.sqrt(self.body.mesh.comm.allreduce(square)))
+        def diagonal(dt: float) -> Array:
+            self._dt.value = dt
+            _compat.assemble_matrix(self.tangent, self._tangent)
+            vector = self.tangent.getDiagonal()
+            values = np.array(vector.array_r).reshape(-1, 3)
+            vector.destroy()
+            return values
+
+        stiffness = diagonal(np.inf)  # no strain rate
+        viscous = "viscosity" in self.dissipations
+        viscosity = diagonal(1.0) - stiffness if viscous else np.zeros_like(stiffness)
+        edges = smallest_edges(self.space, self.local_positions)[: self.n_owned]
+        return ForceRoundOff(edges, stiffness, viscosity)
 
     def _node_at(self, point: Any) -> slice:
         """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""

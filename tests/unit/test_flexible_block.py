@@ -15,7 +15,7 @@ from dolfinx import fem, mesh
 from turbine_fenicsx.discrete_gradients import SMALL_INCREMENT, mean_stress
 from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.flexible_body import FlexibleBody
-from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
+from turbine_fenicsx.materials import KelvinVoigt, NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.rotations import rotation_about
 
 KINDS = [("hexahedron", 1), ("hexahedron", 2), ("tetrahedron", 1), ("tetrahedron", 2)]
@@ -326,7 +326,7 @@ def test_numbers_do_not_depend_on_the_number_of_ranks(make, cell, degree, law):
         stress = block.cauchy_stress_norm(u)
         largest = comm.allreduce(np.max(stress, initial=0.0), op=MPI.MAX)
         found.append([R.norm(), product.norm(), energy(block, u), kinetic(block, v), largest])
-        found[-1].append(block.force_round_off)
+        found[-1].append(comm.allreduce(block.round_off))
     assert np.allclose(*found, rtol=1e-12, atol=0)  # sums in another order
 
 
@@ -338,8 +338,34 @@ def test_round_off_of_the_forces_is_of_the_size_that_is_estimated(make, cell, de
     u = nodal(block, affine(rotation_about((1, 2, 0.5), 0.02) - np.eye(3)))
     zero = block.new_vector()
     forces = residual(block, u, zero, zero, np.zeros(3)).norm() / HALF_DT2
+    estimate = np.sqrt(MPI.COMM_WORLD.allreduce(block.round_off)) / HALF_DT2
     # 1.2 to 3.8 times; all cells are turned alike, so that their errors do not average out
-    assert 0.1 <= forces / block.force_round_off <= 10.0
+    assert 0.1 <= forces / estimate <= 10.0
+
+
+def test_round_off_grows_with_the_increment_and_with_viscosity_over_the_step(make):
+    """Strains from increments have the round-off of these, and strain rates that over dt."""
+    block = make("hexahedron", 1, "svk")
+    zero, v = block.new_vector(), block.new_vector()
+
+    def estimate(speed, dt, damped):
+        v.array[:] = np.tile([speed, 0.0, 0.0], block.n_owned)
+        damped.begin(zero, v, dt, np.zeros(3))
+        return np.sqrt(MPI.COMM_WORLD.allreduce(damped.round_off)) / (0.5 * dt**2)
+
+    rest = estimate(0.0, 0.1, block)
+    assert estimate(0.0, 0.01, block) == pytest.approx(rest, rel=1e-12)
+    moving = [estimate(speed, 0.1, block) for speed in (1e4, 2e4)]
+    assert moving[0] > 10.0 * rest
+    assert moving[1] - rest == pytest.approx(2.0 * (moving[0] - rest), rel=0.02)
+    tau = 0.5
+    law = KelvinVoigt(block.body.material, tau * MU, tau * (LAMBDA + 2.0 * MU / 3.0))
+    viscous = FlexibleBlock(FlexibleBody("viscous", block.body.mesh, law, DENSITY))
+    assert estimate(0.0, 0.1, viscous) == pytest.approx(rest, rel=1e-12)
+    more = [estimate(1e4, dt, viscous) - estimate(1e4, dt, block) for dt in (0.1, 0.01)]
+    assert more[0] > 0.0
+    # the same increment per step ten times as large takes the same strain rate
+    assert more[1] == pytest.approx(more[0], rel=0.2)
 
 
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])
