@@ -39,9 +39,11 @@ _PUBLIC = {
     "NodeForce": "loads",
     "OrthotropicSVK": "materials",
     "Planar": "joints",
+    "Point": "observers.points",
     "PointDamper": "elements",
     "PointForce": "loads",
     "PointSpring": "elements",
+    "Points": "observers.points",
     "PrescribedMotion": "joints",
     "Pressure": "loads",
     "Prismatic": "joints",
@@ -65,6 +67,7 @@ _PUBLIC = {
     "dot": "quadratic",
     "equilibrium": "statics",
     "initial_motion": "start",
+    "point_channel": "observers.points",
 }
 
 __all__ = sorted(["__version__", *_PUBLIC])

@@ -21,7 +21,7 @@ import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import fem
+from dolfinx import fem, geometry
 from dolfinx.io.utils import distribute_entity_data
 
 from turbine_fenicsx import form_cache
@@ -209,6 +209,22 @@ def _settle_coordinate_element(form: Any) -> None:
                     variant="equispaced",
                 )
             )
+
+
+def cells_at(mesh: Any, point: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+    """Cells that this rank owns and that hold a point, its surface included.
+
+    Args:
+        mesh: The mesh.
+        point: Shape (3,).
+    """
+    points, dim = point.reshape(1, 3), mesh.topology.dim
+    if hasattr(geometry, "bb_tree"):
+        near = geometry.compute_collisions_points(geometry.bb_tree(mesh, dim), points)
+    else:
+        near = geometry.compute_collisions(geometry.BoundingBoxTree(mesh, dim), points)
+    found = np.sort(geometry.compute_colliding_cells(mesh, near, points).links(0))
+    return found[found < mesh.topology.index_map(dim).size_local]
 
 
 def cell_name(mesh: Any) -> str:

@@ -12,6 +12,9 @@ from turbine_fenicsx.checks import check_array, check_positive, check_vectors
 from turbine_fenicsx.quadratic import AffineVector, Quadratic, dot
 from turbine_fenicsx.rotations import Array
 
+GROUND: Array = np.concatenate([np.zeros(3), np.eye(3).ravel()])
+"""Coordinates of the ground, as if it were one more body, shape (12,)."""
+
 
 @dataclass(frozen=True, eq=False)
 class RigidBody:

@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.coupling import Coupling
 from turbine_fenicsx.observers.shared_sum import SharedSum
+from turbine_fenicsx.rigid_body import GROUND
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.system import MultibodySystem
@@ -72,9 +73,7 @@ class Reactions:
         self._where: list[tuple[int, slice, Array]] = []
         self._axes = np.tile(np.eye(3), (n, 1, 1))
         self._turning = np.zeros(n, dtype=bool)
-        # the ground is one more body, at the origin, whose directors are e1, e2, e3
-        self._ground = np.concatenate([np.zeros(3), np.eye(3).ravel()])
-        self._slots = np.full(n, len(system.rigid_bodies))
+        self._slots = np.full(n, len(system.rigid_bodies))  # the ground is the last one
         for k, reaction in enumerate(reactions):
             coupling = reaction.coupling
             if coupling not in system.couplings:
@@ -137,7 +136,7 @@ class Reactions:
 
     def _local_sums(self, snapshot: Snapshot) -> Array:
         """This rank's sums of f and (xi - xi_r)_i f, shape (n, 4, 3), and the mean directors."""
-        q = np.concatenate([snapshot.state.q, self._ground]).reshape(-1, 4, 3)[self._slots, 1:]
+        q = np.concatenate([snapshot.state.q, GROUND]).reshape(-1, 4, 3)[self._slots, 1:]
         if self._q is None or snapshot.report is None:
             self._directors = None
         else:
