@@ -30,9 +30,9 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
     layout = RotorLayout(centre=tuple(hub_centre))
     mesh = load_msh(comm, cached_mesh(comm, BladeGeometry(), layout, MeshOptions()))
 
-    # Rigid parts (1)-(8) and the yaw and rotor bearings (12), each with its joint angle (15)-(18)
-    nacelle = RigidBody("nacelle", mass=1.0e5, euler=(942120.0, 1.0e6, 1.0e6))
-    hub = RigidBody("hub", mass=3.0e4, euler=(1.0e5, 1.0e5, 1.0e5), position=hub_centre)
+    # Rigid parts (1)-(8) of Table 1; yaw and rotor bearings (12) with joint angles (15)-(18)
+    nacelle = RigidBody("nacelle", mass=2.0e5, euler=(6.0e5, 6.0e5, 6.0e5))
+    hub = RigidBody("hub", mass=6.1e4, euler=(102940, 102940, 81330), position=hub_centre)
     yaw = Revolute("yaw", None, nacelle, point=(0, 0, 0), axis=-E2, reference=E3)
     rotor = Revolute("rotor", nacelle, hub, point=hub_centre, axis=E3, reference=E2)
 

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from five_angles import solve
 from runs import assert_constraints_hold, comm, run
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem
@@ -16,12 +17,17 @@ YAW, ROTOR, PITCH_1, PITCH_2, PITCH_3 = range(5)
 # The reference numbers are given to eleven digits and more, and the code must reproduce them to
 # 1e-9; round-off in 600 steps is a thousand times smaller.
 REFERENCE = 1e-9
+STEPS = np.array([0.06, 0.03, 0.02])  # the kinks of the hat lie on their time grids
 
 
-def turbine(blade_arm="printed", torque=PEAK):
+def turbine(blade_arm="printed", torque=PEAK, pitch_torques=(0.0, 0.0, 0.0)):
     parameters = Case.parse({"turbine": {"model": "rigid", "blade_arm": blade_arm}})
     parts = rigid_turbine(parameters.turbine.parameters())
     loads = [Gravity(), JointTorque("rotor", Hat(torque, DURATION))]
+    loads += [
+        JointTorque(f"pitch_{k}", Hat(peak, DURATION))
+        for k, peak in enumerate(pitch_torques, start=1)
+    ]
     return MultibodySystem(comm, [*parts, *loads])
 
 
@@ -87,19 +93,41 @@ def test_vertical_momentum_vanishes_and_energy_is_constant_after_loading(printed
     assert_constraints_hold(printed)
 
 
+def test_small_angles_meet_the_reference(printed):
+    yaw, _, pitch_1, pitch_2, _ = printed.angles[-1]
+    # half a unit in the last digit given
+    assert yaw == pytest.approx(7.335941e-4, abs=0.5e-10)
+    assert pitch_2 == pytest.approx(-6.623248e-4, abs=0.5e-10)
+    assert pitch_1 == pytest.approx(-0.95e-3, abs=0.5e-5)
+
+
+def limit_of_small_steps(values):
+    """Limit of values at STEPS: the error is a series in dt^2; three sizes remove two terms."""
+    return np.linalg.solve(np.vander(STEPS**2, increasing=True), values)[0]
+
+
 def test_limit_of_small_steps_meets_the_reference(printed):
-    dts = np.array([0.06, 0.03, 0.02])  # the kinks of the hat lie on their time grids
-    runs = [run(turbine(), dt, 12.0) for dt in dts[:-1]] + [printed]
-    values = np.array([(r.total[-1] / 1e3, r.angles[-1, ROTOR]) for r in runs])
-    # The error is a series in dt^2; three step sizes remove its first two terms. With 0.015 and
-    # 0.01 s as well the limit changes by 1e-11 only.
-    limit = np.linalg.solve(np.vander(dts**2, increasing=True), values)[0]
+    runs = [run(turbine(), dt, 12.0) for dt in STEPS[:-1]] + [printed]
+    values = np.array([(r.total[-1] / 1e3, *r.angles[-1]) for r in runs])
+    limit = limit_of_small_steps(values)
+    # With 0.015 and 0.01 s as well these two change by 1e-11 only.
     assert limit[0] == pytest.approx(30223.364068634, rel=REFERENCE)
-    assert limit[1] == pytest.approx(11.766228013570, rel=REFERENCE)
+    assert limit[1 + ROTOR] == pytest.approx(11.766228013570, rel=REFERENCE)
     # and they are second order: halving dt leaves a quarter of the error, up to dt^4
-    error = np.abs(values - limit)
-    order = np.log(error[0] / error[1]) / np.log(dts[0] / dts[1])
+    error = np.abs(values - limit)[:, [0, 1 + ROTOR]]
+    order = np.log(error[0] / error[1]) / np.log(STEPS[0] / STEPS[1])
     assert order == pytest.approx([2.0, 2.0], abs=0.01)
+    # All five angles are those of the ODE in minimal coordinates; the third term of the series
+    # remains.
+    assert limit[1:] == pytest.approx(solve((0.0, PEAK, 0.0, 0.0, 0.0), DURATION, 12.0), abs=1e-9)
+
+
+def test_angles_under_pitch_torques_meet_the_ode():
+    # Blades turn by 0.84, -1.97 and 0.39 rad: E1 and E3 of the blades decide how far.
+    torques = (1.0e5, -2.0e5, 5.0e4)
+    runs = [run(turbine(pitch_torques=torques), dt, DURATION) for dt in STEPS]
+    limit = limit_of_small_steps(np.array([r.angles[-1] for r in runs]))
+    assert limit == pytest.approx(solve((0.0, PEAK, *torques), DURATION, DURATION), abs=1e-9)
 
 
 def test_multipliers_are_second_order_as_means_of_two_steps():
