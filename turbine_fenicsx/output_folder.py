@@ -50,6 +50,11 @@ class TimeSeries:
         return found
 
 
+def holds_run(folder: str | os.PathLike[str]) -> bool:
+    """Whether a folder holds the results of a run, of any length."""
+    return any((Path(folder) / name).exists() for name in ("history.csv", "checkpoints"))
+
+
 def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeSeries:
     """Read ``history.csv``; a last row that a crash has cut off is left out.
 

@@ -334,7 +334,34 @@ def test_estimate_of_a_huge_mesh_comes_without_building_it(demo, capfd):
     assert f"({9 * 101 * 101 * 4001} displacements" in text
     assert "preconditioner: iterative" in text
     assert "too large to be made" in text
+    changes = ["tower.flexible=true", "tower.elements=[400, 40, 400]"]
+    assert main(["check", str(demo("hybrid_stiff.toml")), "--set", *changes]) == 0
+    assert "mesh of the tower is too large to be made" in capfd.readouterr().out
     assert time.monotonic() - start < 10.0
+
+
+def test_check_estimates_for_other_ranks_and_looks_at_the_folder(demo, tmp_path, capfd):
+    case = str(demo("hybrid_stiff.toml"))
+    assert main(["check", case, "--ranks", "64", "-o", str(tmp_path)]) == 0
+    text = capfd.readouterr().out
+    assert " on 64 ranks, " in text
+    assert "warning" not in text
+    (tmp_path / "history.csv").touch()
+    assert main(["check", case, "-o", str(tmp_path)]) == 0
+    assert f"warning: '{tmp_path}' holds a run already\n" in capfd.readouterr().out
+    assert main(["check", case, "--ranks", "0"]) == 2
+    assert "--ranks 0: must be at least 1" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_does_not_fit_into_the_memory_is_refused(command_line, demo, tmp_path, ranks):
+    changes = ["--set", "mesh.elements=[400, 400, 400]"]
+    for command in ("run", "mesh"):
+        out = tmp_path / "out.msh"
+        result = command_line(command, demo("hybrid_stiff.toml"), "-o", out, *changes, ranks=ranks)
+        (sentence,) = refused(result, 0.0)
+        assert "--force goes on all the same" in sentence
+        assert not out.exists()
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,13 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """The argument that goes on where the memory seems too small."""
+    parser.add_argument(
+        "--force", action="store_true", help="go on even if the memory seems too small"
+    )
+
+
 def add_progress(parser: argparse.ArgumentParser) -> None:
     """The arguments that choose what is printed during and after a run."""
     parser.add_argument(

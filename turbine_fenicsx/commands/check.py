@@ -7,26 +7,33 @@ from typing import Any
 
 from turbine_fenicsx.commands._common import OK, add_case, need_dolfinx
 
-TOO_LARGE = 1_000_000
-"""Built-in meshes with more nodes than this are not made just to be looked at."""
-
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
+    parser.add_argument(
+        "--ranks",
+        metavar="N",
+        type=int,
+        help="estimate for so many MPI ranks; those of now if left",
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", help="also look at this output folder")
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Say everything that is wrong, or the estimate and then size and quality of the mesh."""
     need_dolfinx()
     from turbine_fenicsx.errors import InputError
+    from turbine_fenicsx.output_folder import holds_run
     from turbine_fenicsx.parallel import on_rank0
     from turbine_fenicsx.turbine.case import Draft
     from turbine_fenicsx.turbine.estimate import estimate
-    from turbine_fenicsx.turbine.inspection import inspect_mesh
-    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options
-    from turbine_fenicsx.turbine.size import size_of_options
+    from turbine_fenicsx.turbine.inspection import TOO_LARGE, inspect_mesh
+    from turbine_fenicsx.turbine.machine import machine_memory
+    from turbine_fenicsx.turbine.refusal import size_of_blades
 
+    if options.ranks is not None and options.ranks < 1:
+        raise InputError(f"--ranks {options.ranks}: must be at least 1")
     draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
     case = draft.case
     hybrid, mistakes = case.turbine.model == "hybrid", [m.sentence for m in draft.mistakes]
@@ -38,11 +45,14 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if mistakes:
         raise InputError("\n".join(dict.fromkeys(mistakes)))
 
-    size = own.size if own else None
-    if hybrid and own is None:
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
-    expected = estimate(case, size)
-    _warn(comm, [*case.warnings, *expected.warnings])
+    size = own.size if own else size_of_blades(case)
+    expected = estimate(case, size, options.ranks or comm.size)
+    here, warnings = machine_memory(comm), list(case.warnings)
+    if options.ranks in (None, comm.size):  # others run on other machines
+        warnings += filter(None, [expected.too_large(here)])
+    if options.out and on_rank0(comm, lambda: holds_run(options.out)):
+        warnings.append(f"{options.out!r} holds a run already")
+    _warn(comm, warnings)
     _print(comm, str(expected))
     if not hybrid:
         _print(comm, "rigid turbine, no mesh of blades")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from turbine_fenicsx.commands._common import OK, add_case, load_case
+from turbine_fenicsx.commands._common import OK, add_case, add_force, load_case
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
     parser.add_argument("-o", "--out", metavar="FILE", required=True, help="mesh file (.msh)")
+    add_force(parser)
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -21,7 +22,10 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.meshing import build_rotor
     from turbine_fenicsx.parallel import on_rank0
     from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
+    from turbine_fenicsx.turbine.refusal import refuse_mesh
 
+    if not options.force:
+        refuse_mesh(case, comm)
     try:
         report = on_rank0(
             comm,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from turbine_fenicsx.commands._common import add_overrides, add_progress, need_dolfinx
+from turbine_fenicsx.commands._common import add_force, add_overrides, add_progress, need_dolfinx
 from turbine_fenicsx.commands._running import carried_out, style
 
 
@@ -13,6 +13,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("out", metavar="OUT", help="output folder of the run")
     add_overrides(parser)
+    add_force(parser)
     add_progress(parser)
 
 
@@ -24,5 +25,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     return carried_out(
         options,
         comm,
-        lambda stop: restart_case(options.out, comm, options.overrides, style(options), stop),
+        lambda stop: restart_case(
+            options.out, comm, options.overrides, style(options), stop, options.force
+        ),
     )

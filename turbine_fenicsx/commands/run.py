@@ -5,7 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from turbine_fenicsx.commands._common import add_case, add_progress, load_case, need_dolfinx
+from turbine_fenicsx.commands._common import (
+    add_case,
+    add_force,
+    add_progress,
+    load_case,
+    need_dolfinx,
+)
 from turbine_fenicsx.commands._running import carried_out, style
 
 
@@ -13,6 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
     parser.add_argument("-o", "--out", metavar="OUT", required=True, help="output folder")
+    add_force(parser)
     add_progress(parser)
 
 
@@ -25,5 +32,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     return carried_out(
         options,
         comm,
-        lambda stop: (case, run_case(case, options.out, comm, style(options), stop=stop)),
+        lambda stop: (
+            case,
+            run_case(case, options.out, comm, style(options), stop=stop, force=options.force),
+        ),
     )

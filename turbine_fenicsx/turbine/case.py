@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.turbine.consistency import contradictions, without_effect
+from turbine_fenicsx.turbine.doubts import doubts
 from turbine_fenicsx.turbine.mistakes import Key, Mistake, mistakes_in, shown, without
 from turbine_fenicsx.turbine.tables import Tables
 from turbine_fenicsx.turbine.toml_file import parse_toml, read_toml
@@ -51,8 +52,8 @@ class Case(Tables):
 
     @property
     def warnings(self) -> list[str]:
-        """One sentence for every key that is set but has no effect."""
-        return without_effect(self)
+        """One sentence for every key that is set but has no effect, and for every likely slip."""
+        return [*without_effect(self), *doubts(self)]
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,13 @@ from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.doubts import mass_doubt
 from turbine_fenicsx.turbine.model import ROOTS, blade_arrays, blade_geometry, rotor_layout
-from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays
+from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays, size_of_tower
 from turbine_fenicsx.turbine.tower import tower_geometry
+
+TOO_LARGE = 1_000_000
+"""Built-in meshes with more nodes than this are not made just to be looked at."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +67,14 @@ def _inspect(case: Case, name: str, make: Callable[[], MeshArrays]) -> Inspectio
     except ValueError as error:
         return Inspection((str(error),), (), "", None)
     report, found = mesh.examine(), examine_blades(mesh, layout, blade)
+    warnings = [*report.warnings, *found.warnings]
+    if case.mesh.file:  # that of a built-in mesh is told by the case alone
+        mass = sum(report.volumes.values()) * case.material.density / layout.n_blades
+        warnings += mass_doubt(mass, case.blade.length)
     curved = too_curved(report.geometry_degree, case.mesh.degree)
     return Inspection(
         tuple(f"{name}: {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
-        (*report.warnings, *found.warnings),
+        tuple(warnings),
         "\n".join(
             [str(report), _mass(case, report, blade.volume * layout.n_blades), *_tower(case)]
         ),
@@ -79,6 +87,8 @@ def _tower(case: Case) -> list[str]:
     if not case.tower.flexible:
         return []
     t = case.tower
+    if size_of_tower(t).vertices > TOO_LARGE:
+        return ["the mesh of the tower is too large to be made just for a check"]
     report = tower_arrays(tower_geometry(t), t.elements, t.degree).examine()
     return [
         str(report),

@@ -43,6 +43,7 @@ from turbine_fenicsx.turbine.channels import (
     openfast_channels,
 )
 from turbine_fenicsx.turbine.model import Turbine, build_turbine, solver_options
+from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
@@ -72,6 +73,7 @@ def run_case(
     observers: Iterable[Observer] = (),
     stop: Callable[[], bool] | None = None,
     resume: bool = False,
+    force: bool = False,
 ) -> dict[str, Any]:
     """Run a case and write everything into a folder.
 
@@ -86,16 +88,19 @@ def run_case(
         observers: More observers.
         stop: Called after each step; where it returns True, the run ends with a checkpoint.
         resume: Whether to go on from the last checkpoint in the folder.
+        force: Whether to go on even if the memory of the machine seems too small.
 
     Returns:
         The summary, on every rank.
 
     Raises:
-        InputError: if the folder cannot be written, the case cannot be built, or the checkpoint
-            belongs to something else.
+        InputError: if the folder cannot be written, the case cannot be built or is too large for
+            the memory of the machine, or the checkpoint belongs to something else.
         OSError: if a file cannot be written later on; all checkpoints are intact.
         StepFailure: if a step does not converge at the smallest size.
     """
+    if not force:
+        refuse_run(case, comm)
     with claimed(comm, out) as folder, logging_to(comm, folder / "run.log", append=resume):
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm)
@@ -127,6 +132,7 @@ def restart_case(
     overrides: Iterable[str] = (),
     progress: str = "auto",
     stop: Callable[[], bool] | None = None,
+    force: bool = False,
 ) -> tuple[Case, dict[str, Any]]:
     """Go on with a run from its last checkpoint.
 
@@ -136,6 +142,7 @@ def restart_case(
         overrides: Changes such as ``"time.end=24"``, of the tables in `FREE` only.
         progress: As in `run_case`.
         stop: As in `run_case`.
+        force: As in `run_case`.
 
     Returns:
         The case and the summary.
@@ -146,7 +153,7 @@ def restart_case(
         StepFailure: as in `run_case`.
     """
     case = on_rank0(comm, lambda: _changed_case(Path(out), list(overrides)))
-    return case, run_case(case, out, comm, progress, stop=stop, resume=True)
+    return case, run_case(case, out, comm, progress, stop=stop, resume=True, force=force)
 
 
 def _prepare(
