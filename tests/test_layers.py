@@ -21,6 +21,7 @@ LAYERS = [
         "interrupts",
         "timing",
         "threads",
+        "versions",
     },
     {
         "dense",

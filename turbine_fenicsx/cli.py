@@ -9,6 +9,7 @@ import argparse
 import atexit
 import gc
 import importlib
+import io
 import logging
 import os
 import pkgutil
@@ -38,23 +39,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.basicConfig(format="%(levelname)s: %(message)s")  # before FFCx does it otherwise
     gc.set_threshold(10_000)  # imports make many objects and no garbage: search them rarely
     atexit.register(gc.freeze)  # and not once more when the process ends
-    mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
-    options = _parser().parse_args(mine)
-    import petsc4py
-
-    if petsc_options:
-        petsc_options.append("-options_left")
-    # a .petscrc in some folder could load libraries; who wants it says -options_file
-    petsc4py.init(["turbine-fenicsx", "-skip_petscrc", *petsc_options])
-    signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
-    from mpi4py import MPI
-
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # titles that the locale cannot show
+            stream.reconfigure(errors="backslashreplace")
     from turbine_fenicsx.errors import CompilationError, InputError
 
-    comm = MPI.COMM_WORLD
-    if comm.size > 1:
-        sys.excepthook = _abort_all
+    comm = None
     try:
+        mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
+        _check(mine + petsc_options)
+        options = _parser().parse_args(mine)
+        comm = _start(petsc_options, options.alone)
         command: Callable[[argparse.Namespace, Any], int] = options.command
         return command(options, comm)
     except (InputError, CompilationError) as error:
@@ -84,8 +79,53 @@ def _parser() -> argparse.ArgumentParser:
             name, help=summary, description=module.__doc__, allow_abbrev=False
         )
         module.arguments(command)
-        command.set_defaults(command=module.run)
+        command.set_defaults(command=module.run, alone=getattr(module, "alone", False))
     return parser
+
+
+def _check(arguments: list[str]) -> None:
+    """Refuse what no argument can be."""
+    from turbine_fenicsx.errors import InputError
+
+    for argument in arguments:
+        if not argument.removeprefix("--out=").removeprefix("-o="):
+            raise InputError("an argument is empty; is a variable of the shell not set?")
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            encoding = sys.getfilesystemencoding()
+            raise InputError(f"the argument {argument!a} is no text in {encoding}") from None
+
+
+def _start(petsc_options: list[str], alone: bool) -> Any:
+    """Start PETSc and MPI.
+
+    Args:
+        petsc_options: Options for PETSc.
+        alone: Whether it also goes without.
+
+    Returns:
+        The communicator of all ranks; None where there is no MPI.
+    """
+    try:
+        import petsc4py
+
+        if petsc_options:
+            petsc_options.append("-options_left")
+        # a .petscrc in some folder could load libraries; who wants it says -options_file
+        petsc4py.init(["turbine-fenicsx", "-skip_petscrc", *petsc_options])
+        from mpi4py import MPI
+    except ImportError as error:
+        if alone:
+            return None
+        from turbine_fenicsx.errors import InputError
+        from turbine_fenicsx.versions import how_to_install
+
+        raise InputError(how_to_install(error)) from None
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
+    if MPI.COMM_WORLD.size > 1:
+        sys.excepthook = _abort_all
+    return MPI.COMM_WORLD
 
 
 def _split(arguments: list[str]) -> tuple[list[str], list[str]]:

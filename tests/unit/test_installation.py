@@ -54,3 +54,57 @@ def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     assert {"turbine_fenicsx/py.typed", "turbine_fenicsx/report.html"} <= set(names)
+
+
+@pytest.fixture
+def without_dolfinx(tmp_path):
+    """Runs the command line of a python that has neither petsc4py nor mpi4py nor DOLFINx."""
+    for name in ("petsc4py", "mpi4py", "dolfinx"):
+        reason = f"No module named {name!r}"
+        (tmp_path / f"{name}.py").write_text(f"raise ModuleNotFoundError({reason!r})\n")
+
+    def run(*arguments):
+        path = os.pathsep.join([str(tmp_path), str(ROOT)])
+        command = [sys.executable, "-m", "turbine_fenicsx", *arguments]
+        environment = os.environ | {"PYTHONPATH": path}
+        return subprocess.run(
+            command, env=environment, cwd=tmp_path, capture_output=True, text=True
+        )
+
+    return run
+
+
+def test_a_python_without_dolfinx_is_told_how_to_get_it(without_dolfinx):
+    for arguments in (["run", "a.toml", "-o", "a"], ["check", "a.toml"], ["plot", "a"]):
+        result = without_dolfinx(*arguments)
+        assert result.returncode == 2
+        assert result.stderr.startswith(f"error: DOLFINx cannot be used by {sys.executable} (")
+        assert "No module named 'petsc4py'" in result.stderr
+        assert "pip install dolfinx-solver-real`" in result.stderr
+        assert "`make setup`" in result.stderr
+        assert result.stderr.count("\n") == 1
+
+
+def test_info_and_help_need_no_dolfinx(without_dolfinx):
+    info = without_dolfinx("info")
+    assert info.returncode == 0, info.stderr
+    assert "numpy" in info.stdout and "pip install dolfinx-solver-real`" in info.stdout
+    for arguments in (["--help"], ["run", "--help"]):
+        result = without_dolfinx(*arguments)
+        assert result.returncode == 0, result.stderr
+        assert result.stdout.startswith("usage: turbine-fenicsx")
+
+
+def test_info_says_whose_dolfinx_runs(command_line_info):
+    folder = command_line_info["dolfinx"]
+    expected = "PyPI" if "dolfinx-solver-real" in command_line_info else "Debian"
+    if expected == "Debian" and "/usr/lib" not in folder:
+        pytest.skip("another installation, which may be anything")
+    assert command_line_info["stack"] == expected
+
+
+@pytest.fixture
+def command_line_info():
+    """What the command ``info`` prints."""
+    lines = python("-m", "turbine_fenicsx", "info").splitlines()
+    return dict(line.split(maxsplit=1) for line in lines)

@@ -60,19 +60,18 @@ def need_dolfinx() -> None:
     """Say in one sentence how to get DOLFINx if it is missing."""
     try:
         import dolfinx  # noqa: F401
-    except ImportError:
+    except ImportError as error:
         from turbine_fenicsx.errors import InputError
+        from turbine_fenicsx.versions import how_to_install
 
-        raise InputError(
-            f"DOLFINx is not installed for {sys.executable}; run `make setup` in the project and "
-            "use .venv/bin/turbine-fenicsx"
-        ) from None
+        raise InputError(how_to_install(error)) from None
 
 
 def fail(comm: Any, message: str, code: int) -> int:
-    """Print an error once and return the exit code."""
-    if comm.rank == 0:
+    """Print an error once and return the exit code; without MPI ``comm`` is None."""
+    if comm is None or comm.rank == 0:
         print("\n".join(f"error: {line}" for line in message.splitlines()), file=sys.stderr)
         sys.stderr.flush()
-    comm.Barrier()
+    if comm is not None:
+        comm.Barrier()
     return code

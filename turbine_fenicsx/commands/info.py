@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from turbine_fenicsx.commands._common import OK, need_dolfinx
+from turbine_fenicsx.commands._common import OK
+
+alone = True
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,11 +15,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
-    """Print the versions."""
-    need_dolfinx()
-    from turbine_fenicsx.turbine.summary import versions
+    """Print the versions, and where DOLFINx is or how to get it."""
+    from turbine_fenicsx.versions import dolfinx_folder, how_to_install, versions
 
-    if comm.rank == 0:
-        for name, number in versions().items():
-            print(f"{name:<18}{number}")
+    if comm is not None and comm.rank != 0:
+        return OK
+    for name, number in versions().items():
+        print(f"{name:<21}{number}")
+    try:
+        import dolfinx  # noqa: F401
+    except ImportError as error:
+        print(how_to_install(error))
+    else:
+        print(f"{'dolfinx':<21}{dolfinx_folder()}")
     return OK

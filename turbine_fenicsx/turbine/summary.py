@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
-
-from mpi4py import MPI
-from petsc4py import PETSc
 
 import numpy as np
 
-import turbine_fenicsx
 from turbine_fenicsx import timing
 from turbine_fenicsx.output_folder import TimeSeries
 from turbine_fenicsx.rotations import E3
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.turbine.model import Turbine
+from turbine_fenicsx.versions import versions
 
 
 class Statistics:
@@ -55,22 +50,6 @@ class Statistics:
 
     def finish(self) -> None:
         """Nothing to do."""
-
-
-def versions() -> dict[str, str]:
-    """Versions of everything that matters for a result."""
-    found = {
-        "turbine_fenicsx": turbine_fenicsx.__version__,
-        "python": platform.python_version(),
-        "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
-        "mpi": MPI.Get_library_version().split(",")[0].split("\n")[0].strip("\x00 "),
-    }
-    for package in ("fenics-dolfinx", "fenics-ufl", "numpy", "gmsh", "petsc4py", "mpi4py"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 def masses(turbine: Turbine) -> dict[str, float]:
