@@ -30,6 +30,8 @@ _PUBLIC = {
     "Hat": "time_functions",
     "History": "observers.history",
     "JointDamper": "elements",
+    "JointReaction": "observers.joint_reactions",
+    "JointReactions": "observers.joint_reactions",
     "JointSpring": "elements",
     "JointTorque": "loads",
     "KelvinVoigt": "materials",
@@ -67,6 +69,7 @@ _PUBLIC = {
     "dot": "quadratic",
     "equilibrium": "statics",
     "initial_motion": "start",
+    "joint_channel": "observers.joint_reactions",
     "point_channel": "observers.points",
 }
 

@@ -108,6 +108,7 @@ class RigidBlock:
         is_angle: Which of them are angles, shape (n_angles,).
         n_constraints: Number of internal and joint constraints with a multiplier.
         n_prescribed: Number of prescribed motions.
+        n_rows: Number of functions of q: constraints, then two for each joint coordinate.
         size: Number of unknowns.
     """
 
@@ -136,6 +137,7 @@ class RigidBlock:
             slice(n_g, n_g + n_T),
             slice(n_g + n_T, n_g + 2 * n_T),
         )
+        self.n_rows = n_g + 2 * n_T
         sizes = (n_q, n_T, n_g, n_T, n_p)
         ends = np.cumsum(sizes)
         self._parts = [slice(e - n, e) for e, n in zip(ends, sizes, strict=True)]
@@ -170,6 +172,28 @@ class RigidBlock:
         """
         G = self._map.jacobian(q)
         return G[self._g], np.where(self.is_angle[:, None], G[self._s], G[self._c])
+
+    def forces_between(
+        self, q0: Array, T0: Array, q1: Array, T1: Array, multipliers: Array
+    ) -> tuple[Array, Array]:
+        """Forces of constraints and joint coordinates in a step.
+
+        Args:
+            q0: Coordinates at its start, shape (n_q,).
+            T0: Joint coordinates there, shape (n_angles,).
+            q1: Coordinates at its end.
+            T1: Joint coordinates there.
+            multipliers: Those of the step, as in `State`.
+
+        Returns:
+            Factors lambda, shape (n_rows,), and gradients G in the middle of the step, shape
+            (n_rows, n_q), of the constraints with a multiplier, then of the cosines (displacements)
+            and of the sines of all joint coordinates; -lambda_k G_k is the force of row k on q.
+        """
+        (_, y1), y0 = self._at(q1), self._map.value(q0)
+        a = self.angle_form(T0, T1, y0[self._c], y1[self._c], y0[self._s], y1[self._s])
+        mu, nu = multipliers[self._g], multipliers[self._c]
+        return np.concatenate([mu, a.g_c * nu, a.g_s * nu]), self._map.jacobian(0.5 * (q0 + q1))
 
     def element_works(self, step: RigidStep, r: Array) -> Array:
         """Work of each force element in a step [J]: exactly force times increment."""

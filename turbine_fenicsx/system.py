@@ -77,6 +77,7 @@ class MultibodySystem:
         dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
         gravity: Acceleration of gravity, shape (3,) [m/s^2].
         redundant: Number of redundant constraints of each joint that has some, by its name.
+        joint_rows: Rows of `RigidBlock.forces_between` that belong to each joint, by its name.
 
     Raises:
         TypeError: for a part of unknown kind, or a joint or coupling of the wrong kind of body.
@@ -150,6 +151,7 @@ class MultibodySystem:
         constraints = [c for f in frames.values() for c in f.internal_constraints()]
         n_internal, owners = len(constraints), []
         coordinates: dict[str, JointCoordinate] = {}
+        of_coordinates: dict[str, str] = {}
         for joint in self.joints:
             a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
             mine = joint.constraints(a, b)
@@ -158,7 +160,7 @@ class MultibodySystem:
             for name, coordinate in joint.coordinates(a, b).items():
                 if name in coordinates:
                     raise ValueError(f"two joint coordinates are called {name!r}")
-                coordinates[name] = coordinate
+                coordinates[name], of_coordinates[name] = coordinate, joint.name
         self.angle_names = tuple(coordinates)
         n_q = 12 * len(self.rigid_bodies)
         layout = Layout(
@@ -173,6 +175,12 @@ class MultibodySystem:
                 f"the prescribed motion of {self.motions[k].coordinate!r} depends on the joints "
                 "and the other prescribed motions"
             )
+        of_rows = [*("" for _ in range(n_internal)), *owners]
+        of_rows = [name for k, name in enumerate(of_rows) if k not in redundant]
+        of_rows += 2 * [of_coordinates[name] for name in coordinates]
+        self.joint_rows = {
+            j.name: np.flatnonzero([name == j.name for name in of_rows]) for j in self.joints
+        }
         self.redundant: dict[str, int] = {}
         for k in redundant:
             name = owners[k - n_internal]
