@@ -36,7 +36,7 @@ class MeshReport:
             tetrahedron, 0 for a degenerate and negative for an inverted cell [-].
         worst_group: Physical volume that holds the worst cell, the first of equally bad ones.
         worst_point: Centre of that cell [m].
-        bad_cells: Number of inverted or degenerate cells.
+        bad_cells: Number of inverted or degenerate cells, those without finite size included.
     """
 
     cell: str
@@ -142,8 +142,9 @@ def examine(
     Returns:
         The report.
     """
-    quality = scaled_jacobian(points, cells, reference)
-    volumes = cell_volumes(points, cells, reference)
+    with np.errstate(over="ignore", invalid="ignore"):  # such cells count as degenerate
+        quality = scaled_jacobian(points, cells, reference)
+        volumes = cell_volumes(points, cells, reference)
     worst = int(np.argmax(quality <= quality.min() + _TIE))
     centre = points[cells[worst]].mean(axis=0)
     return MeshReport(
@@ -155,7 +156,7 @@ def examine(
         worst_quality=float(quality.min()),
         worst_group=next(n for n, tag in groups.items() if tag == cell_groups[worst]),
         worst_point=(float(centre[0]), float(centre[1]), float(centre[2])),
-        bad_cells=int(np.count_nonzero(quality <= DEGENERATE)),
+        bad_cells=int(np.count_nonzero(~(quality > DEGENERATE))),
     )
 
 

@@ -1,34 +1,17 @@
 """Reading a .msh file into arrays, with every mistake of a user's mesh in one sentence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.meshing.blade import FloatArray
 from turbine_fenicsx.meshing.block import face_keys
 from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, IntArray, ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
+from turbine_fenicsx.meshing.gmsh_process import Group, MshContent, read_content
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.meshing.session import gmsh_session
-
-
-@dataclass(frozen=True)
-class _Group:
-    """A physical group as gmsh hands it out: elements of one or more types.
-
-    Attributes:
-        name: Its name.
-        tag: Its number.
-        elements: gmsh's number of each element by element type.
-        nodes: gmsh's numbers of the nodes of each element by element type.
-    """
-
-    name: str
-    tag: int
-    elements: dict[int, IntArray]
-    nodes: dict[int, IntArray]
 
 
 def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> MeshArrays:
@@ -47,21 +30,12 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
     """
     check_header(path)
     try:
-        with gmsh_session() as gmsh:
-            gmsh.merge(str(path))
-            highest = max((dim for dim, _ in gmsh.model.getEntities()), default=-1)
-            solids, shells = (_groups(gmsh.model, dimension) for dimension in (3, 2))
-            tags, coordinates, _ = gmsh.model.mesh.getNodes()
-            has_cells = any(len(types) > 0 for types in gmsh.model.mesh.getElements(3)[:1])
-            names = {
-                kind: gmsh.model.mesh.getElementProperties(kind)[0]
-                for group in solids + shells
-                for kind in group.elements
-            }
-        if not has_cells:
+        content = read_content(path)
+        solids, shells, names = content.solids, content.shells, content.names
+        if not content.has_cells:
             raise MeshError(
                 "it holds no volume elements"
-                + (f", its highest dimension is {highest}" if highest >= 0 else "")
+                + (f", its highest dimension is {content.highest}" if content.highest >= 0 else "")
             )
         _require(solids, shells, volumes, surfaces)
         reference = _reference(solids, names)
@@ -77,13 +51,12 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
         stray = np.count_nonzero(~is_face | (facets < 0).any(axis=1))
         if stray:
             raise MeshError(f"{stray} elements of its physical surfaces are not faces of any cell")
+        points = _points(content, used)
     except MeshError as error:
         raise MeshError(f"mesh file '{path}': {error}") from error
-    order = np.argsort(tags)
-    rows = order[np.searchsorted(tags, used, sorter=order)]
     return MeshArrays(
         reference=reference,
-        points=coordinates.reshape(-1, 3)[rows],
+        points=points,
         cells=cells,
         cell_groups=cell_groups,
         facets=facets,
@@ -105,37 +78,12 @@ def check_header(path: Path) -> None:
         raise MeshError(f"cannot read the mesh file '{path}': {error.strerror}") from error
     except ValueError as error:  # a null byte, half a character
         raise MeshError(f"cannot read the mesh file {str(path)!r}: no valid name") from error
-    if path.suffix != ".msh" or not start.lstrip().startswith((b"$MeshFormat", b"$Comments")):
+    if path.suffix != ".msh" or not start.startswith((b"$MeshFormat", b"$Comments")):
         raise MeshError(f"'{path}' is not a mesh in gmsh's .msh format")
 
 
-def _groups(model: Any, dimension: int) -> list[_Group]:
-    """Return the physical groups of a dimension that hold elements."""
-    groups = []
-    for _, tag in model.getPhysicalGroups(dimension):
-        elements: dict[int, list[IntArray]] = {}
-        nodes: dict[int, list[IntArray]] = {}
-        for entity in model.getEntitiesForPhysicalGroup(dimension, tag):
-            for kind, some_elements, some_nodes in zip(
-                *model.mesh.getElements(dimension, entity), strict=True
-            ):
-                elements.setdefault(int(kind), []).append(some_elements.astype(np.int64))
-                nodes.setdefault(int(kind), []).append(some_nodes.astype(np.int64))
-        name = model.getPhysicalName(dimension, tag) or f"unnamed_{tag}"
-        if elements:
-            groups.append(
-                _Group(
-                    name,
-                    int(tag),
-                    {kind: np.concatenate(parts) for kind, parts in elements.items()},
-                    {kind: np.concatenate(parts) for kind, parts in nodes.items()},
-                )
-            )
-    return groups
-
-
 def _require(
-    solids: list[_Group], shells: list[_Group], volumes: Sequence[str], surfaces: Sequence[str]
+    solids: list[Group], shells: list[Group], volumes: Sequence[str], surfaces: Sequence[str]
 ) -> None:
     """Raise MeshError if a group is missing or two have the same name."""
     missing, found = [], []
@@ -154,7 +102,7 @@ def _require(
         raise MeshError(f"it lacks {' and '.join(missing)}; it has {' and '.join(found)}")
 
 
-def _reference(solids: list[_Group], names: dict[int, str]) -> ReferenceCell:
+def _reference(solids: list[Group], names: dict[int, str]) -> ReferenceCell:
     """Return the element type of all cells, or raise MeshError if there is more than one."""
     kinds = sorted({kind for group in solids for kind in group.elements})
     supported = {reference.gmsh_type: reference for reference in REFERENCE_CELLS}
@@ -167,7 +115,7 @@ def _reference(solids: list[_Group], names: dict[int, str]) -> ReferenceCell:
 
 
 def _join(
-    groups: list[_Group], kind: int, what: str, names: dict[int, str]
+    groups: list[Group], kind: int, what: str, names: dict[int, str]
 ) -> tuple[IntArray, IntArray]:
     """Return the nodes of all elements in one row and the group of each element."""
     for group in groups:
@@ -192,6 +140,24 @@ def _join(
         )
     nodes = np.concatenate([none, *(group.nodes[kind] for group in groups)])
     return nodes, np.concatenate([none, *tags])
+
+
+def _points(content: MshContent, used: IntArray) -> FloatArray:
+    """Return the coordinates of the nodes in the sorted array ``used``."""
+    order = np.argsort(content.tags)
+    rows = np.searchsorted(content.tags, used, sorter=order)
+    rows = order[np.minimum(rows, len(order) - 1)]
+    lacking = np.count_nonzero(content.tags[rows] != used)
+    if lacking:
+        raise MeshError(f"{lacking} nodes of its cells are not in it")
+    points = content.points[rows]
+    wild = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(wild):
+        raise MeshError(
+            f"{len(wild)} of its nodes have coordinates that are no finite numbers, the first is "
+            f"node {used[wild[0]]}"
+        )
+    return points
 
 
 def _renumbered(nodes: IntArray, used: IntArray) -> IntArray:

@@ -68,11 +68,16 @@ def _import_gmsh() -> Any:
     try:
         import gmsh
     except (ImportError, OSError) as error:  # OSError: the module without its shared library
-        raise MeshError(
-            f"gmsh cannot be loaded ({error}); install it with 'apt install python3-gmsh' or "
-            "'pip install gmsh'"
-        ) from error
+        raise MeshError(how_to_install(error)) from error
     return gmsh
+
+
+def how_to_install(error: object) -> str:
+    """Return the sentence for those without gmsh."""
+    return (
+        f"gmsh cannot be loaded ({error}); install it with 'apt install python3-gmsh' or "
+        "'pip install gmsh'"
+    )
 
 
 def is_open(gmsh: Any) -> bool:
