@@ -52,8 +52,11 @@ def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     )
     assert sorted(source.rglob("*")) == before
     (wheel,) = tmp_path.glob("*.whl")
-    names = zipfile.ZipFile(wheel).namelist()
-    assert {"turbine_fenicsx/py.typed", "turbine_fenicsx/report.html"} <= set(names)
+    held = zipfile.ZipFile(wheel)
+    assert {"turbine_fenicsx/py.typed", "turbine_fenicsx/report.html"} <= set(held.namelist())
+    for folder in ("paper", "turbine"):  # the cases themselves, not the links to them
+        for case in (ROOT / "demos" / folder).glob("*.toml"):
+            assert held.read(f"turbine_fenicsx/demos/{case.name}") == case.read_bytes()
 
 
 @pytest.fixture
@@ -85,10 +88,11 @@ def test_a_python_without_dolfinx_is_told_how_to_get_it(without_dolfinx):
         assert result.stderr.count("\n") == 1
 
 
-def test_info_and_help_need_no_dolfinx(without_dolfinx):
+def test_info_demo_and_help_need_no_dolfinx(without_dolfinx):
     info = without_dolfinx("info")
     assert info.returncode == 0, info.stderr
     assert "numpy" in info.stdout and "pip install dolfinx-solver-real`" in info.stdout
+    assert without_dolfinx("demo", "rigid").returncode == 0
     for arguments in (["--help"], ["run", "--help"]):
         result = without_dolfinx(*arguments)
         assert result.returncode == 0, result.stderr
