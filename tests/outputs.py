@@ -1,6 +1,8 @@
 """Files as a run writes them, without a run: time series, and fields of a turbine of boxes."""
 
 import csv
+import math
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from mpi4py import MPI
@@ -8,12 +10,22 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.observers.xdmf import XdmfSeries
-from turbine_fenicsx.rotations import E3, rotation_about
+from turbine_fenicsx.parts import Part, Parts
+from turbine_fenicsx.rotations import E2, E3, rotation_about
 
 ANGLES = ("yaw", "rotor")
 HUB_CENTRE = np.array([0.0, 0.0, -5.0])
 SPIN = 0.4
 """Of the turbine of boxes about e3 [rad/s]."""
+PARTS = Parts(
+    (
+        Part(0, "nacelle", "nacelle", 0),
+        Part(1, "hub", "hub", 0),
+        *(Part(1 + k, f"blade_{k}", "blades") for k in (1, 2, 3)),
+    ),
+    {1: 0, 2: 0, 3: 0},
+)
+"""Of the turbine of boxes."""
 
 
 def history(n_tips: int = 3, angles: tuple[str, ...] = ANGLES, n: int = 61) -> dict:
@@ -54,35 +66,74 @@ def write(path: Path, columns: dict, end: str = "") -> Path:
     return path
 
 
-def turbine(path: Path, times: tuple[float, ...] = (0.0, 1.0), bend: float = 2.0) -> Path:
+def turbine(
+    path: Path, times: tuple[float, ...] = (0.0, 1.0), bend: float = 2.0, pitch: float = 0.0
+) -> Path:
     """Boxes for nacelle and hub and three needles for blades, on a hub that turns.
 
-    The tips bend by ``bend`` times the time [m] along e3, stress grows in proportion.
+    The tips bend by ``bend`` times the time [m] along e3, the blades pitch by ``pitch`` times the
+    time [rad], stress grows in proportion. The roots are couplings 1 to 3.
     """
     cube = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
     faces = np.array([(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6)])
     hexahedron = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
     blade = cube * (1.0, 27.0, 0.5) + (0.0, 29.25, 0.0)
-    points = [2.0 * cube, 2.0 * cube + HUB_CENTRE]
-    for k in range(3):
-        points.append(blade @ rotation_about(E3, 2.0 * np.pi / 3.0 * k).T + HUB_CENTRE)
+    azimuths = [rotation_about(E3, 2.0 * np.pi / 3.0 * k) for k in range(3)]
+    points = [2.0 * cube, 2.0 * cube + HUB_CENTRE, *(blade @ R.T + HUB_CENTRE for R in azimuths)]
     cells = [
         ("quadrilateral", np.concatenate([faces, faces + 8])),
         ("hexahedron", np.concatenate([hexahedron + 8 * i for i in (2, 3, 4)])),
     ]
     X = np.concatenate(points)
-    tips = np.linalg.norm(X - HUB_CENTRE, axis=1) > 50.0
+    distance = np.linalg.norm(X - HUB_CENTRE, axis=1)
+    blade_of = np.repeat([0, 0, 1, 2, 3], 8)
+    coupling = np.where(distance < 10.0, blade_of, 0)
     part = np.array([0] * 4 + [1] * 4 + [2, 3, 4])
-    series = XdmfSeries(MPI.COMM_SELF, path, cells, len(X), cell_data={"part": part})
+    series = XdmfSeries(
+        MPI.COMM_SELF,
+        path,
+        cells,
+        len(X),
+        point_data={"coupling": coupling},
+        cell_data={"part": part},
+        information={"parts": PARTS.to_text()},
+    )
     for t in times:
         x = X.copy()
+        for k, R in enumerate(azimuths):
+            mine = blade_of == k + 1
+            turn = rotation_about(R @ E2, pitch * t)
+            x[mine] = (X[mine] - HUB_CENTRE) @ turn.T + HUB_CENTRE
+            x[mine & (distance > 50.0)] += bend * t * E3
         x[8:] = (x[8:] - HUB_CENTRE) @ turned(t).T + HUB_CENTRE
-        x[tips] += bend * t * E3
         stress = 1e7 * t * np.where(part >= 2, part, 0.0)
-        series.write(t, x, {"displacement": x - X}, {"cauchy_stress_norm": stress})
+        fields = {"cauchy_stress_norm": stress, "von_mises_stress": 0.5 * stress}
+        series.write(t, x, {"displacement": x - X}, fields)
     return path
 
 
 def turned(t: float) -> np.ndarray:
     """Rotation of the hub of the turbine of boxes, shape (3, 3)."""
     return rotation_about(E3, SPIN * t)
+
+
+def read_fields(path: Path) -> dict[float, dict[str, np.ndarray]]:
+    """Everything in ``fields.xdmf``: time to arrays by name, without any library."""
+    found = {}
+    for grid in ElementTree.parse(path).getroot().iter("Grid"):
+        if grid.get("Name") != "mesh":
+            continue
+        arrays = {}
+        for part in grid:
+            item = part.find("DataItem")
+            if item is None:
+                continue
+            shape = tuple(int(n) for n in item.get("Dimensions").split())
+            kind = {"Float": "f", "Int": "i"}[item.get("NumberType")] + item.get("Precision")
+            name = "".join(item.itertext()).strip()
+            numbers = np.fromfile(
+                path.parent / name, kind, math.prod(shape), offset=int(item.get("Seek"))
+            )
+            arrays[part.get("Name") or part.tag] = numbers.reshape(shape)
+        found[float(grid.find("Time").get("Value"))] = arrays
+    return found

@@ -13,6 +13,7 @@ LAYERS = [
     {
         "errors",
         "parallel",
+        "parts",
         "rotations",
         "checks",
         "time_functions",
@@ -55,6 +56,9 @@ LAYERS = [
     {"simulation"},
     {"observers"},
     {"output_folder", "deformation"},
+    {"colours", "field_reader"},
+    {"camera"},
+    {"backdrop"},
     {"scene"},
     {"plots", "pictures"},
     {"report"},

@@ -1,86 +1,112 @@
-"""The grid of ``fields.xdmf`` at one time, its deformation scaled if that is asked for.
+"""The deformation of the parts of ``fields.xdmf``, exaggerated.
 
-The cell field ``part`` says what is what: 0 nacelle, 1 hub, 2 to 4 the blades, 5 the tower.
+Each flexible part is seen from what carries it: the ground, the hub, the ring of a pitch bearing.
+Its displacement relative to that motion is multiplied, so that turning, yawing and pitching stay as
+they are. What stands on a flexible part, as a nacelle on its tower, rides along with it.
 """
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-NACELLE, HUB, FIRST_BLADE, TOWER = 0, 1, 2, 5
-"""Values of the cell field ``part``."""
-
-_VOLUMES = (10, 12)  # VTK's numbers of tetrahedra and hexahedra
+from turbine_fenicsx.parts import Parts
 
 Points = NDArray[np.float64]
 
 
-def scaled_deformation(
-    x: Points, u: Points, hub: NDArray[Any], flexible: NDArray[Any], scale: float
-) -> Points:
-    """Points with the deformation of the flexible parts scaled, but not the motion of the hub.
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """A rotation about a point, and where this point goes.
 
-    The rigid motion of the hub is fitted to its points [least squares, by the singular values of
-    the correlation]. Where it alone would have taken a point of a flexible part is the origin of
-    the deformation of this point, so that turning rotor and nacelle are not exaggerated.
+    Args:
+        rotation: Shape (3, 3).
+        start: The point, shape (3,) [m].
+        end: Where it goes, shape (3,) [m].
+    """
+
+    rotation: Points
+    start: Points
+    end: Points
+
+    def __call__(self, points: Points) -> Points:
+        """Moved points, shape (n, 3) [m]."""
+        return (points - self.start) @ self.rotation.T + self.end
+
+
+STILL = RigidMotion(np.eye(3), np.zeros(3), np.zeros(3))
+
+
+def fit_motion(before: Points, after: Points) -> RigidMotion:
+    """The rigid motion that fits best, by the singular values of the correlation.
+
+    Points in a line, or fewer than three, say nothing about a rotation and are only shifted.
+
+    Args:
+        before: Points, shape (n, 3) [m].
+        after: The same points later, shape (n, 3) [m].
+    """
+    start, end = before.mean(axis=0), after.mean(axis=0)
+    if not span_a_plane(before):
+        return RigidMotion(np.eye(3), start, end)
+    left, _, right = np.linalg.svd((after - end).T @ (before - start))
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, no reflection
+    return RigidMotion(left @ right, start, end)
+
+
+def exaggerate(
+    x: Points,
+    u: Points,
+    coupling: NDArray[np.int32],
+    points_of: Callable[[int], NDArray[np.bool_]],
+    parts: Parts,
+    scale: float,
+) -> Points:
+    """Points with the deformation of the flexible parts multiplied.
 
     Args:
         x: Present positions, shape (n, 3) [m].
         u: Displacements, shape (n, 3) [m].
-        hub: Which points are on the hub, shape (n,) of bool.
-        flexible: Which points are on flexible parts, shape (n,) of bool.
-        scale: Factor; 1 shows the deformation as it is, 0 the rigid motion.
+        coupling: Number of the coupling that holds a point, 0 for none, shape (n,).
+        points_of: Which points a part has, by its number; shape (n,) of bool.
+        parts: The parts.
+        scale: Factor of the deformation; 1 shows it as it is, 0 none.
 
     Returns:
         Positions, shape (n, 3) [m].
-
-    Raises:
-        ValueError: if the hub has less than three points.
     """
-    if np.count_nonzero(hub) < 3:
-        raise ValueError("the deformation cannot be scaled: there is no hub (part 1) to refer to")
-    X = x - u
-    centre, present = X[hub].mean(axis=0), x[hub].mean(axis=0)
-    left, _, right = np.linalg.svd((x[hub] - present).T @ (X[hub] - centre))
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, no reflection
-    rigid = (X - centre) @ (left @ right).T + present
-    return np.where(flexible[:, None], rigid + scale * (x - rigid), x)
+    X, moved = x - u, x.copy()
+    rides: dict[int, RigidMotion] = {0: STILL}  # with the number of what one stands on
+    flexible = [p.number for p in parts.parts if p.stands_on is None]
+    mine = {number: points_of(number) for number in flexible}
+    held = {number: set(coupling[mine[number]].tolist()) - {0} for number in flexible}
+    while flexible:
+        number = next(n for n in flexible if _ground(held[n], parts.roots) in rides)
+        flexible.remove(number)
+        ride = rides[_ground(held[number], parts.roots)]
+        roots = mine[number] & np.isin(coupling, list(parts.roots))
+        fixed = roots if span_a_plane(X[roots]) else mine[number]
+        rigid = fit_motion(X[fixed], x[fixed])(X[mine[number]])
+        moved[mine[number]] = ride(rigid + scale * (x[mine[number]] - rigid))
+        for head in held[number] - set(parts.roots):
+            there = mine[number] & (coupling == head)
+            rides[head] = fit_motion(x[there], moved[there])
+    for part in parts.parts:
+        if part.stands_on:
+            there = points_of(part.number)
+            moved[there] = rides[part.stands_on](x[there])
+    return moved
 
 
-def read_grid(reader: Any, step: int, scale: float) -> Any:
-    """Read one time.
-
-    Args:
-        reader: PyVista's reader of ``fields.xdmf``.
-        step: Number of the time.
-        scale: Factor of the deformation.
-
-    Raises:
-        ValueError: if the parts are not marked, or there is no hub to scale the deformation.
-    """
-    reader.set_active_time_point(step)
-    grid = reader.read().copy()  # the reader gives the same one for the same step
-    if "part" not in grid.cell_data:
-        raise ValueError(f"{reader.path} has no cell field 'part'")
-    if scale != 1.0:
-        u = np.asarray(grid.point_data["displacement"], dtype=float)
-        part = np.asarray(grid.cell_data["part"])
-        hub = points_of(grid, part == HUB)
-        flexible = points_of(grid, flexible_cells(grid) & (part != TOWER))
-        x = np.asarray(grid.points, dtype=float)
-        grid.points = scaled_deformation(x, u, hub, flexible, scale)
-    return grid
+def _ground(held: set[int], roots: Mapping[int, int]) -> int:
+    """What the carriers of a part stand on."""
+    return min((roots[number] for number in held if number in roots), default=0)
 
 
-def flexible_cells(grid: Any) -> NDArray[Any]:
-    """Which cells have a volume; rigid parts are surfaces."""
-    return np.isin(np.asarray(grid.celltypes), _VOLUMES)
-
-
-def points_of(grid: Any, cells: NDArray[Any]) -> NDArray[Any]:
-    """Which points some cells touch, shape (n_points,) of bool."""
-    found = np.zeros(grid.n_points, dtype=bool)
-    if cells.any():
-        found[np.asarray(grid.extract_cells(cells).point_data["vtkOriginalPointIds"])] = True
-    return found
+def span_a_plane(points: Points) -> bool:
+    """Whether there are three points or more that are not in a line."""
+    if len(points) < 3:
+        return False
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(sizes[1] > 1e-6 * sizes[0])

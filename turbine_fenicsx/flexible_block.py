@@ -138,10 +138,9 @@ class FlexibleBlock:
         self._tangent = compile_form(ufl.derivative(R, self._du, delta))
         self._strain_energy = compile_form(energy(right_cauchy_green(F)) * dx_stress)
         self._momentum = compile_form(rho * ufl.dot(self._v, w) * dx_mass)
-        self._stress = fem.Function(_compat.cellwise_space(mesh))
-        self._stress_norm = _compat.expression(
-            ufl.sqrt(ufl.inner(sigma, sigma)), self._stress.function_space
-        )
+        norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
+        self._stresses = fem.Function(_compat.cellwise_space(mesh, (2,)))
+        self._stresses_now = _compat.expression(ufl.as_vector(norms), self._stresses.function_space)
         self._fibre_now = None
         if body.fibre is not None:
             a = F * body.fibre
@@ -272,9 +271,21 @@ class FlexibleBlock:
         Returns:
             Shape (local cells,), ghosts included.
         """
+        return self.cauchy_stresses(u)[0]
+
+    def cauchy_stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
+        """Norm of the Cauchy stress, and von Mises stress, at the cell centres [Pa].
+
+        Args:
+            u: Displacement.
+
+        Returns:
+            Shapes (local cells,), ghosts included.
+        """
         self._set(self._u, u)
-        self._stress.interpolate(self._stress_norm)
-        return self._stress.x.array.copy()
+        self._stresses.interpolate(self._stresses_now)
+        norm, von_mises = self._stresses.x.array.reshape(-1, 2).T.copy()
+        return norm, von_mises
 
     def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
         """Unit vectors along the deformed fibres at the cell centres, None without fibres.

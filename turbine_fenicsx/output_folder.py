@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.parts import Parts
 
 _COLUMN = re.compile(r"(?P<quantity>.+)_\[(?P<unit>.+)\]$")
 
@@ -173,6 +174,24 @@ def field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
         if numbers.stat().st_size < size:
             raise InputError(f"{numbers} is incomplete: {path.name} needs {size} bytes of it")
     return times
+
+
+def field_parts(path: str | os.PathLike[str]) -> Parts:
+    """What the parts of ``fields.xdmf`` are called and what carries them.
+
+    Raises:
+        InputError: if the file does not say so.
+    """
+    try:
+        for item in ElementTree.parse(path).getroot().iter("Information"):
+            if item.get("Name") == "parts":
+                return Parts.from_text(item.attrib["Value"])
+    except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
+        raise InputError(f"cannot read the parts in {os.fspath(path)!r}: {error}") from None
+    raise InputError(
+        f"{os.fspath(path)!r} does not say what its parts are: an earlier version has written it, "
+        "run the case again"
+    )
 
 
 def need_folder(folder: str | os.PathLike[str]) -> Path:

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx import scene
+from turbine_fenicsx.camera import VIEWS
 from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.output_folder import field_times
+from turbine_fenicsx.output_folder import field_parts, field_times
 
 _MPI_VARIABLES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_", "HYDRA_")
 _MOST_FRAMES_PER_SECOND = 60.0
@@ -26,21 +27,30 @@ _MOST_FRAMES_PER_SECOND = 60.0
 
 @dataclass(frozen=True)
 class Look:
-    """How the turbine is drawn.
+    """How a model is drawn.
 
     Args:
-        scalar: Point or cell field that colours the blades; of a vector its length. With None
-            they are plain, as those of a rigid turbine always are under stress.
-        scale: Factor of the deformation relative to the rigid motion of the hub.
-        view: One of `turbine_fenicsx.scene.VIEWS`.
+        scalar: Point or cell field that colours it; of a vector its length. With None parts are
+            plain, as rigid ones always are under stress.
+        scale: Factor of the deformation of flexible parts relative to what carries them.
+        view: One of `turbine_fenicsx.camera.VIEWS`.
         limits: Values at the ends of the colours, in the units of the legend; None takes zero and
-            the largest value of all that is drawn together.
+            what 99 % of all values are below that are drawn together, for stress body by body.
+        size: Width and height in pixels; movies need even numbers.
+        coloured: Names of the parts or bodies that have colours, with ``*`` for any letters; none
+            for all that have the field.
+        smooth: Whether fields of cells are averaged at the points.
+        edges: Whether the edges of the mesh are drawn.
     """
 
-    scalar: str | None = "cauchy_stress_norm"
+    scalar: str | None = "von_mises_stress"
     scale: float = 1.0
     view: str = "oblique"
     limits: tuple[float, float] | None = None
+    size: tuple[int, int] = (1920, 1080)
+    coloured: tuple[str, ...] = ()
+    smooth: bool = True
+    edges: bool = False
 
 
 def render_turbine(
@@ -169,9 +179,14 @@ def _draw(
     Raises:
         InputError: if it cannot.
     """
-    if look.view not in scene.VIEWS:
-        raise InputError(f"there is no view {look.view!r}, but {', '.join(scene.VIEWS)}")
-    job = {"fields": os.fspath(fields_xdmf), "pictures": list(pictures), "movie": movie}
+    if look.view not in VIEWS:
+        raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")
+    job = {
+        "fields": os.fspath(fields_xdmf),
+        "parts": field_parts(fields_xdmf).to_text(),
+        "pictures": list(pictures),
+        "movie": movie,
+    }
     env = {k: v for k, v in os.environ.items() if not k.startswith(_MPI_VARIABLES)}
     package = str(Path(scene.__file__).parents[1])
     env["PYTHONPATH"] = os.pathsep.join(filter(None, [package, env.get("PYTHONPATH")]))

@@ -208,7 +208,7 @@ def _pictures(folder: Path, times: Sequence[float] | None, look: Look) -> str:
         texts = [_figure(path, f"t = {path.stem.removeprefix('turbine_t')} s") for path in paths]
     scaled = "" if look.scale == 1.0 else f" The deformation is scaled by {look.scale:g}."
     return (
-        "<p>All pictures have the same scale of colours. The tower is no part of the model."
+        "<p>All pictures have the same scales of colours. A white tower is no part of the model."
         f"{scaled}</p>\n<div class='pictures'>{''.join(texts)}</div>\n"
     )
 

@@ -277,6 +277,16 @@ def test_cauchy_stress_norm_of_a_uniform_stretch_equals_the_hand_value(make, cel
     assert np.allclose(norm, np.linalg.norm(cauchy_by_hand(law)), rtol=1e-12, atol=0)
 
 
+@pytest.mark.parametrize("law", ["svk", "neo_hooke"])
+def test_von_mises_stress_of_a_uniform_stretch_equals_the_hand_value(make, law):
+    block = make("hexahedron", 1, law)
+    _, found = block.cauchy_stresses(nodal(block, affine(STRETCH - np.eye(3))))
+    s = cauchy_by_hand(law)
+    shear = s[0, 1] ** 2 + s[1, 2] ** 2 + s[2, 0] ** 2
+    normal = (s[0, 0] - s[1, 1]) ** 2 + (s[1, 1] - s[2, 2]) ** 2 + (s[2, 2] - s[0, 0]) ** 2
+    assert np.allclose(found, np.sqrt(0.5 * normal + 3.0 * shear), rtol=1e-12, atol=0)
+
+
 @all_kinds
 def test_strain_energy_of_a_uniform_stretch_equals_the_hand_value(make, cell, degree):
     block = make(cell, degree, "svk")

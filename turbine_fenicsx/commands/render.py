@@ -1,10 +1,10 @@
-"""Draw pictures of the whole turbine, or a movie, coloured by stress.
+"""Draw pictures of a model, or a movie, coloured by stress.
 
-Nacelle, hub, blades and a flexible tower are where fields.xdmf has them; any other tower is no part
-of the model and drawn as a ghost. All pictures of one call share their scale of colours, see
---range. --scale S exaggerates the deformation: the rigid motion of the hub is fitted to its points,
-and the displacement of the blades relative to that motion is multiplied by S, so that the turning
-of rotor and nacelle stays as it is. Rigid parts are never scaled. No display is needed.
+Everything is where fields.xdmf has it; a turbine whose tower is no part of the model gets a pale
+one. All pictures of one call share their scales of colours, see --range. --scale S exaggerates the
+deformation: of each blade relative to the hub or the ring that carries its root, of the tower
+relative to the ground, with nacelle and rotor riding on it; turning, yaw and pitch stay as they
+are. Rigid parts are never deformed. No display is needed.
 """
 
 from __future__ import annotations
@@ -43,15 +43,32 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     colours.add_argument(
         "--field",
         metavar="NAME",
-        default="cauchy_stress_norm",
-        help="field that colours the blades: cauchy_stress_norm (default), displacement, velocity",
+        default="von_mises_stress",
+        help="field that gives the colours: von_mises_stress (default), cauchy_stress_norm, "
+        "displacement, velocity",
     )
-    colours.add_argument("--plain", action="store_true", help="blades in one colour")
+    colours.add_argument("--plain", action="store_true", help="no field, each part in one colour")
+    parser.add_argument(
+        "--parts",
+        metavar="NAME,NAME,...",
+        help="what has these colours, for example blades or 'blade_*' or tower; default: all that "
+        "has the field",
+    )
     parser.add_argument(
         "--range",
         metavar="LOW,HIGH",
-        help="ends of the scale of colours in the units of its legend (MPa, m, m/s); "
-        "default: 0 and the largest value drawn",
+        help="ends of the scale of colours in the units of its legend (MPa, m, m/s); default: 0 "
+        "and what 99 %% of the values drawn are below, for stress blades and tower apart",
+    )
+    parser.add_argument(
+        "--cells", action="store_true", help="one value a cell instead of averages at its corners"
+    )
+    parser.add_argument("--edges", action="store_true", help="show the edges of the mesh")
+    parser.add_argument(
+        "--size",
+        metavar="WxH",
+        default="1920x1080",
+        help="width and height in pixels; default: 1920x1080",
     )
     parser.add_argument(
         "--speed",
@@ -93,6 +110,10 @@ def _render(options: argparse.Namespace) -> None:
         options.scale,
         options.view,
         None if limits is None else (limits[0], limits[1]),
+        _size(options.size, options.movie is not None),
+        tuple(filter(None, (options.parts or "").split(","))),
+        not options.cells,
+        options.edges,
     )
     fields = folder / "fields.xdmf"
     written = field_times(fields)
@@ -109,3 +130,20 @@ def _render(options: argparse.Namespace) -> None:
         with tqdm(total=n_frames, unit="frame", disable=not sys.stderr.isatty()) as bar:
             path = render_movie(fields, options.movie, options.speed, look, bar.update)
         print(path, flush=True)
+
+
+def _size(text: str, movie: bool) -> tuple[int, int]:
+    """Width and height of a picture in pixels.
+
+    Raises:
+        InputError: if they are none, or odd for a movie.
+    """
+    from turbine_fenicsx.errors import InputError
+
+    width, _, height = text.lower().partition("x")
+    numbers = [int(n) for n in (width, height) if n.isdecimal()]
+    if len(numbers) < 2 or not all(100 <= n <= 10_000 for n in numbers):
+        raise InputError(f"--size {text}: give width x height from 100x100 to 10000x10000 pixels")
+    if movie and any(n % 2 for n in numbers):
+        raise InputError(f"--size {text}: the numbers must be even for a movie")
+    return numbers[0], numbers[1]

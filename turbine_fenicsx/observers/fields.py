@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -13,8 +13,10 @@ from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.flexible_block import FlexibleBlock
+from turbine_fenicsx.observers.carriers import find_carriers
 from turbine_fenicsx.observers.xdmf import XdmfSeries
-from turbine_fenicsx.rigid_surface import RigidSurface
+from turbine_fenicsx.parts import Part, Parts
+from turbine_fenicsx.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.state import State
@@ -25,7 +27,7 @@ VTK_ORDER = {"hexahedron": [0, 1, 3, 2, 4, 5, 7, 6], "tetrahedron": [0, 1, 2, 3]
 
 
 class Fields:
-    """Writes ``fields.xdmf``: displacement, velocity, Cauchy stress norm and fibre direction.
+    """Writes ``fields.xdmf``: displacement, velocity, Cauchy stress and fibre direction.
 
     Points are the vertices at their current positions; stresses are those of the cell centres.
 
@@ -34,11 +36,16 @@ class Fields:
         path: The XDMF file.
         every: Simulated time between two outputs [s], positive; the end is always written.
         end: End time [s].
-        surfaces: Surfaces of rigid bodies, written by rank 0.
+        surfaces: Surfaces of rigid bodies, written by rank 0; if None, each is drawn as the
+            homogeneous box of its mass and Euler values.
         parts: Number of the part of each local cell (ghosts included), one array per flexible
-            body.
+            body; if None, each body is one part, with the next free numbers.
+        names: Names of the numbered parts that are not called like their bodies.
         keep_until: Keep the times of an existing file before this one [s], where the run goes on;
             None begins a new file.
+
+    Raises:
+        ValueError: if there is not one array of parts for each flexible body.
     """
 
     def __init__(
@@ -47,15 +54,27 @@ class Fields:
         path: str | os.PathLike[str],
         every: float,
         end: float,
-        surfaces: Sequence[RigidSurface] = (),
-        parts: Sequence[Array] = (),
+        surfaces: Sequence[RigidSurface] | None = None,
+        parts: Sequence[Array] | None = None,
+        names: Mapping[int, str] | None = None,
         keep_until: float | None = None,
     ) -> None:
         """Lay out the grid and create the files."""
         self._system, self._every, self._end = system, every, end
         comm = system.comm
-        self._surfaces = tuple(surfaces) if comm.rank == 0 else ()
+        if surfaces is None:
+            surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
         self._bodies = [_BodyOutput(block) for block in system.flexible_blocks]
+        if parts is None:
+            free = 1 + max((surface.part for surface in surfaces), default=-1)
+            parts = [np.full(b.n_cells, free + k) for k, b in enumerate(self._bodies)]
+        if len(parts) != len(self._bodies):
+            raise ValueError(
+                f"{len(parts)} arrays of parts for {len(self._bodies)} flexible bodies"
+            )
+        cell_parts = [p[: b.n_cells] for p, b in zip(parts, self._bodies, strict=True)]
+        about = _describe(system, surfaces, cell_parts, names or {})
+        self._surfaces = tuple(surfaces) if comm.rank == 0 else ()
         counts = [b.n_points for b in self._bodies] + [sum(len(s.points) for s in self._surfaces)]
         all_counts = np.array(comm.allgather(counts))
         starts = np.cumsum(all_counts.ravel()).reshape(all_counts.shape) - all_counts
@@ -63,20 +82,22 @@ class Fields:
         for k, body in enumerate(self._bodies):
             cells.append((body.kind, body.cells(comm, starts[:, k])))
         first = int(starts[comm.rank, -1])
-        quadrilaterals, part = [np.zeros((0, 4), np.int64)], [np.zeros(0)]
+        quadrilaterals = [np.zeros((0, 4), np.int64)]
         for surface in self._surfaces:
             quadrilaterals.append(first + surface.quadrilaterals)
-            part.append(np.full(len(surface.quadrilaterals), float(surface.part)))
+            cell_parts.append(np.full(len(surface.quadrilaterals), surface.part))
             first += len(surface.points)
         cells.append(("quadrilateral", np.concatenate(quadrilaterals)))
         self._n_faces = len(cells[-1][1])
-        body_parts = [p[: b.n_cells] for p, b in zip(parts, self._bodies, strict=True)]
+        held = [body.couplings(system) for body in self._bodies]
         self._series = XdmfSeries(
             comm,
             path,
             cells,
             sum(counts),
-            cell_data={"part": np.concatenate([*body_parts, *part]).astype(np.int32)},
+            point_data={"coupling": np.concatenate([*held, np.zeros(counts[-1], np.int32)])},
+            cell_data={"part": np.concatenate([np.zeros(0), *cell_parts]).astype(np.int32)},
+            information={"parts": about.to_text()},
             append=keep_until,
         )
         last = self._series.last_kept
@@ -99,34 +120,57 @@ class Fields:
     def write(self, state: State) -> None:
         """Write one state. Collective."""
         points, u, v = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros((0, 3))]
-        stress, fibre = [], []
+        norm, von_mises, fibre = [], [], []
         for k, body in enumerate(self._bodies):
             u_k, v_k = body.vertex_values(state.u[k]), body.vertex_values(state.v[k])
             points.append(body.positions + u_k)
             u.append(u_k)
             v.append(v_k)
-            stress.append(body.stress_norm(state.u[k]))
+            stress = body.stresses(state.u[k])
+            norm.append(stress[0])
+            von_mises.append(stress[1])
             fibre.append(body.fibre(state.u[k]))
         coordinates = self._system.coordinates_of(state.q)
         rates = self._system.coordinates_of(state.q_dot)
         for surface in self._surfaces:
-            xi = surface.body.body_coordinates(surface.points)
+            body = surface.body
+            xi = body.body_coordinates(surface.points)
             weights = np.column_stack([np.ones(len(xi)), xi])
-            x = weights @ coordinates[surface.body].reshape(4, 3)
-            points.append(x)
-            u.append(x - surface.points)
-            v.append(weights @ rates[surface.body].reshape(4, 3))
-        stress.append(np.zeros(self._n_faces))
+            moved = coordinates[body] - body.coordinates  # exactly zero at the start
+            u.append(weights @ moved.reshape(4, 3))
+            points.append(surface.points + u[-1])
+            v.append(weights @ rates[body].reshape(4, 3))
+        for values in (norm, von_mises):
+            values.append(np.zeros(self._n_faces))
         fibre.append(np.zeros((self._n_faces, 3)))
         self._series.write(
             state.time,
             np.concatenate(points),
             point_data={"displacement": np.concatenate(u), "velocity": np.concatenate(v)},
             cell_data={
-                "cauchy_stress_norm": np.concatenate(stress),
+                "cauchy_stress_norm": np.concatenate(norm),
+                "von_mises_stress": np.concatenate(von_mises),
                 "fibre": np.concatenate(fibre),
             },
         )
+
+
+def _describe(
+    system: MultibodySystem,
+    surfaces: Sequence[RigidSurface],
+    cell_parts: Sequence[Array],
+    names: Mapping[int, str],
+) -> Parts:
+    """Names of all parts and what carries them. Collective."""
+    stands_on, roots = find_carriers(system)
+    found = {}
+    for surface in surfaces:
+        name, number = surface.body.name, surface.part
+        found[number] = Part(number, names.get(number, name), name, stands_on[surface.body])
+    for body, mine in zip(system.flexible_bodies, cell_parts, strict=True):
+        for number in sorted(set().union(*system.comm.allgather(set(mine.astype(int).tolist())))):
+            found[number] = Part(number, names.get(number, body.name), body.name)
+    return Parts(tuple(found.values()), roots)
 
 
 class _BodyOutput:
@@ -174,9 +218,22 @@ class _BodyOutput:
         """Values of a nodal vector at the owned vertices, shape (n_points, 3)."""
         return self._block.nodal_values(vector)[self._node_of]
 
-    def stress_norm(self, u: PETSc.Vec) -> Array:
-        """Norm of the Cauchy stress at the centres of the owned cells, shape (n_cells,) [Pa]."""
-        return self._block.cauchy_stress_norm(u)[: self.n_cells]
+    def couplings(self, system: MultibodySystem) -> Array:
+        """Number of the coupling that holds each owned vertex, from 1; 0 for none. Collective."""
+        k = system.flexible_blocks.index(self._block)
+        held = system.coupling_blocks[k]
+        numbers = self._block.new_vector()
+        for coupling, rows in zip(held.couplings, held.slices, strict=True):
+            dofs = 3 * held.nodes[rows]
+            numbers.array[dofs] = 1 + system.couplings.index(coupling)
+        values = self._block.nodal_values(numbers)[self._node_of, 0]
+        numbers.destroy()
+        return np.rint(values).astype(np.int32)
+
+    def stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
+        """Norm and von Mises stress at the centres of the owned cells, shapes (n_cells,) [Pa]."""
+        norm, von_mises = (values[: self.n_cells] for values in self._block.cauchy_stresses(u))
+        return norm, von_mises
 
     def fibre(self, u: PETSc.Vec) -> Array:
         """Present direction of the fibre in the owned cells, shape (n_cells, 3); zero without."""

@@ -48,10 +48,8 @@ CELL_KINDS: dict[str, tuple[int, int]] = {
 }
 """Cell kind to (XDMF number of the kind, number of vertices)."""
 
-_HEAD = (
-    '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
-    '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'
-)
+_HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
+_SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'
 _TAIL = "</Grid>\n</Domain>\n</Xdmf>\n"
 _GRID = re.compile(r'<Grid Name="mesh".*?</Grid>\n', re.DOTALL)
 _MAX_SEEK = 2**31 - 1
@@ -76,7 +74,9 @@ class XdmfSeries:
         cells: Sequence[tuple[str, NDArray[Any]]],
         n_points: int,
         *,
+        point_data: Mapping[str, NDArray[Any]] | None = None,
         cell_data: Mapping[str, NDArray[Any]] | None = None,
+        information: Mapping[str, str] | None = None,
         precision: Literal["float32", "float64"] = "float32",
         append: float | None = None,
     ) -> None:
@@ -88,8 +88,11 @@ class XdmfSeries:
             cells: Blocks of this rank: kind (a key of `CELL_KINDS`) and global point numbers in
                 VTK order, shape (n, vertices). A rank may hold none.
             n_points: Number of points of this rank.
-            cell_data: Fields that do not change, shapes (m,) or (m, 3); m is the number of cells
-                of this rank. They are written once and shown at every time.
+            point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
+                shown at every time.
+            cell_data: The same in the cells, shapes (m,) or (m, 3); m is the number of cells of
+                this rank.
+            information: Texts about the series by name, which readers of XDMF pass over.
             precision: Of the real fields. Coordinates are always float64, integers int32.
             append: Continue the series in ``path``: times before this one [s] stay, later ones
                 are dropped. With None, or if there is no such file, a new series begins.
@@ -101,6 +104,11 @@ class XdmfSeries:
         self._comm = comm
         self._path = Path(path)
         self._dtype = np.dtype(precision)
+        about = "".join(
+            f'<Information Name="{escape(name)}" Value="{escape(text)}"/>\n'
+            for name, text in (information or {}).items()
+        )
+        self._head = f"{_HEAD}{about}{_SERIES}"
         self._file = f"{self._path.stem}.bin"
         self._offset = 0
         self._tail_at: int | None = None
@@ -138,7 +146,7 @@ class XdmfSeries:
             (self._file, self._offset, self.last_kept)
         )
 
-        static = self._checked({}, cell_data or {})
+        static = self._checked(point_data or {}, cell_data or {})
         items = self._write_arrays([("Topology", "", connectivity), *static])
         self._topology = (
             f'<Topology TopologyType="Mixed" NumberOfElements="{self._rows["Cell"][2]}">'
@@ -290,9 +298,9 @@ class XdmfSeries:
     def _replace_xml(self, grids: str) -> None:
         """Write the whole XML beside the old one, then take its place."""
         temporary = self._path.with_name(self._path.name + ".new")
-        temporary.write_text(_HEAD + grids + _TAIL, encoding="utf-8")
+        temporary.write_text(self._head + grids + _TAIL, encoding="utf-8")
         os.replace(temporary, self._path)
-        self._tail_at = len((_HEAD + grids).encode())
+        self._tail_at = len((self._head + grids).encode())
 
     def _extend_xml(self, grid: str) -> None:
         """Put a grid and new closing tags in the place of the closing tags, in one write."""

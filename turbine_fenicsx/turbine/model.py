@@ -44,6 +44,14 @@ from turbine_fenicsx.turbine.tower import Tower, build_tower
 NACELLE, HUB, FIRST_BLADE, TOWER = 0, 1, 2, 5
 """Numbers of the parts in the field output."""
 
+PART_NAMES = {
+    NACELLE: "nacelle",
+    HUB: "hub",
+    TOWER: "tower",
+    **{FIRST_BLADE + k: f"blade_{k + 1}" for k in range(3)},
+}
+"""Their names."""
+
 ROOTS = ("root_1", "root_2", "root_3")
 """Physical surfaces of a mesh that move with the hub."""
 
@@ -214,9 +222,11 @@ def _surfaces(case: Case, system: MultibodySystem) -> tuple[RigidSurface, ...]:
     """Surfaces of nacelle, hub and rigid blades."""
     layout, blade = rotor_layout(case), blade_geometry(case)
     nacelle, hub = system.rigid_bodies[:2]
+    root = 0.5 * max(blade.chord_at(0.0), blade.thickness_at(0.0))
+    size = float(np.hypot(blade.hub_radius, root))  # the roots are inside
     surfaces = [
-        nacelle_surface(nacelle, case.turbine.hub_distance, NACELLE),
-        hub_surface(hub, blade.hub_radius, HUB),
+        nacelle_surface(nacelle, case.turbine.hub_distance, size, NACELLE),
+        hub_surface(hub, size, HUB),
     ]
     if case.turbine.model == "rigid":
         for k, body in enumerate(system.rigid_bodies[2:5]):

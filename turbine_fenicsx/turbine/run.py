@@ -42,7 +42,7 @@ from turbine_fenicsx.turbine.channels import (
     TowerSensors,
     openfast_channels,
 )
-from turbine_fenicsx.turbine.model import Turbine, build_turbine, solver_options
+from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine, solver_options
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
@@ -204,7 +204,8 @@ def _prepare(
     ]
     if every > 0.0:
         fields = folder / "fields.xdmf"
-        watching.append(Fields(system, fields, every, end, turbine.surfaces, turbine.parts, kept))
+        parts = turbine.surfaces, turbine.parts, PART_NAMES
+        watching.append(Fields(system, fields, every, end, *parts, keep_until=kept))
     watching += [Progress(comm, end, progress), StepLog(), *observers]
     if memory is not None:
         statistics.take_in(on_rank0(comm, lambda: read_history(history)))

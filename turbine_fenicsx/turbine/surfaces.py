@@ -31,30 +31,40 @@ def tube(rings: Array, closed_ends: bool = True) -> tuple[Array, npt.NDArray[np.
     return rings.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4)
 
 
-def nacelle_surface(body: RigidBody, hub_distance: float, part: int) -> RigidSurface:
-    """A box of 6 m x 4 m x 4 m with rounded edges behind the hub, on the tower axis."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    radius = 2.0 * (np.abs(np.cos(angle)) ** 6 + np.abs(np.sin(angle)) ** 6) ** (-1.0 / 6.0)
+def nacelle_surface(body: RigidBody, hub_distance: float, size: float, part: int) -> RigidSurface:
+    """A box with rounded edges from behind the hub over the tower axis, longer to the lee.
+
+    Args:
+        body: The nacelle.
+        hub_distance: Distance of the hub centre from the tower axis, to the side of -e3 [m].
+        size: Radius of the hub [m].
+        part: Number of the part.
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    radius = 0.85 * size * (np.abs(np.cos(angle)) ** 6 + np.abs(np.sin(angle)) ** 6) ** (-1.0 / 6.0)
     outline = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-    rings = [s * outline + z * E3 for z, s in ((-3.0, 0.85), (-2.7, 1.0), (2.7, 1.0), (3.0, 0.85))]
+    front, back = -max(hub_distance - 0.7 * size, 0.5 * hub_distance), 1.3 * hub_distance
+    stations = ((front, 0.8), (front + 0.2 * size, 1.0), (back - 0.6 * size, 1.0), (back, 0.7))
+    rings = [s * outline + z * E3 for z, s in stations]
     return RigidSurface(body, *tube(np.array(rings)), part)
 
 
 def hub_surface(body: RigidBody, radius: float, part: int) -> RigidSurface:
-    """A spinner: a sphere of the hub's radius around its centre."""
-    polar = np.linspace(0.05, np.pi - 0.05, 12)
-    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    """A spinner around the hub centre: a half sphere behind, a longer nose in front (-e3).
+
+    Args:
+        body: The hub.
+        radius: Distance of the outermost points of the blade roots from the hub centre [m].
+        part: Number of the part.
+    """
+    polar = np.linspace(0.02, np.pi - 0.02, 25)
+    angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    circle = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    centre = np.asarray(body.position, dtype=float)
+    length = np.where(polar < 0.5 * np.pi, 0.8 * radius, 1.4 * radius)
     rings = [
-        np.asarray(body.position)
-        + radius
-        * np.column_stack(
-            [
-                np.sin(p) * np.cos(angle),
-                np.sin(p) * np.sin(angle),
-                np.full(angle.shape, np.cos(p)),
-            ]
-        )
-        for p in polar
+        centre + radius * np.sin(p) * circle + a * np.cos(p) * E3
+        for p, a in zip(polar, length, strict=True)
     ]
     return RigidSurface(body, *tube(np.array(rings)), part)
 
