@@ -47,7 +47,17 @@ def history(n_tips: int = 3, angles: tuple[str, ...] = ANGLES, n: int = 61) -> d
         **{f"linear_momentum_{i + 1}_[kgm/s]": momentum[i] for i in range(3)},
         **{f"angular_momentum_{i + 1}_[Nms]": momentum[i] for i in range(3)},
         **{f"angle_{name}_[rad]": (i + 1) * speed * t for i, name in enumerate(angles)},
-        **{f"tip_deflection_{i + 1}_[m]": np.sin(6.0 * t + i) for i in range(n_tips)},
+        **{f"tip_deflection_{i + 1}_[m]": np.abs(np.sin(6.0 * t + i)) for i in range(n_tips)},
+        **{
+            f"tip_{way}_{i + 1}_[m]": a * np.sin(6.0 * t + i)
+            for i in range(n_tips)
+            for way, a in (("flap", 0.8), ("edge", -0.6))
+        },
+        **{
+            f"root_moment_{i + 1}_{axis}_[Nm]": a * np.sin(6.0 * t + i)
+            for i in range(n_tips)
+            for axis, a in (("x", 2e5), ("y", 3e6), ("z", 1e3))
+        },
         "constraint_error_[-]": np.full(n, 1e-15),
         "newton_iterations": np.full(n, 3),
         "krylov_iterations": np.zeros(n),

@@ -140,6 +140,17 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     return tables
 
 
+def solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
+    """Relative tolerance of the run in a folder; None if its ``case.json`` does not say.
+
+    Raises:
+        InputError: if the file is broken.
+    """
+    solver = (read_tables(Path(folder) / "case.json") or {}).get("solver")
+    tolerance = solver.get("tolerance") if isinstance(solver, dict) else None
+    return tolerance if isinstance(tolerance, float) and 0.0 < tolerance < 1.0 else None
+
+
 def field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Times [s] in ``fields.xdmf``, shape (n,), after a look whether their numbers are there.
 

@@ -30,12 +30,15 @@ from turbine_fenicsx.plots import draw, figures
 
 _CAPTIONS = {
     "energy": "Energies; the error is what is added to the total energy H beyond the work W of the "
-    "loads. The tolerance is that of the paper's figures.",
-    "angular_momentum": "Angular momentum about the tower top. The tower holds the horizontal "
-    "components, so that only the vertical one, L2, has to stay once the yaw torque is over.",
-    "angles": "Joint angles.",
-    "tip_deflections": "Distances of the blade tips from where the motion of the hub alone would "
-    "have taken them.",
+    "loads. The dashed line is the tolerance of the solver times the largest energy.",
+    "angular_momentum": "Angular momentum about the origin. The tower of a turbine holds the "
+    "horizontal components; the vertical one, L2, changes by the yaw torque alone.",
+    "angles": "Angles and speeds of the joints; yaw and pitch of a turbine in the signs of "
+    "OpenFAST.",
+    "displacements": "Displacements of sliding joints.",
+    "tip_deflections": "Deflections of the blade tips in the frames of what carries their roots.",
+    "root_moments": "Moments of the blades on what carries their roots, means of each step.",
+    "tower": "Displacement of the tower top, and moments of the tower on the ground.",
 }
 _UNIT = re.compile(r"[_ ]?\[(?P<unit>.*)\]$")
 

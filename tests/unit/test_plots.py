@@ -11,6 +11,7 @@ from outputs import ANGLES, history, write
 from turbine_fenicsx import plots
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.output_folder import read_histories, read_history
+from turbine_fenicsx.turbine.rigid import PITCH_SIGNS
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
@@ -58,70 +59,163 @@ def test_figures_show_what_the_history_holds(tmp_path, drawn):
     for name in ("total", "kinetic", "strain", "potential"):
         start = columns["potential_energy_[J]"][0] if name in ("total", "potential") else 0.0
         energy = columns[f"{name}_energy_[J]"] - start
-        assert np.allclose(energies[name], [columns["time_[s]"], energy / 1e3])
+        assert np.allclose(energies[name], [columns["time_[s]"], energy])
     assert columns["potential_energy_[J]"][0] != 0.0
     small = lines(figure, "Strain and potential")
     assert list(small) == ["strain", "potential"]
     beyond = columns["total_energy_[J]"] - columns["external_work_[J]"]
     steps = lines(figure, "Energy error per step")["run"]
-    assert np.allclose(steps[1][1:], np.abs(np.diff(beyond)) / 1e3)
+    assert np.allclose(steps[1][1:], np.abs(np.diff(beyond)))
     error = lines(figure, "Energy error since the start")["run"]
-    assert np.allclose(error[1], columns["energy_error_[J]"] / 1e3)
-    angles = lines(figure, "Joint angles")
-    assert list(angles) == ["yaw", "rotor"]
-    assert np.array_equal(angles["rotor"][1], columns["angle_rotor_[rad]"])
+    assert np.allclose(error[1], columns["energy_error_[J]"])
+    angle = lines(figure, "Rotor angle")["rotor"][1]
+    assert np.allclose(angle, np.degrees(columns["angle_rotor_[rad]"]))
+    assert np.allclose(lines(figure, "Yaw")["yaw"][1], -np.degrees(columns["angle_yaw_[rad]"]))
+    rpm = np.diff(columns["angle_rotor_[rad]"]) / np.diff(columns["time_[s]"]) * 30.0 / np.pi
+    assert np.allclose(lines(figure, "Rotor speed")["run"][1][1:], rpm)
     momentum = lines(figure, "Angular momentum")
-    assert np.allclose(momentum["$L_3$"][1], columns["angular_momentum_3_[Nms]"] / 1e3)
+    assert np.allclose(momentum["$L_3$"][1], columns["angular_momentum_3_[Nms]"])
     changes = lines(figure, "Change per step")
-    change = np.abs(np.diff(columns["angular_momentum_3_[Nms]"])) / 1e3
+    change = np.abs(np.diff(columns["angular_momentum_3_[Nms]"]))
     change[change == 0.0] = np.nan  # zeros have no place on a logarithmic axis
     assert np.allclose(changes[r"$\Delta L_3$"][1][1:], change, equal_nan=True)
-    tips = lines(figure, "Tip deflections")
-    assert np.array_equal(tips["blade 2"][1], columns["tip_deflection_2_[m]"])
+    for title, column in {
+        "Tip, flapwise": "tip_flap_2_[m]",
+        "Tip, edgewise": "tip_edge_2_[m]",
+        "Root moment, flapwise": "root_moment_2_y_[Nm]",
+        "Root moment, edgewise": "root_moment_2_x_[Nm]",
+    }.items():
+        shown = lines(figure, title)
+        assert list(shown) == ["blade 1", "blade 2", "blade 3"]
+        assert np.array_equal(shown["blade 2"][1][1:], columns[column][1:])
+        moment = title.startswith("Root")  # a mean of the step before, which the first has not
+        assert np.isnan(shown["blade 2"][1][0]) == moment
 
 
-def test_changes_per_step_are_shown_with_the_tolerance(tmp_path, drawn):
-    run = read_history(write(tmp_path / "history.csv", history()))
-    draw_all([run], tmp_path, tolerance=2.5e-6)
-    found = [axes for axes in drawn[0].axes if axes.get_yscale() == "log"]
-    assert [axes.get_title("left") for axes in found] == [
-        "Energy error per step",
-        "Change per step",
+def dashed(figure, title: str):
+    """Level of the tolerance line of a panel and its words; None for none."""
+    (axes,) = [axes for axes in figure.axes if axes.get_title("left") == title]
+    assert axes.get_yscale() == "log"
+    levels = {tuple(line.get_ydata()) for line in axes.get_lines() if len(line.get_ydata()) == 2}
+    if not axes.texts:
+        assert not levels
+        return None
+    ((level, other),) = levels
+    assert level == other
+    assert axes.get_ylim()[0] < level < axes.get_ylim()[1] / 1.5  # the words have room
+    return level, axes.texts[0].get_text()
+
+
+def test_changes_per_step_are_shown_with_a_tolerance(tmp_path, drawn):
+    columns = history()
+    run = read_history(write(tmp_path / "history.csv", columns))
+    for options in ({}, {"tolerance": 2.5e-6}, {"relative_tolerance": 1e-12}):
+        draw_all([run], tmp_path, **options)
+    titles = ("Energy error per step", "Change per step")
+    assert [dashed(drawn[0], title) for title in titles] == [None, None]
+    words = r"tolerance $2.5 \times 10^{-6}$ "
+    assert [dashed(drawn[1], title) for title in titles] == [
+        (pytest.approx(2.5e-3), words + "kJ"),
+        (pytest.approx(2.5e-3), words + "kN m s"),
     ]
-    for axes in found:
-        (level,) = {
-            tuple(line.get_ydata()) for line in axes.get_lines() if len(line.get_ydata()) == 2
-        }
-        assert level == (2.5e-6, 2.5e-6)
-        (words,) = axes.texts
-        assert words.get_text() == r"tolerance $2.5 \times 10^{-6}$"
-        assert axes.get_ylim()[0] < 2.5e-6 < axes.get_ylim()[1] / 1.5  # the words have room
+    momentum = max(np.abs(columns[f"angular_momentum_{i}_[Nms]"]).max() for i in (1, 2, 3))
+    energy = columns["kinetic_energy_[J]"].max()
+    words = "tolerance $10^{-12}$ of the largest"
+    (level, said), momenta = (dashed(drawn[2], title) for title in titles)
+    assert level == pytest.approx(1e-12 * energy, rel=0.05) and said == words
+    assert momenta == (pytest.approx(1e-12 * momentum), words)
 
 
-def test_small_numbers_carry_their_power_of_ten_in_the_unit(tmp_path, drawn):
-    run = read_history(write(tmp_path / "history.csv", history()))
-    draw_all([run], tmp_path)
-    (axes,) = [a for a in drawn[0].axes if a.get_title("left") == "Energy error since the start"]
-    assert axes.get_ylabel() == "$H - H_0 - W$ [$10^{-9}$ kJ]"
-    assert axes.yaxis.get_major_formatter()(-5e-8) == "\u221250"
+@pytest.mark.parametrize(
+    ("values", "unit", "label", "tick"),
+    [
+        ((0.0, 7.4e6), "J", "energy [MJ]", (2e6, "2")),
+        ((-5e-6, 5e-6), "J", "energy [µJ]", (-5e-6, "\u22125")),
+        ((0.0, 0.02), "m", "energy [mm]", (0.015, "15")),
+        ((0.0, 5e3), "m", "energy [m]", None),
+        ((0.0, 80.0), "°", "energy [°]", None),
+        ((0.0, 3e-9), "rpm", "energy [$10^{-9}$ rpm]", (2e-9, "2")),
+    ],
+)
+def test_large_and_small_numbers_get_a_prefix(tmp_path, drawn, values, unit, label, tick):
+    run = read_history(write(tmp_path / "history.csv", history(n=2)))
+
+    def panel(axes, run, look):
+        axes.plot([0.0, 12.0], values)
+        axes.set_ylim(*values)
+        axes.set_ylabel(f"energy [{unit}]")
+
+    plots.draw([run], [panel], [tmp_path / "a.png"])
+    (axes,) = drawn[0].axes
+    assert axes.get_ylabel() == label
+    if tick:
+        assert axes.yaxis.get_major_formatter()(tick[0]) == tick[1]
 
 
 def test_angles_are_in_the_unit_asked_for(tmp_path, drawn):
     columns = history()
     run = read_history(write(tmp_path / "history.csv", columns))
-    draw_all([run], tmp_path, degrees=True)
-    angles = lines(drawn[0], "Joint angles")
-    assert np.allclose(angles["yaw"][1], np.degrees(columns["angle_yaw_[rad]"]))
-    (axes,) = [axes for axes in drawn[0].axes if axes.get_title("left") == "Joint angles"]
-    assert axes.get_ylabel() == "angle [°]"
+    draw_all([run], tmp_path, degrees=False)
+    assert np.allclose(lines(drawn[0], "Yaw")["yaw"][1], -columns["angle_yaw_[rad]"])
+    (axes,) = [axes for axes in drawn[0].axes if axes.get_title("left") == "Rotor angle"]
+    assert axes.get_ylabel() == "angle [rad]"
 
 
-def test_rigid_run_has_five_angles_and_no_tips(tmp_path, drawn):
+def test_rigid_run_has_five_angles_and_no_tips_and_all_blades_pitch_alike(tmp_path, drawn):
     angles = (*ANGLES, "pitch_1", "pitch_2", "pitch_3")
-    run = read_history(write(tmp_path / "history.csv", history(n_tips=0, angles=angles)))
+    columns = history(n_tips=0, angles=angles)
+    for k, sign in enumerate(PITCH_SIGNS, start=1):
+        columns[f"angle_pitch_{k}_[rad]"] = -sign * np.linspace(0.0, 1.4, 61)
+    run = read_history(write(tmp_path / "history.csv", columns))
     assert list(plots.figures([run])) == ["energy", "angular_momentum", "angles"]
     draw_all([run], tmp_path)
-    assert list(lines(drawn[0], "Joint angles")) == [name.replace("_", " ") for name in angles]
+    shown = lines(drawn[0], "Yaw and pitch")
+    assert list(shown) == ["yaw", "pitch 1", "pitch 2", "pitch 3"]
+    for k in (1, 2, 3):
+        assert shown[f"pitch {k}"][1][-1] == pytest.approx(np.degrees(1.4))
+
+
+def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
+    columns = history(n_tips=0, angles=("shoulder", "elbow"))
+    columns["displacement_slide_[m]"] = columns["time_[s]"]
+    run = read_history(write(tmp_path / "history.csv", columns))
+    assert list(plots.figures([run])) == ["energy", "angular_momentum", "angles", "displacements"]
+    draw_all([run], tmp_path)
+    shown = lines(drawn[0], "Joint angles")
+    assert np.allclose(shown["elbow"][1], np.degrees(columns["angle_elbow_[rad]"]))
+    assert plots.plot_summary(tmp_path / "history.csv", tmp_path / "summary.png").exists()
+
+
+def test_tower_is_shown(tmp_path, drawn):
+    columns = history()
+    for name in ("top_displacement_{}_[m]", "base_moment_{}_[Nm]"):
+        for axis in "xyz":
+            columns["tower_" + name.format(axis)] = columns["time_[s]"]
+    run = read_history(write(tmp_path / "history.csv", columns))
+    assert "tower" in plots.figures([run])
+    draw_all([run], tmp_path)
+    assert list(lines(drawn[0], "Tower top")) == ["fore-aft", "side to side"]
+    assert list(lines(drawn[0], "Tower base")) == ["fore-aft", "side to side"]
+
+
+@pytest.mark.parametrize("name", [r"$\frac{$", "_hidden", "a$b$c", r"50 % \alpha"])
+def test_names_of_folders_are_no_formulas(tmp_path, name):
+    for folder in (name, "other"):
+        write(tmp_path / folder / "history.csv", history(n=5))
+    runs = read_histories([tmp_path / name, tmp_path / "other"])
+    figures = []
+
+    def keep(axes, run, look):
+        figures.append(axes.figure)
+        axes.plot(run["time_[s]"], run["time_[s]"], label=run.name)
+        axes.set_ylabel("time [s]")
+
+    plots.draw(runs, [keep], [tmp_path / "a.png", tmp_path / "a.pdf", tmp_path / "a.svg"])
+    (legend,) = figures[0].legends
+    assert [text.get_text() for text in legend.get_texts()] == [name, "other"]
+    assert (
+        f">{name}<" in (tmp_path / "a.svg").read_text() or name in (tmp_path / "a.svg").read_text()
+    )
 
 
 def test_several_runs_differ_by_style_and_are_named(tmp_path, drawn):
@@ -148,8 +242,8 @@ def test_several_runs_differ_by_style_and_are_named(tmp_path, drawn):
     ]
     (axes,) = [axes for axes in figure.axes if axes.get_title("left") == "Energy error per step"]
     assert axes.get_legend() is None
-    assert set(names) < set(lines(figure, "Energy error per step"))
-    assert set(names) < set(lines(figure, "Change per step"))
+    assert set(names) == set(lines(figure, "Energy error per step"))
+    assert set(names) == set(lines(figure, "Change per step"))
 
 
 def test_more_runs_than_styles_are_refused(tmp_path):
@@ -183,10 +277,15 @@ def test_figure_that_cannot_be_written_is_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("n", [1, 61])
-def test_summary_shows_energies_and_angles(tmp_path, drawn, n):
+def test_summary_shows_what_one_looks_at_first(tmp_path, drawn, n):
     path = write(tmp_path / "history.csv", history(n=n))
     assert plots.plot_summary(path, tmp_path / "summary.png").exists()
-    assert [axes.get_title("left") for axes in drawn[0].axes] == ["Energies", "Joint angles"]
+    assert [axes.get_title("left") for axes in drawn[0].axes] == [
+        "Energies",
+        "Rotor speed",
+        "Tip, flapwise",
+        "Root moment, flapwise",
+    ]
 
 
 def test_missing_column_is_named(tmp_path):

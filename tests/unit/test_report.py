@@ -76,7 +76,7 @@ def no_diagrams(monkeypatch):
 def test_page_needs_nothing_but_itself(folder):
     text = report(folder)
     page = Page(text)
-    assert len(page.links) == 4
+    assert len(page.links) == 5
     for link in page.links:
         kind, data = link.split(",", 1)
         assert kind == "data:image/png;base64"

@@ -1,10 +1,12 @@
 """Draw the diagrams of one run, or of several on top of each other.
 
-Energies, error of the energy per step with the tolerance line, angular momentum and its change per
-step, joint angles and tip deflections, from history.csv. Energies are in kJ, momenta in kNms. Runs
-that were aborted or still go on are drawn as far as they came. The error per step is what a step
-adds to the total energy H beyond the work W of the loads; of the angular momentum only the vertical
-component L2 has to stay once the yaw torque is over, because the tower holds the other two.
+Energies, error of the energy per step, angular momentum and its change per step, rotor speed and
+angles, and for flexible parts tip deflections, root moments and motion of the tower, from
+history.csv. Angles and loads have the signs of OpenFAST, see history.out. Runs that were aborted or
+still go on are drawn as far as they came. The error per step is what a step adds to the total
+energy H beyond the work W of the loads; of the angular momentum only the vertical component L2 has
+to stay once the yaw torque is over, because the tower holds the other two. The dashed line is the
+solver tolerance of the (first) run times its largest energy or momentum.
 """
 
 from __future__ import annotations
@@ -33,14 +35,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--together", action="store_true", help="all diagrams in one figure, diagrams.png"
     )
     parser.add_argument(
-        "--angles", choices=("rad", "deg"), default="rad", help="unit of angles; default: rad"
+        "--angles", choices=("rad", "deg"), default="deg", help="unit of angles; default: deg"
     )
     parser.add_argument(
         "--tolerance",
         metavar="X",
         type=float,
-        default=1e-7,
-        help="height of the tolerance line in kJ and kNms; default: 1e-7, that of the paper",
+        help="height of the dashed line in kJ and kNms instead, for example 1e-7, that of the "
+        "figures of the paper",
     )
 
 
@@ -57,12 +59,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 def _draw(options: argparse.Namespace) -> list[str]:
     """Draw all figures."""
     from turbine_fenicsx.errors import InputError
-    from turbine_fenicsx.output_folder import read_histories, target_folder
+    from turbine_fenicsx.output_folder import read_histories, solver_tolerance, target_folder
     from turbine_fenicsx.plots import draw, figures
 
-    if not 0.0 < options.tolerance < float("inf"):
+    if options.tolerance is not None and not 0.0 < options.tolerance < float("inf"):
         raise InputError(f"--tolerance {options.tolerance:g}: must be greater than 0")
     runs = read_histories(options.folders)
+    relative = solver_tolerance(options.folders[0])
     out = target_folder(options.out or options.folders[0])
     wanted = figures(runs)
     if options.together:
@@ -76,6 +79,7 @@ def _draw(options: argparse.Namespace) -> list[str]:
                 panels,
                 [out / f"{name}.{suffix}" for suffix in options.format],
                 tolerance=options.tolerance,
+                relative_tolerance=relative,
                 degrees=options.angles == "deg",
             )
         ]

@@ -133,13 +133,13 @@ class Fields:
         coordinates = self._system.coordinates_of(state.q)
         rates = self._system.coordinates_of(state.q_dot)
         for surface in self._surfaces:
-            body = surface.body
-            xi = body.body_coordinates(surface.points)
+            rigid = surface.body
+            xi = rigid.body_coordinates(surface.points)
             weights = np.column_stack([np.ones(len(xi)), xi])
-            moved = coordinates[body] - body.coordinates  # exactly zero at the start
+            moved = coordinates[rigid] - rigid.coordinates  # exactly zero at the start
             u.append(weights @ moved.reshape(4, 3))
             points.append(surface.points + u[-1])
-            v.append(weights @ rates[body].reshape(4, 3))
+            v.append(weights @ rates[rigid].reshape(4, 3))
         for values in (norm, von_mises):
             values.append(np.zeros(self._n_faces))
         fibre.append(np.zeros((self._n_faces, 3)))

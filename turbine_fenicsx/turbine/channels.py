@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from turbine_fenicsx.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.observers.history import Channel
 from turbine_fenicsx.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.observers.shared_sum import SharedSum
@@ -26,7 +27,7 @@ from turbine_fenicsx.rotations import E1, E2, E3, Array
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.model import Turbine, rotor_layout
-from turbine_fenicsx.turbine.rigid import PITCH_SIGNS
+from turbine_fenicsx.turbine.pitch import BEARINGS
 
 CONVENTIONS = (
     "Azimuth is 0 when blade 2 points up, 120 deg when blade 1 does (AzimB1Up = 120 deg); RotSpeed "
@@ -67,15 +68,17 @@ class BladeSensors:
         self._roots, self._tips = Reactions(system, roots, sums), Tips(system, tips, sums)
 
     def history_channels(self) -> list[Channel]:
-        """Lengths of the tip deflections, root forces and moments in the frames of the blades."""
+        """Tip deflections, their flapwise and edgewise parts, root forces and moments."""
         columns = tuple(
             f"root_{kind}_{k}_{axis}_[{unit}]"
             for k in self.names
             for kind, unit in (("force", "N"), ("moment", "Nm"))
             for axis in "xyz"
         )
+        parts = tuple(f"tip_{way}_{k}_[m]" for k in self.names for way in ("flap", "edge"))
         return [
             tip_channel(self._tips),
+            Channel(parts, lambda s: self._tips.at(s)[:, :2].ravel().tolist()),
             Channel(columns, lambda s: self._roots.at(s).ravel().tolist()),
         ]
 
@@ -170,16 +173,16 @@ def openfast_channels(turbine: Turbine, *sensors: BladeSensors | TowerSensors) -
     """
     names = turbine.system.angle_names
     rotor, yaw = names.index("rotor"), names.index("yaw")
-    pitch = [(f"pitch_{k}", sign) for k, sign in enumerate(PITCH_SIGNS, start=1)]
-    bearings = [(names.index(name), -sign) for name, sign in pitch if name in names]
+    bearings = [names.index(name) for name in BEARINGS if name in names]
+    signs = np.array([OPENFAST_SIGNS[name] for name in names])
 
     def values(s: Snapshot) -> Sequence[float]:
-        degrees = np.degrees(s.state.angles)
-        pitches = [sign * degrees[k] for k, sign in bearings] or [0.0] * len(pitch)
+        degrees = signs * np.degrees(s.state.angles)
+        pitches = [float(degrees[k]) for k in bearings] or [0.0] * len(BEARINGS)
         rpm = float(s.state.angle_rates[rotor]) * 30.0 / np.pi
-        return [float(degrees[rotor]) % 360.0, rpm, -float(degrees[yaw]), *pitches]
+        return [float(degrees[rotor]) % 360.0, rpm, float(degrees[yaw]), *pitches]
 
     columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")
-    pitches = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(pitch) + 1))
+    pitches = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(BEARINGS) + 1))
     found = [Channel((*columns, *pitches), values)]
     return [*found, *(channel for sensor in sensors for channel in sensor.openfast_channels())]
