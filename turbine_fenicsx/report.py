@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 import turbine_fenicsx
+from turbine_fenicsx.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.output_folder import (
     TimeSeries,
@@ -24,7 +25,9 @@ from turbine_fenicsx.output_folder import (
     need_folder,
     read_histories,
     read_tables,
+    solver_tolerance,
 )
+from turbine_fenicsx.panels import is_turbine
 from turbine_fenicsx.pictures import Look, nearest_step, render_times
 from turbine_fenicsx.plots import draw, figures
 
@@ -48,6 +51,7 @@ def report(
     times: Sequence[float] | None = None,
     scale: float = 1.0,
     pictures: bool = True,
+    describe: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict,
 ) -> str:
     """Describe a run.
 
@@ -56,6 +60,7 @@ def report(
         times: Times of the pictures [s]; four of the whole run if None.
         scale: Factor of the deformation in the pictures.
         pictures: Whether there are any.
+        describe: Makes the tables of the page from those of ``case.json``.
 
     Returns:
         The page.
@@ -72,8 +77,8 @@ def report(
     versions = dict((summary or {}).pop("versions", {}) if summary else {})
     sections = {
         "Key figures": _tables({"": _key_figures(history)}),
-        "Case": _case(case),
-        "Diagrams": _diagrams(history),
+        "Case": _case(case, describe),
+        "Diagrams": _diagrams(history, solver_tolerance(folder)),
         "Pictures": _pictures(folder, times, Look(scale=scale)) if pictures else "",
         "Model and results": _tables(_grouped(summary, "run"))
         if summary
@@ -85,8 +90,7 @@ def report(
         title=escape(title),
         subtitle=escape(
             f"{folder.resolve().name}, {len(history['time_[s]']) - 1} steps to t = {end:g} s; "
-            f"written by turbine_fenicsx {turbine_fenicsx.__version__}. "
-            "Values without a unit are in SI units."
+            f"written by turbine_fenicsx {turbine_fenicsx.__version__}."
         ),
         body="\n".join(
             f"<section><h2>{escape(name)}</h2>\n{text}</section>"
@@ -104,7 +108,7 @@ def _key_figures(history: TimeSeries) -> dict[str, Any]:
         max(np.nanmax(np.abs(history[f"{n}_energy_[J]"])) for n in ("total", "kinetic"))
     )
     found = {
-        "largest energy [kJ]": largest / 1e3,
+        "largest energy [MJ]": largest / 1e6,
         "largest energy error [J]": float(np.nanmax(error)),
         "... of the largest energy": float(np.nanmax(error)) / max(largest, 1e-300),
         "largest energy error of a step [J]": float(np.nanmax(steps, initial=0.0)),
@@ -115,16 +119,24 @@ def _key_figures(history: TimeSeries) -> dict[str, Any]:
     if "max_stress_[Pa]" in history.columns:
         stress = float(np.nanmax(history["max_stress_[Pa]"]))
         found["largest Cauchy stress norm [MPa]"] = stress / 1e6
+    signs = OPENFAST_SIGNS if is_turbine(history) else {}
     for name, angle in history.named("angle_").items():
-        found[f"{name.replace('_', ' ')} angle at the end [rad]"] = float(angle[-1])
+        degrees = signs.get(name, 1.0) * float(np.degrees(angle[-1]))
+        found[f"{name.replace('_', ' ')} angle at the end [deg]"] = degrees
     return found
 
 
-def _case(case: Mapping[str, Any] | None) -> str:
+def _case(
+    case: Mapping[str, Any] | None, describe: Callable[[Mapping[str, Any]], Mapping[str, Any]]
+) -> str:
     """The resolved case."""
     if case is None:
         return _note("There is no case.json in the output folder, so that the case is not shown.")
-    return _tables(_grouped(case, "case"))
+    try:
+        return _tables(_grouped(describe(case), "case"))
+    except InputError as error:
+        note = _note(f"This is no valid case for this version, and shown as it is: {error}.")
+        return note + _tables(_grouped(case, "case"))
 
 
 def _grouped(tables: Mapping[str, Any], rest: str, above: str = "") -> dict[str, dict[str, Any]]:
@@ -175,13 +187,18 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _diagrams(history: TimeSeries) -> str:
+def _diagrams(history: TimeSeries, tolerance: float | None) -> str:
     """The diagrams of `turbine_fenicsx.plots`."""
     texts = []
     with tempfile.TemporaryDirectory() as scratch:
         for name, panels in figures([history]).items():
             try:
-                (path,) = draw([history], panels, [Path(scratch) / f"{name}.png"])
+                (path,) = draw(
+                    [history],
+                    panels,
+                    [Path(scratch) / f"{name}.png"],
+                    relative_tolerance=tolerance,
+                )
             except ImportError as error:
                 return _note(f"There are no diagrams: {error}.")
             kind = "narrow" if len(panels) == 1 else ""

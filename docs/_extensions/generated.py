@@ -100,15 +100,11 @@ def _walk(kind: Any) -> Iterator[Any]:
 
 def _unit(kind: Any) -> str:
     """Unit of a number."""
+    from turbine_fenicsx.turbine.quantities import Unit
+
     for part in _walk(kind):
-        function = getattr(part, "func", None)
-        if function is None:
-            continue
-        if function.__name__ == "_arm":
-            return "m"
-        unit = inspect.getclosurevars(function).nonlocals.get("unit")
-        if unit is not None:
-            return unit.replace("^2", "²").replace("^3", "³") or "-"
+        if isinstance(part, Unit):
+            return part.symbol.replace("^2", "²").replace("^3", "³") or "-"
     return ""
 
 

@@ -5,12 +5,15 @@ import importlib.util
 import json
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from outputs import history, turbine, write
 
 from turbine_fenicsx import report as module
 from turbine_fenicsx.errors import InputError
 from turbine_fenicsx.report import report
+from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.description import describe_case
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
@@ -70,7 +73,7 @@ def folder(tmp_path):
 @pytest.fixture
 def no_diagrams(monkeypatch):
     """Leave out what takes time."""
-    monkeypatch.setattr(module, "_diagrams", lambda run: "")
+    monkeypatch.setattr(module, "_diagrams", lambda run, tolerance: "")
 
 
 def test_page_needs_nothing_but_itself(folder):
@@ -112,11 +115,38 @@ def test_key_figures_are_those_of_the_history(folder, no_diagrams):
     rows = Page(report(folder, pictures=False)).rows()
     columns = history()
     largest = max(abs(columns[f"{name}_energy_[J]"]).max() for name in ("total", "kinetic"))
-    assert float(rows["largest energy [kJ]"]) == pytest.approx(largest / 1e3, rel=1e-5)
+    assert float(rows["largest energy [MJ]"]) == pytest.approx(largest / 1e6, rel=1e-5)
     error = abs(columns["energy_error_[J]"]).max()
     assert float(rows["largest energy error [J]"]) == pytest.approx(error, rel=1e-5)
-    end = columns["angle_rotor_[rad]"][-1]
-    assert float(rows["rotor angle at the end [rad]"]) == pytest.approx(end, rel=1e-5)
+    for name, sign in (("rotor", 1.0), ("yaw", -1.0)):  # signs of OpenFAST
+        end = sign * np.degrees(columns[f"angle_{name}_[rad]"][-1])
+        assert float(rows[f"{name} angle at the end [deg]"]) == pytest.approx(end, rel=1e-5)
+
+
+def test_case_has_units_and_only_what_has_an_effect(folder, no_diagrams):
+    case = Case.parse({"loads": {"rotor_torque": "-36 MN m"}})
+    (folder / "case.json").write_text(json.dumps(case.model_dump(mode="json")))
+    text = report(folder, pictures=False, describe=describe_case)
+    rows = Page(text).rows()
+    assert rows["length [m]"] == "54"
+    assert rows["rotor torque [N m]"] == "-3.6e+07"
+    assert rows["euler [kg m^2]"].count(",") == 2
+    assert rows["model"] == "hybrid"
+    assert rows["flexible"] == rows["bearings"] == "no"
+    for idle in ("top mass [kg]", "ring mass [kg]", "blade arm", "first lame [Pa]"):
+        assert idle not in rows
+    assert "turbine.nacelle" in text and "turbine.blade" not in text
+    tower = Case.parse({"tower": {"flexible": True}, "turbine": {"model": "rigid"}})
+    described = describe_case(tower.model_dump(mode="json"))
+    assert "top_mass_[kg]" in described["tower"]
+    assert "mesh" not in described and "blade" in described["turbine"]
+
+
+def test_case_that_is_not_valid_is_shown_as_it_is(folder, no_diagrams):
+    (folder / "case.json").write_text(json.dumps({"blade": {"length": -1}}))
+    page = Page(report(folder, pictures=False, describe=describe_case))
+    assert page.rows()["length"] == "-1"
+    assert any("no valid case" in note and "blade.length" in note for note in page.notes)
 
 
 def test_what_is_missing_is_said(folder, no_diagrams):

@@ -48,13 +48,14 @@ def _write(options: argparse.Namespace) -> str:
     from turbine_fenicsx.errors import InputError
     from turbine_fenicsx.output_folder import need_folder, target_folder
     from turbine_fenicsx.report import report
+    from turbine_fenicsx.turbine.description import describe_case
 
     times = None if options.times is None else numbers("--times", options.times)
     if not 0.0 <= options.scale < float("inf"):
         raise InputError(f"--scale {options.scale:g}: must be a positive number")
     path = Path(options.out or need_folder(options.folder) / "report.html")
     target_folder(path.parent)
-    page = report(options.folder, times, options.scale, not options.no_pictures)
+    page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:

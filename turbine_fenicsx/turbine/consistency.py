@@ -228,7 +228,7 @@ def without_effect(case: Tables) -> list[str]:
         case: A valid case.
     """
     sentences = []
-    for table, names, reason in _idle(case):
+    for table, names, reason in idle_keys(case):
         section: Section = case
         for name in filter(None, table.split(".")):
             section = getattr(section, name)
@@ -237,8 +237,12 @@ def without_effect(case: Tables) -> list[str]:
     return sentences
 
 
-def _idle(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
-    """Table, keys without effect, reason."""
+def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Table, its keys without effect, and the reason.
+
+    Args:
+        case: A valid case.
+    """
     m, law = case.mesh, case.material.law
     if case.turbine.model == "rigid":
         yield "", ("mesh", "material"), 'with turbine.model = "rigid"'

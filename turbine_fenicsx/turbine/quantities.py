@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
+from dataclasses import dataclass
 from decimal import Decimal
 from math import isfinite, nan
 from numbers import Real
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BeforeValidator
 
@@ -132,9 +133,30 @@ def _unit(name: str) -> tuple[Decimal, Powers]:
     raise ValueError(name)
 
 
+@dataclass(frozen=True)
+class Unit:
+    """Marks the SI unit of a number in the type of a key.
+
+    Args:
+        symbol: The unit, empty for none.
+    """
+
+    symbol: str
+
+
 def quantity(unit: str) -> Any:
     """Type of a number with the given SI unit, for pydantic models."""
-    return Annotated[float, BeforeValidator(lambda value: to_si(value, unit))]
+    return Annotated[float, BeforeValidator(lambda value: to_si(value, unit)), Unit(unit)]
+
+
+def unit_of(kind: Any) -> str | None:
+    """SI unit of a type, or of the parts of a tuple or a union; None if it is no quantity."""
+    for mark in getattr(kind, "__metadata__", ()):
+        if isinstance(mark, Unit):
+            return mark.symbol
+    inner = (getattr(kind, "__origin__", None), *get_args(kind))
+    found = [unit_of(part) for part in inner if part is not None and part is not kind]
+    return next((unit for unit in found if unit is not None), None)
 
 
 def whole(value: Any) -> Any:

@@ -26,6 +26,7 @@ from turbine_fenicsx.turbine.quantities import (
     Torque,
     TorsionalDamping,
     TorsionalStiffness,
+    Unit,
     Viscosity,
     Whole,
     to_si,
@@ -104,7 +105,7 @@ class TurbineCase(Section):
     """
 
     model: Literal["rigid", "hybrid"] = "hybrid"
-    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm)] = "printed"
+    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm), Unit("m")] = "printed"
     angle_form: Literal["regular", "paper"] = "regular"
     numerical_dissipation: Annotated[Number, NotNegative] = 0.0
     hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
