@@ -148,8 +148,8 @@ def _per_blade(
 tip_flap = partial(_per_blade, "Tip, flapwise", "downwind [m]", ("tip_flap_", ""))
 tip_edge = partial(_per_blade, "Tip, edgewise", "to the trailing edge [m]", ("tip_edge_", ""))
 tip_length = partial(_per_blade, "Tip deflections", "deflection [m]", ("tip_deflection_", ""))
-root_flap = partial(_per_blade, "Root moment, flapwise", "$M_y$ [N m]", ("root_moment_", "_y"))
-root_edge = partial(_per_blade, "Root moment, edgewise", "$M_x$ [N m]", ("root_moment_", "_x"))
+root_flap = partial(_per_blade, "Flap moment", "at the root, $M_y$ [N m]", ("root_moment_", "_y"))
+root_edge = partial(_per_blade, "Edge moment", "at the root, $M_x$ [N m]", ("root_moment_", "_x"))
 
 
 def _tower(

@@ -4,6 +4,7 @@ Colours tell quantities apart, line styles runs; where there is one quantity onl
 markers tell runs apart as well.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -42,6 +43,9 @@ STYLE = {
     "savefig.dpi": 200,
 }
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+_LETTERS = 55
+"""How many letters stand beside each other above a panel; a sample of a colour takes five."""
+
 _UNITS = {"J": 12, "N m": 12, "N m s": 12, "m": 0}
 """Units that take a prefix, and the exponent of the largest."""
 
@@ -163,12 +167,15 @@ def add_quantity_legend(axes: Any, names: Sequence[str]) -> None:
     handles, labels = axes.get_legend_handles_labels()
     unique = {n: handle for n, handle in zip(labels, handles, strict=True) if n not in names}
     if len(unique) > 1:
+        shown = [re.sub(r"\\\w+|[${}_^]", "", name) for name in unique]
+        width = len(axes.get_title("left")) + sum(len(name) + 5 for name in shown)
+        rows = -(-width // _LETTERS)
         axes.legend(
             [Line2D([], [], color=handle.get_color(), lw=2.0) for handle in unique.values()],
             list(unique),
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
-            ncols=len(unique) if len(unique) < 5 else 3,
+            ncols=-(-len(unique) // rows),
         )
 
 

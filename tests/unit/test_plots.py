@@ -82,13 +82,13 @@ def test_figures_show_what_the_history_holds(tmp_path, drawn):
     for title, column in {
         "Tip, flapwise": "tip_flap_2_[m]",
         "Tip, edgewise": "tip_edge_2_[m]",
-        "Root moment, flapwise": "root_moment_2_y_[Nm]",
-        "Root moment, edgewise": "root_moment_2_x_[Nm]",
+        "Flap moment": "root_moment_2_y_[Nm]",
+        "Edge moment": "root_moment_2_x_[Nm]",
     }.items():
         shown = lines(figure, title)
         assert list(shown) == ["blade 1", "blade 2", "blade 3"]
         assert np.array_equal(shown["blade 2"][1][1:], columns[column][1:])
-        moment = title.startswith("Root")  # a mean of the step before, which the first has not
+        moment = title.endswith("moment")  # a mean of the step before, which the first has not
         assert np.isnan(shown["blade 2"][1][0]) == moment
 
 
@@ -184,6 +184,28 @@ def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
     shown = lines(drawn[0], "Joint angles")
     assert np.allclose(shown["elbow"][1], np.degrees(columns["angle_elbow_[rad]"]))
     assert plots.plot_summary(tmp_path / "history.csv", tmp_path / "summary.png").exists()
+
+
+def test_legends_do_not_cover_titles(tmp_path):
+    angles = (*ANGLES, "pitch_1", "pitch_2", "pitch_3")
+    run = read_history(write(tmp_path / "history.csv", history(angles=angles, n=5)))
+    checked = []
+
+    def watch(panel):
+        def draw(axes, run, look):
+            panel(axes, run, look)
+            checked.append(axes)
+
+        return draw
+
+    for panels in plots.figures([run]).values():
+        plots.draw([run], [watch(panel) for panel in panels], [tmp_path / "a.svg"])
+    checked = [axes for axes in checked if axes.get_legend()]
+    assert len(checked) > 6
+    for axes in checked:
+        title, legend = axes._left_title, axes.get_legend()
+        apart = legend.get_window_extent().x0 - title.get_window_extent().x1
+        assert apart > 5.0, title.get_text()
 
 
 def test_tower_is_shown(tmp_path, drawn):
@@ -284,7 +306,7 @@ def test_summary_shows_what_one_looks_at_first(tmp_path, drawn, n):
         "Energies",
         "Rotor speed",
         "Tip, flapwise",
-        "Root moment, flapwise",
+        "Flap moment",
     ]
 
 
