@@ -1,7 +1,9 @@
 """What all tests share. Every rank runs every test, on ``MPI.COMM_WORLD``."""
 
 import gc
+import os
 import shutil
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -10,6 +12,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from dolfinx import mesh
+from progress import Progress, Watchdog
 
 from turbine_fenicsx.coupling import Coupling
 from turbine_fenicsx.flexible_body import FlexibleBody
@@ -18,6 +21,33 @@ from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.system import MultibodySystem
+
+
+def pytest_addoption(parser):
+    """``--progress``, as scripts/test.sh uses it."""
+    text = "say how far the tests are, end those that hang; durations are kept in this folder"
+    parser.addoption("--progress", type=Path, metavar="FOLDER", help=text)
+
+
+@pytest.hookimpl(trylast=True)  # after the terminal
+def pytest_configure(config):
+    """See `progress`; the first rank speaks for all, and workers of pytest-xdist do not."""
+    folder = config.getoption("progress")
+    if folder:
+        config.pluginmanager.register(Watchdog(config))
+        if MPI.COMM_WORLD.rank == 0 and not hasattr(config, "workerinput"):
+            terminal = config.pluginmanager.getplugin("terminalreporter")
+            config.pluginmanager.register(Progress(folder, terminal))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes():
+    """Start the workers with the environment as it was before MPI added to it: mpirun refuses to
+    run under mpirun, and workers start it."""
+    now = subprocess.run(["env", "-0"], capture_output=True, check=True).stdout
+    for name in {os.fsdecode(line.partition(b"=")[0]) for line in now.split(b"\0")} - {""}:
+        if name not in os.environ:
+            os.unsetenv(name)
 
 
 def pytest_collection_finish(session):

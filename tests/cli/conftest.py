@@ -10,6 +10,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 import pytest
+from patience import patience
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,7 +54,8 @@ def run_command(*arguments, ranks=None, timeout=120.0, program=None):
     Args:
         arguments: Arguments of the command line.
         ranks: Number of MPI ranks; None runs it without mpirun.
-        timeout: Seconds after which the test fails, as when ranks wait for each other [s].
+        timeout: Seconds after which the test fails, as when ranks wait for each other; more on a
+            busy machine [s].
         program: What to run instead of ``python -m turbine_fenicsx``.
     """
     command = [*(program or [sys.executable, "-m", "turbine_fenicsx"]), *map(str, arguments)]
@@ -65,7 +67,12 @@ def run_command(*arguments, ranks=None, timeout=120.0, program=None):
         command = [launcher, "-n", str(ranks), *command]
         environment = settings | environment
     return subprocess.run(
-        command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=timeout
+        command,
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=patience(timeout),
     )
 
 

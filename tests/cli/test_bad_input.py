@@ -8,6 +8,7 @@ from math import hypot, pi
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from patience import patience
 
 from turbine_fenicsx.cli import main
 from turbine_fenicsx.meshing.session import gmsh_session
@@ -84,7 +85,7 @@ def refused(result, seconds):
     assert sentences
     assert len(set(sentences)) == len(sentences)  # said once, not by every rank
     # before any heavy work: starting python, importing DOLFINx and reading a mesh take 1 to 4 s
-    assert seconds < 20.0
+    assert seconds < patience(20.0)
     return [sentence.removeprefix(SENTENCE) for sentence in sentences]
 
 
@@ -337,7 +338,7 @@ def test_estimate_of_a_huge_mesh_comes_without_building_it(demo, capfd):
     changes = ["tower.flexible=true", "tower.elements=[400, 40, 400]"]
     assert main(["check", str(demo("hybrid_stiff.toml")), "--set", *changes]) == 0
     assert "mesh of the tower is too large to be made" in capfd.readouterr().out
-    assert time.monotonic() - start < 10.0
+    assert time.monotonic() - start < patience(10.0)
 
 
 def test_check_estimates_for_other_ranks_and_looks_at_the_folder(demo, tmp_path, capfd):

@@ -9,6 +9,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
+from patience import patience
 
 DEMOS = ("rigid", "hybrid_stiff", "hybrid_soft")
 HYBRID = ("hybrid_stiff", "hybrid_soft")
@@ -279,7 +280,7 @@ def test_fields_hold_all_times_arrays_and_parts(shortened, name):
     out, _ = shortened(name)
     # in a process of its own: VTK and MPI never meet
     command = [sys.executable, "-c", READER, str(out / "fields.xdmf")]
-    child = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    child = subprocess.run(command, capture_output=True, text=True, timeout=patience(120))
     assert child.returncode == 0, child.stderr
     found = json.loads(child.stdout)
     assert [f["time"] for f in found] == pytest.approx(FIELD_TIMES, abs=1e-6)
@@ -326,7 +327,7 @@ def test_python_demo_is_short_and_gives_the_same_turbine(shortened, demo, tmp_pa
     code = "import sys; sys.path.insert(0, sys.argv[1]); import hybrid_stiff as d; d.main(*ARGS)"
     code = code.replace("ARGS", f"({str(path)!r}, {END})")
     command = [sys.executable, "-c", code, str(script.parent)]
-    child = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    child = subprocess.run(command, capture_output=True, text=True, timeout=patience(120))
     assert child.returncode == 0, child.stderr
     _, script_history = history(tmp_path)
     _, case_history = history(shortened("hybrid_stiff")[0])

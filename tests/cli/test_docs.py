@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from patience import patience
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -85,7 +86,12 @@ def sandbox(tmp_path, command_line):
         environment = settings | dict(os.environ) | {"PATH": path, "PYTHONPATH": str(ROOT)}
         command = ["bash", "-e", "-o", "pipefail", "-c", line]
         return subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300
+            command,
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=patience(300),
         )
 
     if launcher is None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import patience
 
 from turbine_fenicsx.cli import main
 from turbine_fenicsx.errors import InputError
@@ -78,12 +79,12 @@ class Run:
         while not condition():
             if self.process.poll() is not None:
                 raise AssertionError(self.process.stderr.read())
-            assert time.monotonic() - start < seconds
+            assert time.monotonic() - start < patience(seconds)
             time.sleep(0.01)
 
     def finish(self, seconds=60.0):
         """Wait for the end: exit code, and lines on stderr."""
-        out, err = self.process.communicate(timeout=seconds)
+        out, err = self.process.communicate(timeout=patience(seconds))
         assert out == ""
         return self.process.returncode, err.splitlines()
 
@@ -214,7 +215,9 @@ def test_a_run_that_is_killed_before_any_change_of_a_file_can_go_on(
     def killed(moment, *arguments):
         """Whether the program was killed, and not done before."""
         command = [sys.executable, "-c", KILLER, str(moment), str(out), *map(str, arguments)]
-        result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+        result = subprocess.run(
+            command, cwd=ROOT, capture_output=True, text=True, timeout=patience(60)
+        )
         assert result.returncode in (0, -signal.SIGKILL), result.stderr
         assert not result.stderr
         return result.returncode != 0
