@@ -81,7 +81,8 @@ fi
 
 turbine-fenicsx info
 echo "== pip: tests on 1 rank"
-pytest -n 2 -o faulthandler_timeout=300 tests # the command, which does not import the checkout's package
+# the command, which does not import the checkout's package
+pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic tests
 
 echo "== pip: demos and pictures"
 out=$(mktemp -d)

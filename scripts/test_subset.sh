@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# What shows in a quarter of the time whether all holds with another DOLFINx: a demo with its
+# pictures, a test file for each part of the package, the published benchmarks; on one and two ranks.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+PATH=$PWD/.venv/bin:$PATH
+
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+echo "== demo and pictures"
+turbine-fenicsx run demos/paper/hybrid_stiff.toml -o "$out/demo" --quiet --set time.end=0.5 output.fields_every=0.1
+turbine-fenicsx plot "$out/demo"
+turbine-fenicsx render "$out/demo" --times 0,0.5 --movie "$out/demo.mp4"
+turbine-fenicsx report "$out/demo"
+
+tests=(
+    tests/unit/test_{checkpoint,coupling,elements,energy_momentum,flexible_body,frozen,joints,linear}.py
+    tests/unit/test_{materials,meshing,meshing_tower,openfast,pictures,plots,reactions,report,statics}.py
+    tests/unit/test_{study_plan,surface_loads,turbine_channels,turbine_tower,xdmf}.py
+    tests/cli/test_{command_line,demos,restart}.py
+    tests/verification/test_{published_flexible,published_hybrid,published_rigid,root_loads}.py
+)
+scripts/test.sh "${tests[@]}"
