@@ -50,7 +50,7 @@ LAYERS = [
     {"system"},
     {"start"},
     {"energy_momentum"},
-    {"linear"},
+    {"linear", "residual_place", "attempts"},
     {"solver"},
     {"statics"},
     {"checkpoint", "step_error", "folder_lock"},

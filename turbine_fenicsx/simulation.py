@@ -229,7 +229,10 @@ class Simulation:
     def _refine(self, run: _Run, reason: str) -> None:
         """Halve the next step, or raise a StepFailure if it is the smallest."""
         if not run.grid.refine():
-            raise StepFailure(f"{reason}; the step cannot be halved any further")
+            raise StepFailure(
+                f"{reason}. Steps are not halved below {run.grid.dt:.3g} s: try a smaller "
+                "time.step, and look at the loads, the stiffness and the mesh there"
+            )
         log.info("%s; now with half of it", reason)
         self.halvings += 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import weakref
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,14 +12,17 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx import timing
+from turbine_fenicsx.attempts import Attempt, Attempts, Failure, tell
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.extrapolation import Extrapolation
 from turbine_fenicsx.linear import LINEAR_SOLVERS, chosen_name
 from turbine_fenicsx.linear.base import LinearSolver
 from turbine_fenicsx.memory import Memory
-from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.residual_place import describe_largest_residual
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
+
+log = logging.getLogger(__name__)
 
 FALLBACKS = {"frozen": "lu"}
 """Exact linear solvers that take over where a step fails with an approximate one."""
@@ -108,6 +112,7 @@ class EnergyMomentumSolver:
     Attributes:
         step: The blocks of the step.
         preconditioner: Name of the linear solver in use.
+        fallbacks: How often another attempt had to take over for one that failed.
         snes: The PETSc solver; options with the prefix apply.
         destroy: Frees all PETSc objects; collective; at the latest when the program ends.
     """
@@ -118,12 +123,13 @@ class EnergyMomentumSolver:
         self.step = step = EnergyMomentumStep(system)
         self.preconditioner = chosen_name(options.preconditioner, step)
         self._solvers = _LinearSolvers(step, options.prefix, self.preconditioner)
-        exact = FALLBACKS.get(self.preconditioner, self.preconditioner)
-        attempts = [(self.preconditioner, True), (exact, True), (exact, False)]
-        self._attempts: list[tuple[str, bool, Array | None]]
-        self._attempts = [(*attempt, None) for attempt in dict.fromkeys(attempts)]
+        # without flexible bodies all but "monolithic" are the same
+        known = FALLBACKS if system.flexible_bodies else {}
+        exact = known.get(self.preconditioner, self.preconditioner)
+        self._attempts = Attempts(self.preconditioner, exact)
+        self.fallbacks = 0
         self._past = Extrapolation()
-        self._convergence = _BlockwiseConvergence(step, options)
+        self._convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(system.comm)
         snes.setOptionsPrefix(options.prefix)
         snes.setType("newtonls")
@@ -163,27 +169,31 @@ class EnergyMomentumSolver:
             StepFailure: if Newton's method fails from both starts; ``out`` is then unchanged.
         """
         newton = krylov = 0
-        reasons = []
+        failures: list[Failure] = []
         self.step.begin(state, dt)
-        attempts = self._attempts
+        attempts = self._attempts.order()
         r = self._past.guess(state.time, dt)
+        guesses = [None] * len(attempts) if r is None else [r, *[None] * len(attempts)]
         if r is not None:
-            attempts = [(self.preconditioner, True, r), *attempts]
-        for name, extrapolate, r in attempts:
-            self.step.guess(extrapolate, r)
-            linear_solver = self._solvers.use(name)
+            attempts = [attempts[0], *attempts]
+        for attempt, guess in zip(attempts, guesses, strict=True):
+            self._log_fallback(state.time, dt, failures, attempt)
+            self.step.guess(attempt.moves_on, guess)
+            linear_solver = self._solvers.use(attempt.solver)
             with timing.event("linear set-up"):
                 linear_solver.begin()
-            self._convergence.history.clear()
-            self._convergence.stagnation = self.options.stagnation
-            if name in FALLBACKS:  # what looks like round-off may be a slow quasi-Newton iteration
-                self._convergence.stagnation *= 0.02
+            self._convergence.begin(approximate=attempt.solver in FALLBACKS)
             before = linear_solver.krylov_iterations
             self.snes.solve(None, self.step.x)
-            newton += self.snes.getIterationNumber()
+            iterations = self.snes.getIterationNumber()
+            newton += iterations
             krylov += linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
-            if reason > 0 and self.step.accepted():
+            accepted = reason > 0 and self.step.accepted()
+            linear_solver.end(accepted)
+            if accepted:
+                self._attempts.learn(attempt)
+                self.fallbacks += len(failures)
                 works, dissipated = self.step.finish(out)
                 if not self.step.system.flexible_bodies:
                     self._past.add(state.time, dt, self.step.rigid_unknowns())
@@ -191,22 +201,40 @@ class EnergyMomentumSolver:
                 done = tuple(works.tolist()), tuple(dissipated.tolist())
                 return StepReport(newton, krylov, *done, residual)
             self._past.forget()
-            reasons.append(_in_words(reason))
+            failures.append(Failure(attempt, reason, iterations))
+        place = describe_largest_residual(self.step, self.snes.getFunction()[0])
         raise StepFailure(
-            f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: "
-            f"{reasons[0]} from the extrapolated start, {reasons[-1]} from the last state"
+            f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: {tell(failures)}"
+            + (f"; the residual is largest in {place}" if place and reason <= 0 else "")
         )
+
+    def _log_fallback(
+        self, time: float, dt: float, failures: list[Failure], attempt: Attempt
+    ) -> None:
+        """Say which attempt takes over, if one has failed."""
+        if failures:
+            log.info(
+                "the step from t = %.6g s by %.3g s: %s with %s; now %s",
+                time,
+                dt,
+                failures[-1].cause,
+                failures[-1].attempt,
+                attempt,
+            )
 
     def remember(self) -> Memory:
         """What later steps depend on, apart from the state."""
-        memory = Memory({"name": self.preconditioner})
+        memory = Memory({"name": self.preconditioner, "fallbacks": self.fallbacks})
+        memory.add("attempts", self._attempts.remember())
         memory.add("linear", self._solvers.use(self.preconditioner).remember())
         memory.add("past", self._past.remember())
         return memory
 
     def recall(self, memory: Memory) -> None:
         """Go on like the solver that remembered this; with another linear solver, start anew."""
+        self.fallbacks = memory.numbers.get("fallbacks", 0)
         if memory.numbers.get("name") == self.preconditioner:
+            self._attempts.recall(memory.part("attempts"))
             self._solvers.use(self.preconditioner).recall(memory.part("linear"))
         self._past.recall(memory.part("past"))
 
@@ -218,7 +246,7 @@ def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:
 
 
 @dataclass
-class _BlockwiseConvergence:
+class BlockwiseConvergence:
     """Convergence by the largest relative residual of the blocks, in units of its tolerance."""
 
     step: EnergyMomentumStep
@@ -233,6 +261,11 @@ class _BlockwiseConvergence:
         self._tolerances = np.array(
             [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
         )
+
+    def begin(self, approximate: bool) -> None:
+        """A new iteration begins; with an approximate tangent slow ones look like round-off."""
+        self.history.clear()
+        self.stagnation = (0.02 if approximate else 1.0) * self.options.stagnation
 
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""
@@ -313,15 +346,3 @@ class _LinearSolvers:
         for linear_solver in self._made.values():
             linear_solver.destroy()
         self._made.clear()
-
-
-def _in_words(reason: int) -> str:
-    """PETSc's reason for the end of an iteration."""
-    names = {
-        value: name
-        for name, value in vars(PETSc.SNES.ConvergedReason).items()
-        if isinstance(value, int)
-    }
-    if reason > 0:
-        return "a joint angle on the wrong branch, or a redundant constraint that does not hold"
-    return names.get(reason, f"reason {reason}").lower().replace("_", " ")

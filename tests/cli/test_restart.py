@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.cli import main
-from turbine_fenicsx.linear import QuasiNewton
+from turbine_fenicsx.linear import QuasiNewton, quasi_newton
 from turbine_fenicsx.turbine.case import Case
 from turbine_fenicsx.turbine.run import restart_case, run_case
 
@@ -156,15 +156,16 @@ def test_a_run_may_go_on_from_its_very_beginning(demo, tmp_path):
 
 def test_a_run_may_end_anywhere_and_go_on(demo, tmp_path, comm, monkeypatch):
     """After each single step, with a factor that is refreshed every few steps."""
-    real = QuasiNewton.__init__
-    monkeypatch.setattr(
-        QuasiNewton, "__init__", lambda self, step, solver: real(self, step, solver, 5)
-    )
+    monkeypatch.setattr(quasi_newton, "ORDINARY", 4)
+    monkeypatch.setattr(quasi_newton, "RENEWAL", 2)
     refreshed = []
-    begin = QuasiNewton.begin
-    monkeypatch.setattr(
-        QuasiNewton, "begin", lambda self: (refreshed.append(self._slow()), begin(self))
-    )
+    real = QuasiNewton.begin
+
+    def begin(self):
+        refreshed.append(self._excess >= quasi_newton.RENEWAL)
+        real(self)
+
+    monkeypatch.setattr(QuasiNewton, "begin", begin)
     run(demo, "hybrid_soft", tmp_path / "whole", "time.end=0.2", *SOFT)
     assert 0 < sum(refreshed) < len(refreshed)
     case = Case.load(demo("hybrid_soft.toml"), ["time.end=0.2", *SOFT])

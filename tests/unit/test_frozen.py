@@ -10,7 +10,7 @@ from turbine_fenicsx.linear import LARGEST_FACTOR, Elimination, chosen_name, sec
 from turbine_fenicsx.linear.factor import SparseFactor
 from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear.frozen import FrozenElimination
-from turbine_fenicsx.linear.quasi_newton import QuasiNewton
+from turbine_fenicsx.linear.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
 from turbine_fenicsx.linear.sections import section_motions
 from turbine_fenicsx.loads import Gravity
 from turbine_fenicsx.rotations import E3, rotation_about
@@ -138,6 +138,37 @@ def test_broyden_solves_a_linear_problem_in_a_few_more_steps_than_its_rank(comm)
     for _ in range(6):
         x = x + method._improve(-(A @ x - b))
     assert np.linalg.norm(A @ x - b) < 1e-10 * np.linalg.norm(b)
+
+
+def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(comm):
+    refreshed = []
+
+    class Step:
+        system = type("System", (), {"comm": comm})
+
+        @staticmethod
+        def mass_weights():
+            return np.ones(1)
+
+    class Solver:
+        begin = staticmethod(lambda: None)
+        refresh = staticmethod(lambda: refreshed.append(True))
+
+    def renewals(iterations, converged=True):
+        """Whether the step after each of these begins with a new factor."""
+        method, found = QuasiNewton(Step(), Solver()), []
+        for n in iterations:
+            method._steps = [None] * n
+            method.end(converged)
+            refreshed.clear()
+            method.begin()
+            found.append(bool(refreshed))
+        return found
+
+    assert not any(renewals([3] * 5 + [ORDINARY] * 100))
+    more = RENEWAL // 3
+    assert renewals([3, *[ORDINARY + more] * 6]) == [False, *[False, False, True], *[False] * 3]
+    assert renewals([2, 2], converged=False) == [True, True]
 
 
 def rigid_motions(x):

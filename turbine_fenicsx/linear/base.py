@@ -29,6 +29,9 @@ class LinearSolver(Protocol):
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
 
+    def end(self, converged: bool) -> None:
+        """The Newton iteration has ended."""
+
     def remember(self) -> Memory:
         """What later solves depend on, apart from the step; a new solver can `recall` it."""
 

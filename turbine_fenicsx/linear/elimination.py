@@ -55,6 +55,9 @@ class Elimination:
     def begin(self) -> None:
         """Nothing is kept from step to step."""
 
+    def end(self, converged: bool) -> None:
+        """Nothing."""
+
     def remember(self) -> Memory:
         """Nothing."""
         return Memory()

@@ -13,6 +13,7 @@ carrier: then P, Z and the Schur complement just turn with it, and the coupling 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 
 from petsc4py import PETSc
@@ -28,6 +29,8 @@ from turbine_fenicsx.linear.factor import FreeSolver
 from turbine_fenicsx.linear.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.rotations import Array
+
+log = logging.getLogger(__name__)
 
 SolverMaker = Callable[[FlexibleBlock, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
 
@@ -94,6 +97,13 @@ class FrozenElimination:
 
     def refresh(self) -> None:
         """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
+        log.info(
+            "new factor at t = %.6g s for steps of %.3g s", self._step.state.time, self._step.dt
+        )
+        self._factorise()
+
+    def _factorise(self) -> None:
+        """Factorise and remember where."""
         state, self._dt = self._step.state, self._step.dt
         displacements = tuple(u.array_r.reshape(-1, 3).copy() for u in state.u)
         self._factorised_at = Memory({"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements})
@@ -112,7 +122,7 @@ class FrozenElimination:
             for u, values in zip(state.u, memory.nodal.get("u", ()), strict=True):
                 u.array[:] = values.ravel()
             self._step.begin(state, memory.numbers["dt"])
-            self.refresh()
+            self._factorise()
             state.destroy()
 
     def destroy(self) -> None:

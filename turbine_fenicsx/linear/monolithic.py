@@ -34,6 +34,9 @@ class MonolithicLU:
     def begin(self) -> None:
         """Nothing is kept from step to step."""
 
+    def end(self, converged: bool) -> None:
+        """Nothing."""
+
     def remember(self) -> Memory:
         """Nothing."""
         return Memory()

@@ -12,6 +12,12 @@ from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import sum_over_ranks
 from turbine_fenicsx.rotations import Array
 
+ORDINARY = 10
+"""So many iterations a step are worth no new factor: others had as many at rest."""
+
+RENEWAL = 30
+"""Iterations that cost as much as a new factor: 11 to 37 for 1 000 to 70 000 displacements."""
+
 
 class QuasiNewton:
     """Turns the chord steps of a frozen tangent into Broyden steps.
@@ -27,22 +33,23 @@ class QuasiNewton:
     The scalar product weighs velocities with masses, so that no unit and no mesh size enters.
     No action of the tangent is ever needed: an iteration costs one residual and one solve.
 
+    The approximate solver is refreshed after an iteration that failed, and once the iterations
+    that steps took beyond the fewest since the last time would have paid for it; so refreshing
+    never more than doubles what it is to save, should it not help.
+
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
         solver: The approximate linear solver P.
-        refresh_after: After a step with more iterations than this the solver is refreshed.
     """
 
-    def __init__(
-        self, step: EnergyMomentumStep, solver: FrozenElimination, refresh_after: int = 15
-    ) -> None:
+    def __init__(self, step: EnergyMomentumStep, solver: FrozenElimination) -> None:
         """Lay out the weights."""
         self._step, self._solver = step, solver
         self._comm = step.system.comm
         self._weights = step.mass_weights()
-        self._refresh_after = refresh_after
         self._steps: list[Array] = []
-        self._was_slow = False
+        self._excess = 0
+        self._fewest: int | None = None
         self._products: Array = np.zeros((0, 0))
 
     @property
@@ -51,10 +58,11 @@ class QuasiNewton:
         return self._solver.krylov_iterations
 
     def begin(self) -> None:
-        """Forget the steps of the last iteration; refresh the solver if they were many."""
-        if self._slow():
+        """Forget the steps of the last iteration; refresh the solver if that pays."""
+        if self._excess >= RENEWAL:
             self._solver.refresh()
-        self._steps, self._was_slow = [], False
+            self._excess, self._fewest = 0, None
+        self._steps = []
         self._products = np.zeros((0, 0))
         self._solver.begin()
 
@@ -73,20 +81,25 @@ class QuasiNewton:
         for part, end in zip(parts, ends, strict=True):
             part.array[:] = -s[end - part.getLocalSize() : end]
 
+    def end(self, converged: bool) -> None:
+        """Count the iterations, for the decision to refresh the solver."""
+        n = len(self._steps)
+        if not converged:
+            self._excess = RENEWAL
+            return
+        self._fewest = n if self._fewest is None else min(n, self._fewest)
+        self._excess += max(n - max(self._fewest, ORDINARY), 0)
+
     def remember(self) -> Memory:
-        """What the approximate solver remembers, and whether it is to be refreshed."""
-        memory = Memory({"slow": self._slow()})
+        """What the approximate solver remembers, and what decides when it is refreshed."""
+        memory = Memory({"excess": self._excess, "fewest": self._fewest})
         memory.add("solver", self._solver.remember())
         return memory
 
     def recall(self, memory: Memory) -> None:
         """Go on like another one."""
-        self._was_slow = memory.numbers.get("slow", False)
+        self._excess, self._fewest = memory.numbers["excess"], memory.numbers["fewest"]
         self._solver.recall(memory.part("solver"))
-
-    def _slow(self) -> bool:
-        """Whether the last iteration took too long."""
-        return self._was_slow or len(self._steps) > self._refresh_after
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
