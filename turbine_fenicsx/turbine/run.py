@@ -118,7 +118,7 @@ def run_case(
         start = time.perf_counter()
         simulation.run(memory)
         seconds = time.perf_counter() - start
-        result = summary(turbine, statistics, seconds, simulation.halvings)
+        result = summary(turbine, statistics, seconds, simulation)
         result["interrupted"] = simulation.stopped
         text = json.dumps(result, indent=2) + "\n"
         on_rank0(comm, lambda: (folder / "summary.json").write_text(text, encoding="utf-8"))

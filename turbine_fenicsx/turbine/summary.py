@@ -9,7 +9,7 @@ import numpy as np
 from turbine_fenicsx import timing
 from turbine_fenicsx.output_folder import TimeSeries
 from turbine_fenicsx.rotations import E3
-from turbine_fenicsx.simulation import Snapshot
+from turbine_fenicsx.simulation import Simulation, Snapshot
 from turbine_fenicsx.turbine.model import Turbine
 from turbine_fenicsx.versions import versions
 
@@ -99,7 +99,7 @@ def unknowns(turbine: Turbine) -> dict[str, int]:
 
 
 def summary(
-    turbine: Turbine, statistics: Statistics, seconds: float, halvings: int
+    turbine: Turbine, statistics: Statistics, seconds: float, simulation: Simulation
 ) -> dict[str, Any]:
     """Everything worth keeping about a run. Collective.
 
@@ -107,7 +107,7 @@ def summary(
         turbine: The turbine.
         statistics: What was seen during the run.
         seconds: Wall time of the time loop, since the run went on if it did [s].
-        halvings: How many steps were halved.
+        simulation: The run, for what its steps and its solver count.
     """
     steps, steps_now = (
         max(n, 1) for n in (statistics.steps, statistics.steps - statistics.steps_before)
@@ -136,7 +136,8 @@ def summary(
         "masses_[kg]": masses(turbine),
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),
         "steps": statistics.steps,
-        "halved_steps": halvings,
+        "halved_steps": simulation.halvings,
+        "solver_fallbacks": simulation.solver.fallbacks,
         "end_time_[s]": last.state.time,
         "worst_energy_error_[J]": statistics.worst_energy_error,
         "largest_energy_[J]": statistics.largest_energy,
@@ -173,7 +174,16 @@ def table(s: dict[str, Any]) -> str:
         ("constraint error", f"{s['worst_constraint_error_[-]']:.1e}"),
         ("angular momentum", f"({momentum}) kNms"),
         ("angles [rad]", angles),
-        ("iterations per step", f"{s['mean_newton_iterations']:.2f} Newton"),
+        (
+            "iterations per step",
+            f"{s['mean_newton_iterations']:.2f} Newton" + _fallbacks(s["solver_fallbacks"]),
+        ),
         ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
     ]
     return "\n".join(f"  {name:<22}{text}" for name, text in rows)
+
+
+def _fallbacks(number: int) -> str:
+    """How often another linear solver or start took over, if it did."""
+    times = "once" if number == 1 else f"{number} times"
+    return f", another solver or start took over {times}" if number else ""
