@@ -25,7 +25,7 @@ extensions = [
 ]
 exclude_patterns = ["_build"]
 # Formulas carry the numbers of the paper by \tag.
-myst_enable_extensions = ["amsmath", "attrs_inline", "dollarmath"]
+myst_enable_extensions = ["amsmath", "dollarmath"]
 myst_heading_anchors = 4
 
 # Docstrings: Google style; one pair of backticks names something of the package, see docstrings.py.

@@ -43,6 +43,9 @@ _CAPTIONS = {
     "root_moments": "Moments of the blades on what carries their roots, means of each step.",
     "tower": "Displacement of the tower top, and moments of the tower on the ground.",
 }
+_SIZE = (1280, 960)
+"""Of the pictures [pixels]."""
+
 _UNIT = re.compile(r"[_ ]?\[(?P<unit>.*)\]$")
 
 
@@ -79,7 +82,7 @@ def report(
         "Key figures": _tables({"": _key_figures(history)}),
         "Case": _case(case, describe),
         "Diagrams": _diagrams(history, solver_tolerance(folder)),
-        "Pictures": _pictures(folder, times, Look(scale=scale)) if pictures else "",
+        "Pictures": _pictures(folder, times, Look(scale=scale, size=_SIZE)) if pictures else "",
         "Model and results": _tables(_grouped(summary, "run"))
         if summary
         else _note("There is no summary.json: the run has not come to its end."),
@@ -171,7 +174,10 @@ def _label(key: str) -> str:
     """A key in words, its unit in brackets."""
     unit = _UNIT.search(key)
     words = _UNIT.sub("", key).replace("_", " ")
-    return words if unit is None or unit["unit"] == "-" else f"{words} [{unit['unit']}]"
+    if unit is None or unit["unit"] == "-":
+        return words
+    symbol = unit["unit"].replace("^2", "²").replace("^3", "³")
+    return f"{words} [{symbol}]"
 
 
 def _text(value: Any) -> str:

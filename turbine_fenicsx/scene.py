@@ -54,7 +54,8 @@ class Scene:
         if self._scalar not in (None, *names):
             shown = [name for name in names if not name.startswith("vtk")]
             raise ValueError(f"there is no field '{self._scalar}', but {', '.join(shown)}")
-        self._groups = self._coloured_parts(job["coloured"])
+        common = job["limits"] is not None
+        self._groups = coloured_parts(self._parts, self._scalar, job["coloured"], common)
         grids = (self._reader.grid(step) for step in steps)
         self._backdrop = Backdrop(self._parts)
         self._scales = self._look_through(grids)
@@ -105,28 +106,6 @@ class Scene:
         plotter.suppress_rendering = False
         plotter.render()
         return np.asarray(plotter.screenshot(return_img=True))
-
-    def _coloured_parts(self, patterns: Sequence[str]) -> dict[int, str]:
-        """Number of each part that has colours, to what shares its scale.
-
-        Raises:
-            ValueError: if a pattern fits no part.
-        """
-        if self._scalar is None:
-            return {}
-        parts = list(self._parts.parts)
-        for pattern in patterns:
-            if not any(_fits(part, [pattern]) for part in parts):
-                names = ", ".join(dict.fromkeys(n for p in parts for n in (p.name, p.body)))
-                raise ValueError(f"there is no part '{pattern}', but {names}")
-        if patterns:
-            parts = [part for part in parts if _fits(part, patterns)]
-        stress = self._scalar in colours.STRESSES
-        if stress:
-            parts = [part for part in parts if part.stands_on is None]  # others have none
-        bodies = {part.body for part in parts}
-        apart = stress and self._job["limits"] is None and 1 < len(bodies) <= _MOST_SCALES
-        return {part.number: part.body if apart else "" for part in parts}
 
     def _look_through(self, grids: Iterable[Any]) -> dict[str, tuple[float, float]]:
         """Ends of the scale of each group; what the backdrop has to hold on the way."""
@@ -209,6 +188,40 @@ class Scene:
             "fmt": "%.4g",
             "unconstrained_font_size": True,
         }
+
+
+def coloured_parts(
+    parts: Parts, field: str | None, patterns: Sequence[str], common: bool
+) -> dict[int, str]:
+    """Which parts have colours, and which of them share a scale.
+
+    Args:
+        parts: All parts.
+        field: The field, None for none.
+        patterns: What the name of a part or of its body must fit; none for all.
+        common: Whether all have the same scale.
+
+    Returns:
+        Number of the part to its body if each body has a scale of its own, else to nothing.
+
+    Raises:
+        ValueError: if a pattern fits no part.
+    """
+    if field is None:
+        return {}
+    for pattern in patterns:
+        if not any(_fits(part, [pattern]) for part in parts.parts):
+            names = ", ".join(dict.fromkeys(n for p in parts.parts for n in (p.name, p.body)))
+            raise ValueError(f"there is no part '{pattern}', but {names}")
+    stress = field in colours.STRESSES
+    found = [
+        part
+        for part in parts.parts
+        if (not patterns or _fits(part, patterns)) and not (stress and part.stands_on is not None)
+    ]
+    n_bodies = len({part.body for part in found})
+    apart = stress and not common and 1 < n_bodies <= _MOST_SCALES
+    return {part.number: part.body if apart else "" for part in found}
 
 
 _SHARP = 50.0

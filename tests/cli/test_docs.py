@@ -58,6 +58,11 @@ def test_there_is_no_kind_of_block_that_is_not_run():
         assert len(FENCE.findall(text)) == 2 * (len(found) + len(directives)), name
 
 
+def test_no_attribute_of_an_image_stands_as_text():
+    for name, text in PAGES.items():
+        assert not re.search(r"\)\{[a-z#.]", text), name  # MyST does not take it, GitHub neither
+
+
 @pytest.fixture
 def sandbox(tmp_path, command_line):
     """A folder like that of the project, and what runs a line of shell in it."""

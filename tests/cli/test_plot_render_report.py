@@ -29,7 +29,7 @@ def out(tmp_path):
 def test_plot_writes_png_and_pdf_into_the_first_folder_and_prints_them(out, capfd):
     other = write(out.parent / "other" / "history.csv", history(n=5)).parent
     assert main(["plot", str(out), str(other)]) == 0
-    names = ("energy", "angular_momentum", "angles", "tip_deflections")
+    names = ("energy", "angular_momentum", "angles", "tip_deflections", "root_moments")
     paths = [out / f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")]
     assert capfd.readouterr().out.splitlines() == [str(path) for path in paths]
     assert all(path.stat().st_size > 5000 for path in paths)
@@ -70,6 +70,15 @@ def test_render_draws_the_last_time_in_the_range_asked_for(out, capfd):
         blades = image[:, :500]  # without the legend
         reds.append(int((blades[..., 0] - blades[..., 2] > 90).sum()))
     assert reds[1] == 0 < reds[0]
+
+
+def test_progress_is_told_where_there_is_no_terminal(out, capfd, monkeypatch):
+    monkeypatch.setattr("turbine_fenicsx.commands._frames.EVERY", 0.0)
+    if main(["render", str(out), "--times", "0,1", "--size", "160x120"]) != 0:
+        pytest.skip(capfd.readouterr().err)
+    printed = capfd.readouterr()
+    assert printed.err == "frame 1 of 2\nframe 2 of 2\n"
+    assert len(printed.out.splitlines()) == 2
 
 
 @pytest.mark.parametrize("command", ["plot", "render", "report"])

@@ -10,7 +10,6 @@ are. Rigid parts are never deformed. No display is needed.
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +88,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
 def _render(options: argparse.Namespace) -> None:
     """Draw all there is to draw."""
+    from turbine_fenicsx.commands._frames import Frames
     from turbine_fenicsx.commands._numbers import numbers
     from turbine_fenicsx.errors import InputError
     from turbine_fenicsx.output_folder import field_times, need_folder, target_folder
@@ -119,16 +119,16 @@ def _render(options: argparse.Namespace) -> None:
     written = field_times(fields)
     if times is not None or options.movie is None:
         out = target_folder(options.out or folder)
-        print(*render_times(fields, out, times, look), sep="\n", flush=True)
+        with Frames(len(times) if times else 1) as frames:
+            paths = render_times(fields, out, times, look, frames.count)
+        print(*paths, sep="\n", flush=True)
     if options.movie is not None:
         target_folder(Path(options.movie).parent)
         if Path(options.movie).is_dir():
             raise InputError(f"cannot write {options.movie!r}: it is a folder")
         n_frames = len(movie_steps(list(written), options.speed)[0])
-        from tqdm import tqdm
-
-        with tqdm(total=n_frames, unit="frame", disable=not sys.stderr.isatty()) as bar:
-            path = render_movie(fields, options.movie, options.speed, look, bar.update)
+        with Frames(n_frames) as frames:
+            path = render_movie(fields, options.movie, options.speed, look, frames.count)
         print(path, flush=True)
 
 
