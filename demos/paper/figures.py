@@ -22,8 +22,8 @@ from turbine_fenicsx.plots import draw
 
 HERE = Path(__file__).parent
 CASES = ("rigid", "hybrid_stiff", "hybrid_soft")
-HEIGHT = 800
-"""Of the pictures, in pixels."""
+SIZE, HEIGHT = (1080, 1200), 800
+"""Width and height of a picture as drawn, and the height it is made smaller to, in pixels."""
 
 ENERGY_STEPS = changes("Change per step", r"$|\Delta H|$ [kJ]", HAMILTONIAN)
 MOMENTUM = curves("Angular momentum", "about the origin [kNms]", *MOMENTA.values())
@@ -98,7 +98,7 @@ def draw_pictures(case, folder, out, times):
     Raises:
         InputError: if a time is outside of the run or the fields were written too rarely.
     """
-    look = Look(scalar=None if case == "rigid" else "cauchy_stress_norm")
+    look = Look(scalar=None if case == "rigid" else "cauchy_stress_norm", size=SIZE)
     files = []
     fields = folder / "fields.xdmf"
     written = field_times(fields)
