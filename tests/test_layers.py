@@ -31,6 +31,7 @@ LAYERS = [
         "redundancy",
         "quadratic",
         "kinematics",
+        "cell_fields",
         "state",
         "meshing",
         "memory",

@@ -66,6 +66,7 @@ _PUBLIC = {
     "Torque": "loads",
     "TransverselyIsotropic": "materials",
     "Universal": "joints",
+    "cell_field": "cell_fields",
     "dot": "quadratic",
     "equilibrium": "statics",
     "initial_motion": "start",

@@ -25,6 +25,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.cell_fields import is_field, on_mesh
 from turbine_fenicsx.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,
@@ -90,6 +91,8 @@ class FlexibleBlock:
         self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
 
         def parameter(value: Any) -> Any:
+            if is_field(value):
+                return on_mesh(value, mesh, body.name)
             return fem.Constant(mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
 
         def energy(C: Any) -> Any:

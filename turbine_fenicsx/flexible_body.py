@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from turbine_fenicsx import _compat
-from turbine_fenicsx.checks import check_positive
+from turbine_fenicsx.cell_fields import check_cells
 from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.rotations import Array
 
@@ -23,7 +25,7 @@ class FlexibleBody:
         name: Unique name.
         mesh: DOLFINx mesh of hexahedra or tetrahedra in the initial configuration [m].
         material: Strain energy.
-        density: Reference density rho [kg/m^3], positive.
+        density: Reference density rho [kg/m^3], positive, a number or a `cell_field`.
         degree: Polynomial degree of the displacement, 1 or 2.
         fibre: Direction field of the fibres, or of the span, in the initial configuration as a
             UFL vector: for output, and the slender direction for iterative solvers; or None.
@@ -40,14 +42,18 @@ class FlexibleBody:
     name: str
     mesh: Any
     material: Material
-    density: float
+    density: Any
     degree: int = 1
     fibre: Any = None
     velocity: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         """Check the data."""
-        check_positive(f"density of flexible body {self.name!r}", self.density)
+        check_cells(
+            f"density of flexible body {self.name!r} must be positive, got {{density}}",
+            lambda rho: (rho > 0.0) & (rho < np.inf),
+            density=self.density,
+        )
         if self.degree not in (1, 2):
             raise ValueError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
         if not isinstance(self.material, Material):

@@ -10,7 +10,7 @@ SVK = StVenantKirchhoff(1.0, 1.0)
 
 @pytest.mark.parametrize("density", [0.0, -1500.0, float("nan")])
 def test_density_must_be_positive(density):
-    with pytest.raises(ValueError, match=f"density of .* 'blade' must be positive, got {density}"):
+    with pytest.raises(ValueError, match=f"density of .* 'blade' must be positive, got {density:g}"):
         FlexibleBody("blade", None, SVK, density)
 
 

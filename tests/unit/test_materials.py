@@ -708,7 +708,7 @@ def test_viscous_material_keeps_its_elastic_energy():
 def test_viscosities_that_are_negative_or_no_numbers_are_refused(name, value):
     data = {"shear_viscosity": 1.0, "bulk_viscosity": 1.0} | {f"{name}_viscosity": value}
     with pytest.raises(
-        ValueError, match=f"{name} viscosity must not be negative, got {value} Pa s"
+        ValueError, match=f"{name} viscosity must not be negative, got {value:g} Pa s"
     ):
         KelvinVoigt(NeoHooke(1.0, 1.0), **data)
     assert KelvinVoigt(NeoHooke(1.0, 1.0), 0.0).shear_viscosity == 0.0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import ufl
 
+from turbine_fenicsx.cell_fields import check_cells
 from turbine_fenicsx.materials.base import Material, Viscous
 
 
@@ -28,8 +29,8 @@ class KelvinVoigt:
 
     Args:
         elastic: Material of the elastic stress, not viscous itself.
-        shear_viscosity: eta_s [Pa s], not negative.
-        bulk_viscosity: eta_b [Pa s], not negative.
+        shear_viscosity: eta_s [Pa s], not negative, a number or a `cell_field`.
+        bulk_viscosity: eta_b [Pa s], not negative, a number or a `cell_field`.
 
     Raises:
         ValueError: for a viscosity that is negative or no number.
@@ -43,9 +44,11 @@ class KelvinVoigt:
     def __post_init__(self) -> None:
         """Check the data."""
         for name in ("shear", "bulk"):
-            viscosity = getattr(self, f"{name}_viscosity")
-            if not 0.0 <= viscosity < np.inf:
-                raise ValueError(f"{name} viscosity must not be negative, got {viscosity} Pa s")
+            check_cells(
+                f"{name} viscosity must not be negative, got {{{name}_viscosity}} Pa s",
+                lambda eta: (eta >= 0.0) & (eta < np.inf),
+                **{f"{name}_viscosity": getattr(self, f"{name}_viscosity")},
+            )
         if not isinstance(self.elastic, Material):
             raise TypeError(f"elastic part of a viscous material is no material: {self.elastic!r}")
         if isinstance(self.elastic, Viscous):

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import ufl
 
+from turbine_fenicsx.cell_fields import check_cells
+
 
 @dataclass(frozen=True)
 class MooneyRivlin:
@@ -27,6 +29,8 @@ class MooneyRivlin:
         bulk_modulus: kappa [Pa], positive. Where it is a hundred times the shear modulus or more,
             trilinear hexahedra and linear tetrahedra lock; take quadratic ones.
 
+    Each is a number or a `cell_field`.
+
     Raises:
         ValueError: if the energy is not positive definite.
     """
@@ -38,16 +42,18 @@ class MooneyRivlin:
 
     def __post_init__(self) -> None:
         """Check positive definiteness."""
-        c10, c01 = self.c10, self.c01
-        if not (0.0 <= c10 < np.inf and 0.0 <= c01 < np.inf and c10 + c01 > 0.0):
-            raise ValueError(
-                f"material is not positive definite: c10 = {c10:g} Pa and c01 = {c01:g} Pa must "
-                "not be negative, nor both zero"
-            )
-        if not 0.0 < self.bulk_modulus < np.inf:
-            raise ValueError(
-                f"material is not positive definite: bulk modulus {self.bulk_modulus:g} Pa"
-            )
+        check_cells(
+            "material is not positive definite: c10 = {c10} Pa and c01 = {c01} Pa must not be "
+            "negative, nor both zero",
+            lambda a, b: (a >= 0.0) & (b >= 0.0) & (a + b > 0.0) & (a + b < np.inf),
+            c10=self.c10,
+            c01=self.c01,
+        )
+        check_cells(
+            "material is not positive definite: bulk modulus {bulk_modulus} Pa",
+            lambda kappa: (kappa > 0.0) & (kappa < np.inf),
+            bulk_modulus=self.bulk_modulus,
+        )
 
     def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
         """Strain energy [J/m^3]."""

@@ -16,8 +16,8 @@ class NeoHooke:
     """W = mu/2 (tr C - 3) - mu ln J + Lambda/2 (ln J)^2 with J = sqrt(det C).
 
     Args:
-        first_lame: Lambda [Pa].
-        shear_modulus: mu [Pa], positive.
+        first_lame: Lambda [Pa], a number or a `cell_field`.
+        shear_modulus: mu [Pa], positive, a number or a `cell_field`.
 
     Raises:
         ValueError: if the energy is not positive definite at the reference state.

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import ufl
 
+from turbine_fenicsx.cell_fields import is_field, map_cells
 from turbine_fenicsx.kinematics import green_lagrange
 from turbine_fenicsx.rotations import Array
+
+Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +29,7 @@ class OrthotropicSVK:
         young: E1, E2, E3 [Pa].
         shear: G12, G13, G23 [Pa].
         poisson: nu12, nu13, nu23 [-]; nu_ij is the contraction along j under tension along i.
+            All nine are numbers or `cell_field`s.
         frame: Orthonormal axes (a1, a2, a3) as UFL vectors: constants or fields on the mesh.
 
     Raises:
@@ -39,12 +44,27 @@ class OrthotropicSVK:
 
     def __post_init__(self) -> None:
         """Check positive definiteness."""
-        stiffness_matrix(self.young, self.shear, self.poisson)
+        _ = self._entries
+
+    @cached_property
+    def _entries(self) -> list[Any]:
+        """D of the normal strains row by row, G12, G13, G23: numbers, or cell fields."""
+
+        def entries(*given: Any) -> Array:
+            D = stiffness_matrix(given[:3], given[3:6], given[6:])
+            return np.append(D[:3, :3].ravel(), D[[5, 4, 3], [5, 4, 3]])
+
+        given = (*self.young, *self.shear, *self.poisson)
+        if any(is_field(value) for value in given):
+            return map_cells(entries, *given)
+        return entries(*given).tolist()
 
     def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
         """Strain energy [J/m^3]."""
-        D = stiffness_matrix(self.young, self.shear, self.poisson)
-        normal, G12, G13, G23 = parameter(D[:3, :3]), *(parameter(D[k, k]) for k in (5, 4, 3))
+        D, G12, G13, G23 = self._entries[:9], *(parameter(G) for G in self._entries[9:])
+        rows = [D[:3], D[3:6], D[6:]]
+        # numbers are one constant of the form, fields one function each
+        normal = ufl.as_matrix(rows) if is_field(D[0]) else parameter(rows)
         E = green_lagrange(C)
         a1, a2, a3 = self.frame
         e = ufl.as_vector([ufl.dot(a, E * a) for a in self.frame])
@@ -52,11 +72,7 @@ class OrthotropicSVK:
         return 0.5 * ufl.dot(e, normal * e) + 2.0 * (G12 * E12**2 + G13 * E13**2 + G23 * E23**2)
 
 
-def stiffness_matrix(
-    young: tuple[float, float, float],
-    shear: tuple[float, float, float],
-    poisson: tuple[float, float, float],
-) -> Array:
+def stiffness_matrix(young: Triple, shear: Triple, poisson: Triple) -> Array:
     """Stiffness D in Voigt order 11, 22, 33, 23, 13, 12 for engineering shear strains, eq. (63).
 
     Args:

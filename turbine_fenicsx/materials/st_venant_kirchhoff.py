@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import ufl
 
+from turbine_fenicsx.cell_fields import check_cells
 from turbine_fenicsx.kinematics import green_lagrange
 
 
@@ -16,8 +18,9 @@ class StVenantKirchhoff:
     """W = Lambda/2 (tr E)^2 + mu E:E, eq. (67) for the paper's soft blades.
 
     Args:
-        first_lame: Lambda [Pa].
-        shear_modulus: mu [Pa], positive; the bulk modulus Lambda + 2 mu/3 must be positive too.
+        first_lame: Lambda [Pa], a number or a `cell_field`.
+        shear_modulus: mu [Pa], positive, a number or a `cell_field`; the bulk modulus
+            Lambda + 2 mu/3 must be positive too.
 
     Raises:
         ValueError: if the energy is not positive definite.
@@ -38,10 +41,17 @@ class StVenantKirchhoff:
         return 0.5 * lam * ufl.tr(E) ** 2 + mu * ufl.inner(E, E)
 
 
-def check_lame(first_lame: float, shear_modulus: float) -> None:
-    """Raise a ValueError unless shear and bulk modulus are positive."""
-    if not shear_modulus > 0.0:
-        raise ValueError(f"material is not positive definite: shear modulus {shear_modulus:g} Pa")
-    bulk = first_lame + 2.0 * shear_modulus / 3.0
-    if not bulk > 0.0:
-        raise ValueError(f"material is not positive definite: bulk modulus {bulk:g} Pa")
+def check_lame(first_lame: Any, shear_modulus: Any) -> None:
+    """Raise a ValueError unless shear and bulk modulus are positive, in all cells."""
+    words = "material is not positive definite: "
+    check_cells(
+        words + "shear modulus {shear_modulus} Pa",
+        lambda mu: (mu > 0.0) & (mu < np.inf),
+        shear_modulus=shear_modulus,
+    )
+    check_cells(
+        words + "bulk modulus Lambda + 2 mu/3, Lambda {first_lame} Pa, mu {shear_modulus} Pa",
+        lambda lam, mu: (lam + 2.0 * mu / 3.0 > 0.0) & (lam < np.inf),
+        first_lame=first_lame,
+        shear_modulus=shear_modulus,
+    )

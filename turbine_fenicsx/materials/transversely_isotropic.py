@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import ufl
 
+from turbine_fenicsx.cell_fields import is_field, map_cells
 from turbine_fenicsx.materials.orthotropic import stiffness_matrix
 from turbine_fenicsx.rotations import Array
 
@@ -62,35 +64,39 @@ class TransverselyIsotropic:
 
     def __post_init__(self) -> None:
         """Check positive definiteness."""
-        self.stiffness()
+        _ = self._constants
 
     def stiffness(self) -> Array:
         """Stiffness D at rest with the fibre along axis 1, Voigt order 11, 22, 33, 23, 13, 12.
 
         Returns:
-            Shape (6, 6) [Pa], symmetric positive definite.
+            Shape (6, 6) [Pa], symmetric positive definite; for constants that are numbers.
         """
-        E1, E2, G = self.young_axial, self.young_transverse, self.shear_axial
-        n12, n23 = self.poisson_axial, self.poisson_transverse
-        D = stiffness_matrix((E1, E2, E2), (G, G, G), (n12, n12, n23))
-        D[3, 3] = 0.5 * (D[1, 1] - D[1, 2])
-        return D
+        return _stiffness(*self._given)
+
+    @property
+    def _given(self) -> tuple[Any, ...]:
+        """E1, E2, G, nu12, nu23."""
+        axial, transverse = self.young_axial, self.young_transverse
+        return axial, transverse, self.shear_axial, self.poisson_axial, self.poisson_transverse
+
+    @cached_property
+    def _constants(self) -> list[Any]:
+        """mu, s mu, G, K11, K12, K22: numbers, or cell fields."""
+
+        def constants(*given: float) -> Array:
+            D = _stiffness(*given)
+            mu, share = D[3, 3], neo_hookean_share(D) * D[3, 3]
+            K22 = 0.5 * (D[1, 1] + D[1, 2]) - share
+            return np.array([mu, share, D[5, 5], D[0, 0] - 2.0 * share, D[0, 1], K22])
+
+        if any(is_field(value) for value in self._given):
+            return map_cells(constants, *self._given)
+        return constants(*self._given).tolist()
 
     def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
         """Strain energy [J/m^3]."""
-        D = self.stiffness()
-        s = neo_hookean_share(D)
-        mu, share, G, K11, K12, K22 = (
-            parameter(value)
-            for value in (
-                D[3, 3],
-                s * D[3, 3],
-                D[5, 5],
-                D[0, 0] - 2.0 * s * D[3, 3],
-                D[0, 1],
-                0.5 * (D[1, 1] + D[1, 2]) - s * D[3, 3],
-            )
-        )
+        mu, share, G, K11, K12, K22 = (parameter(value) for value in self._constants)
         a = self.fibre / ufl.sqrt(ufl.dot(self.fibre, self.fibre))
         I4, I5 = ufl.dot(a, C * a), ufl.dot(C * a, C * a)
         A2 = ufl.det(C) / I4
@@ -98,6 +104,13 @@ class TransverselyIsotropic:
         h, t = 0.5 * (ufl.tr(C) - I5 / I4) - A, I5 / I4 - I4
         W = share * (0.5 * (I4 - 1.0) - y + A - 1.0 - z) + mu * h + 0.5 * G * t
         return W + 0.5 * (K11 * y**2 + 2.0 * K12 * y * z + K22 * z**2)
+
+
+def _stiffness(E1: float, E2: float, G: float, n12: float, n23: float) -> Array:
+    """Stiffness D of `TransverselyIsotropic`, shape (6, 6) [Pa]."""
+    D = stiffness_matrix((E1, E2, E2), (G, G, G), (n12, n12, n23))
+    D[3, 3] = 0.5 * (D[1, 1] - D[1, 2])
+    return D
 
 
 def neo_hookean_share(D: Array) -> float:
