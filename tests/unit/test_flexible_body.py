@@ -10,7 +10,8 @@ SVK = StVenantKirchhoff(1.0, 1.0)
 
 @pytest.mark.parametrize("density", [0.0, -1500.0, float("nan")])
 def test_density_must_be_positive(density):
-    with pytest.raises(ValueError, match=f"density of .* 'blade' must be positive, got {density:g}"):
+    words = f"density of .* 'blade' must be positive, got {density:g}"
+    with pytest.raises(ValueError, match=words):
         FlexibleBody("blade", None, SVK, density)
 
 
