@@ -10,7 +10,7 @@ setup: ## install what is missing, make .venv
 	@scripts/setup.sh
 
 demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
-	.venv/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o out/hybrid_stiff
+	.venv/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o out/hybrid_stiff --overwrite
 
 test: setup ## run all tests on 1 and on 2 MPI ranks
 	scripts/test.sh

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 LAYERS = [
     {
         "errors",
+        "files",
         "parallel",
         "parts",
         "conventions",
@@ -54,7 +55,7 @@ LAYERS = [
     {"linear", "residual_place", "attempts"},
     {"solver"},
     {"statics"},
-    {"checkpoint", "step_error", "folder_lock"},
+    {"checkpoint", "checkpoint_file", "step_error", "folder_lock"},
     {"simulation"},
     {"observers"},
     {"output_folder", "deformation"},

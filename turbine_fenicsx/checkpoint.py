@@ -3,17 +3,15 @@
 Nodal values lie in the order of the ranks that wrote them, with the initial positions of the nodes
 beside them. The same ranks with the same partition take theirs back bit for bit; others find their
 nodes by position. A file is written under another name and renamed when it is complete and on the
-disk, so that the end of the program at any moment leaves the last ones intact.
+disk, so that the end of the program at any moment leaves the last ones intact; a checksum tells
+those that were damaged later.
 """
 
 from __future__ import annotations
 
-import io
-import json
+import logging
 import os
-import zipfile
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +19,23 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.checkpoint_file import (
+    UnusableError,
+    list_checkpoints,
+    read_arrays,
+    read_head,
+    step_of,
+    write_checkpoint,
+)
 from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.files import naming
 from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.rotations import Array
 from turbine_fenicsx.state import State
 from turbine_fenicsx.system import MultibodySystem
+
+log = logging.getLogger(__name__)
 
 KEPT = 2
 """Number of checkpoints that are kept."""
@@ -108,23 +117,33 @@ class Checkpoints:
         self._time, self._wall = time, wall_time
         if index == self._written:
             return
+        comm = self._system.comm
+        if self._written < 0:  # later on a missing folder was moved or deleted by somebody
+            on_rank0(comm, self._make_folder)
         save(self._folder / f"checkpoint_{index:08d}.npz", self._system, memory, self._labels)
         self._written = index
-        on_rank0(self._system.comm, lambda: self._remove(found(self._folder)[KEPT:]))
+        on_rank0(comm, lambda: self._remove(self._superseded(index)))
 
     def clear(self) -> None:
         """Remove the checkpoints of an earlier run. Collective."""
-        on_rank0(self._system.comm, lambda: self._remove(found(self._folder)))
+        on_rank0(self._system.comm, lambda: self._remove(list_checkpoints(self._folder)))
+
+    def _superseded(self, index: int) -> list[Path]:
+        """Those of later steps, which were not gone on from, and older ones than the last two."""
+        files = list_checkpoints(self._folder)
+        later = [path for path in files if step_of(path) > index]
+        return later + files[len(later) + KEPT :]
+
+    def _make_folder(self) -> None:
+        """Make the folder."""
+        with naming("write", self._folder):
+            self._folder.mkdir(parents=True, exist_ok=True)
 
     def _remove(self, files: list[Path]) -> None:
         """Remove files, and what an earlier run left half written."""
         for old in (*files, *self._folder.glob("checkpoint_*.tmp")):
-            old.unlink(missing_ok=True)
-
-
-def found(folder: str | os.PathLike[str]) -> list[Path]:
-    """The checkpoints in a folder, newest first."""
-    return sorted(Path(folder).glob("checkpoint_*.npz"), reverse=True)
+            with naming("write", old):
+                old.unlink(missing_ok=True)
 
 
 def save(path: Path, system: MultibodySystem, memory: Memory, labels: Mapping[str, str]) -> None:
@@ -145,40 +164,36 @@ def save(path: Path, system: MultibodySystem, memory: Memory, labels: Mapping[st
         for k, values in enumerate(bodies):
             data[f"nodal.{name}.{k}"] = _gather(comm, values)
 
-    def write() -> None:
-        temporary = path.with_suffix(".tmp")
-        content = io.BytesIO()  # a zip file that cannot be completed complains when it is deleted
-        np.savez(content, head=np.array(json.dumps(head)), **data)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with temporary.open("wb") as file:
-                file.write(content.getbuffer())
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(temporary, path)
-        except OSError as error:
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
-            raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from None
-
-    on_rank0(comm, write)
+    on_rank0(comm, lambda: write_checkpoint(path, head, data))
 
 
 def load_newest(
-    folder: str | os.PathLike[str], system: MultibodySystem, check: Callable[[dict[str, str]], None]
+    folder: str | os.PathLike[str],
+    system: MultibodySystem,
+    check: Callable[[dict[str, str]], None],
+    shortfalls: Callable[[Memory], list[str]] = lambda memory: [],
 ) -> Memory:
-    """Read the newest complete checkpoint of a folder. Collective.
+    """Read the newest intact checkpoint of a folder that the series of its run reach. Collective.
+
+    If they reach none, it is the newest intact one. A warning says what was passed over, and why.
 
     Args:
         folder: The folder.
         system: The system, on any number of ranks.
         check: Called with the labels; raises an `InputError` if they do not fit.
+        shortfalls: Called with the numbers of a checkpoint; says in a clause each what the series
+            lack of what they had when it was written.
 
     Raises:
-        InputError: if there is none that can be read, or it belongs to another mesh.
+        InputError: if there is none that can be used, or it belongs to another mesh.
     """
     comm = system.comm
-    head, data = on_rank0(comm, lambda: _read_newest(folder, check))
+
+    def read() -> tuple[dict[str, Any], dict[str, Array]]:
+        path, head = _choose(folder, check, shortfalls)
+        return head, read_arrays(path)
+
+    head, data = on_rank0(comm, read)
     memory = Memory(
         head["numbers"],
         {k.removeprefix("array."): v for k, v in data.items() if k.startswith("array.")},
@@ -197,24 +212,38 @@ def _enumerated(system: MultibodySystem) -> list[tuple[int, Any]]:
     return list(enumerate(system.flexible_blocks))
 
 
-def _read_newest(
-    folder: str | os.PathLike[str], check: Callable[[dict[str, str]], None]
-) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Head and arrays of the newest file that is complete."""
-    files = found(folder)
+def _choose(
+    folder: str | os.PathLike[str],
+    check: Callable[[dict[str, str]], None],
+    shortfalls: Callable[[Memory], list[str]],
+) -> tuple[Path, dict[str, Any]]:
+    """The newest intact file that the series of the run reach, else the newest intact one."""
+    files = list_checkpoints(folder)
     if not files:
         raise InputError(f"there is no checkpoint in {os.fspath(folder)!r}")
+    reasons: list[str] = []
+    spare: tuple[Path, dict[str, Any], list[str]] | None = None
     for path in files:
         try:
-            with np.load(path, allow_pickle=False) as file:
-                data = {name: file[name] for name in file.files}
-            head = json.loads(str(data.pop("head")))
-            labels = head["labels"]
-        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
-            continue  # not complete; the one before is
-        check(labels)
-        return head, data
-    raise InputError(f"no checkpoint in {os.fspath(folder)!r} can be read")
+            head = read_head(path)
+        except UnusableError as error:
+            reasons.append(f"{path.name} {error}")
+            continue
+        check(head["labels"])
+        missing = shortfalls(Memory(head["numbers"]))
+        if not missing:
+            for reason in reasons:
+                log.warning("going on from %s: %s", path.name, reason)
+            return path, head
+        reasons += [f"{path.name} cannot be reached, {reason}" for reason in missing]
+        spare = spare or (path, head, missing)
+    if spare is None:
+        what = "; ".join(reasons)
+        raise InputError(f"no checkpoint in {os.fspath(folder)!r} can be used: {what}")
+    path, head, missing = spare
+    for reason in missing:
+        log.warning("going on from %s, but %s; the others are lost", path.name, reason)
+    return path, head
 
 
 def _order(data: dict[str, Array], k: int, block: Any, comm: MPI.Intracomm, ranks: int) -> Any:

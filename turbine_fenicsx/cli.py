@@ -16,7 +16,8 @@ import pkgutil
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -51,7 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(mine)
         comm = _start(petsc_options, options.alone)
         command: Callable[[argparse.Namespace, Any], int] = options.command
-        return command(options, comm)
+        with _warnings_on_stderr():
+            return command(options, comm)
     except (InputError, CompilationError) as error:
         return fail(comm, str(error), WRONG_INPUT)
     except BrokenPipeError:  # as in `turbine-fenicsx ... | head`
@@ -134,6 +136,21 @@ def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
         return arguments, []
     at = arguments.index("--")
     return arguments[:at], arguments[at + 1 :]
+
+
+@contextmanager
+def _warnings_on_stderr() -> Iterator[None]:
+    """Print what the package warns of while a command runs; only one rank logs each warning."""
+    logger, handler = logging.getLogger("turbine_fenicsx"), logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(logging.Formatter("warning: %(message)s"))
+    logger.addHandler(handler)
+    logger.propagate = False  # or the handler of everybody's messages says it again
+    try:
+        yield
+    finally:
+        logger.propagate = True
+        logger.removeHandler(handler)
 
 
 def _abort_all(

@@ -9,3 +9,10 @@ class InputError(ValueError):
 
 class CompilationError(RuntimeError):
     """A form cannot be compiled on this computer; the message is one sentence. Exit code 2."""
+
+
+class FileError(OSError):
+    """A file that cannot be read or written; the message is a sentence that names it. Exit code 2.
+
+    The cause may be the disk, the permissions, or somebody who has moved the folder.
+    """

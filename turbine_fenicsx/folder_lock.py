@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 from collections.abc import Iterator
@@ -32,8 +33,13 @@ def claimed(comm: MPI.Intracomm, folder: str | os.PathLike[str]) -> Iterator[Pat
     def claim() -> int:
         try:
             path.mkdir(parents=True, exist_ok=True)
-            lock = os.open(path / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+            lock = os.open(path / ".lock", flags, 0o644)
         except OSError as error:
+            if error.errno == errno.ELOOP and (path / ".lock").is_symlink():
+                raise InputError(
+                    f"cannot write to {str(folder)!r}: its .lock is a symbolic link"
+                ) from None
             raise InputError(f"cannot write to {str(folder)!r}: {error.strerror}") from None
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -10,6 +10,7 @@ import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -18,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.files import naming
 from turbine_fenicsx.parts import Parts
+
+RESULTS = (
+    *("history.csv", "history.out", "history.png", "summary.json", "case.json"),
+    *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
+)
+"""Names of what a run computes, beside checkpoints and its log."""
 
 _COLUMN = re.compile(r"(?P<quantity>.+)_\[(?P<unit>.+)\]$")
 
@@ -49,11 +57,6 @@ class TimeSeries:
             if match and match["quantity"].startswith(start):
                 found[match["quantity"].removeprefix(start)] = values
         return found
-
-
-def holds_run(folder: str | os.PathLike[str]) -> bool:
-    """Whether a folder holds the results of a run, of any length."""
-    return any((Path(folder) / name).exists() for name in ("history.csv", "checkpoints"))
 
 
 def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeSeries:
@@ -133,7 +136,7 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, Any] | None:
         return None
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise InputError(f"{path} is not valid JSON") from None
     if not isinstance(tables, dict):
         raise InputError(f"{path} holds no tables")
@@ -203,6 +206,34 @@ def field_parts(path: str | os.PathLike[str]) -> Parts:
         f"{os.fspath(path)!r} does not say what its parts are: an earlier version has written it, "
         "run the case again"
     )
+
+
+def holds_run(folder: str | os.PathLike[str]) -> bool:
+    """Whether there is something in a folder that a run has computed.
+
+    That is a summary, a checkpoint, or more than the first row of a history.
+    """
+    folder = Path(folder)
+    files = [folder / "summary.json", *(folder / "checkpoints").glob("*.npz")]
+    if any(path.is_file() for path in files):
+        return True
+    history = folder / "history.csv"
+    if not history.is_file():
+        return False
+    with history.open("rb") as file:
+        return sum(1 for _ in islice(file, 3)) == 3
+
+
+def remove_run(folder: str | os.PathLike[str]) -> None:
+    """Remove what an earlier run has written, so that nothing of it stands beside the new one.
+
+    Raises:
+        FileError: if something cannot be removed.
+    """
+    for pattern in RESULTS:
+        for path in Path(folder).glob(pattern):
+            with naming("write", path):
+                path.unlink()
 
 
 def need_folder(folder: str | os.PathLike[str]) -> Path:

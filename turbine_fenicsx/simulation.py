@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -70,6 +70,27 @@ class Observer(Protocol):
 
     def finish(self) -> None:
         """The run has ended, normally or not."""
+
+
+@runtime_checkable
+class Remembering(Protocol):
+    """What an observer has beyond `Observer` if a checkpoint must agree with what it has written.
+
+    Attributes:
+        name: Under which checkpoints know it.
+    """
+
+    name: str
+
+    def remember(self) -> dict[str, Any]:
+        """Bring what was written to the disk, before a checkpoint counts. Called on all ranks.
+
+        Returns:
+            What a restart must know of it, such as the number of rows; whatever JSON can hold.
+
+        Raises:
+            OSError: if something is not on the disk, on all ranks.
+        """
 
 
 @dataclass
@@ -278,6 +299,9 @@ class Simulation:
         memory.add("solver", self.solver.remember())
         if self._error is not None:
             memory.add("error", self._error.remember())
+        for observer in self.observers:
+            if isinstance(observer, Remembering):
+                memory.add(f"observer.{observer.name}", Memory(observer.remember()))
         return memory
 
     def _recall(self, memory: Memory) -> _Run:

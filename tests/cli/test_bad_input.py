@@ -347,7 +347,7 @@ def test_check_estimates_for_other_ranks_and_looks_at_the_folder(demo, tmp_path,
     text = capfd.readouterr().out
     assert " on 64 ranks, " in text
     assert "warning" not in text
-    (tmp_path / "history.csv").touch()
+    (tmp_path / "summary.json").touch()
     assert main(["check", case, "-o", str(tmp_path)]) == 0
     assert f"warning: '{tmp_path}' holds a run already\n" in capfd.readouterr().out
     assert main(["check", case, "--ranks", "0"]) == 2

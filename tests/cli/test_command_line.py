@@ -105,15 +105,6 @@ def test_run_of_no_time_writes_the_initial_state(demo, tmp_path, capfd):
     capfd.readouterr()
 
 
-def test_second_run_replaces_the_first(demo, tmp_path, capfd):
-    for end in (0.1, 0.04):
-        arguments = ["run", str(demo("rigid.toml")), "-o", str(tmp_path)]
-        assert main([*arguments, "--set", f"time.end={end}", "output.fields_every=0.02"]) == 0
-    assert len(rows(tmp_path)) == 3
-    assert (tmp_path / "fields.xdmf").read_text().count("<Time ") == 3
-    capfd.readouterr()
-
-
 @pytest.mark.parametrize("ranks", [None, 2])
 def test_options_after_two_dashes_reach_petsc_and_unused_ones_are_reported(
     command_line, demo, tmp_path, ranks

@@ -7,14 +7,17 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from patience import patience
 
 from turbine_fenicsx.cli import main
 
+ROOT = Path(__file__).parents[2]
 SHORT = ("--quiet", "--set", "time.end=0.1", "output.fields_every=0.02")
 FULL = os.strerror(errno.ENOSPC)
 
@@ -224,25 +227,80 @@ def test_a_second_run_leaves_the_first_alone(demo, tmp_path, capfd):
     assert times == pytest.approx([0.02 * k for k in range(len(times))])
 
 
+@pytest.fixture
+def nobody(command_line):
+    """Runs the command line as a user who may write to one folder only, which has a run in it."""
+    with tempfile.TemporaryDirectory() as name:
+        home = Path(name)
+        home.chmod(0o777)
+        user = {"env": os.environ | {"HOME": name, "XDG_CACHE_HOME": name}, "cwd": ROOT}
+        if os.geteuid() == 0:
+            user |= {"user": 65534, "group": 65534, "extra_groups": []}
+
+        def run(*arguments):
+            command = [sys.executable, "-m", "turbine_fenicsx", *map(str, arguments)]
+            return subprocess.run(command, capture_output=True, text=True, timeout=120, **user)
+
+        version = run("--help")
+        if version.returncode and "Permission denied" in version.stderr:
+            pytest.skip("the checkout is readable to its owner only")
+        yield run, home
+
+
 @pytest.mark.parametrize("command", ["run", "restart"])
-def test_no_permission_is_one_sentence(demo, tmp_path, capfd, command):
-    if os.geteuid() == 0:
-        pytest.skip("root may write everywhere")
-    case = ["run", str(demo("rigid.toml")), "-o", str(tmp_path / "out")]
-    assert main([*case, *SHORT]) == 0
-    capfd.readouterr()
-    before = content(tmp_path / "out")
-    folders = [tmp_path / "out" / "checkpoints", tmp_path / "out"]
-    arguments = case if command == "run" else ["restart", str(tmp_path / "out")]
+@pytest.mark.parametrize("folder", ["out", "out/checkpoints"])
+def test_no_permission_is_one_sentence(demo, nobody, command, folder):
+    """Also where root runs the tests, who may write everywhere: they drop its rights."""
+    run, home = nobody
+    out = home / "out"
+    case = ["run", demo("rigid.toml"), "-o", out, "--overwrite"]
+    first = run(*case, *SHORT)
+    assert first.returncode == 0, first.stderr
+    assert out.stat().st_uid == (os.geteuid() or 65534)
+    before = content(out)
+    (home / folder).chmod(0o555)
     try:
-        for folder in folders:
-            folder.chmod(0o555)
-            code = main([*arguments, "--quiet", "--set", "time.end=0.2"])
-            refused(code, capfd.readouterr().err, "cannot write", "Permission denied")
+        arguments = case if command == "run" else ["restart", out]
+        result = run(*arguments, "--quiet", "--set", "time.end=0.2")
     finally:
-        for folder in folders:
-            folder.chmod(0o755)
-    assert content(tmp_path / "out").keys() == before.keys()
+        (home / folder).chmod(0o755)
+    refused(result.returncode, result.stderr, "cannot write", "Permission denied", str(out))
+    assert content(out).keys() == before.keys()
+    if folder == "out":
+        assert {n: d for n, d in content(out).items() if n != "run.log"} == {
+            n: d for n, d in before.items() if n != "run.log"
+        }
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("run.log", ".lock", "case.json", "history.csv", "history.out", "fields.bin"),
+        *("fields.xdmf", "summary.json", "case.json.tmp", "history.csv.tmp", "history.out.tmp"),
+        *("fields.xdmf.tmp", "summary.json.tmp", "checkpoints/checkpoint_00000000.npz"),
+        "checkpoints/checkpoint_00000000.npz.tmp",
+    ],
+)
+@pytest.mark.parametrize("exists", [True, False])
+def test_nothing_is_written_through_a_link_that_somebody_has_left(
+    demo, tmp_path, capfd, monkeypatch, name, exists
+):
+    """The file of somebody else that it leads to stays as it is, or is not made."""
+    monkeypatch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+    other, path = tmp_path / "precious", tmp_path / "out" / name
+    path.parent.mkdir(parents=True)
+    if exists:
+        other.write_text("mine")
+    path.symlink_to(other)
+    command = ["run", str(demo("rigid.toml")), "-o", str(tmp_path / "out"), *SHORT]
+    code = main([*command[:4], "--overwrite", *command[4:]])
+    assert other.exists() == exists
+    assert not exists or other.read_text() == "mine"
+    err = capfd.readouterr().err
+    if name in ("run.log", ".lock"):
+        refused(code, err, "symbolic link", str(tmp_path / "out"))
+    else:
+        assert code == 0, err
 
 
 def test_a_step_at_the_floor_leaves_a_checkpoint_and_one_sentence(demo, tmp_path, capfd):

@@ -127,7 +127,14 @@ MISTAKES = {
     "movie below a file": (["render", "{out}", "--movie", "{out}/history.csv/a.mp4"], "cannot wr"),
     "report no folder": (["report", "{none}"], "no output folder"),
     "report no history": (["report", "{empty}"], "cannot read .*history.csv"),
-    "report on a folder": (["report", "{out}", "--no-pictures", "-o", "{empty}"], "cannot write"),
+    "report below a file": (
+        ["report", "{out}", "--no-pictures", "-o", "{out}/history.csv/page.html"],
+        "cannot write",
+    ),
+    "report on a result": (
+        ["report", "{out}", "--no-pictures", "-o", "{out}/history.csv"],
+        "the name of a page ends in .html",
+    ),
 }
 
 

@@ -98,11 +98,10 @@ def assert_same(folder, whole):
                 assert np.array_equal(mine[time][name], values), (time, name)
 
 
-def run(demo, name, out, *changes):
+def run(demo, name, out, *changes, flags=()):
     """Run a demo; it must succeed and print nothing."""
-    assert (
-        main(["run", str(demo(f"{name}.toml")), "-o", str(out), "--quiet", "--set", *changes]) == 0
-    )
+    command = ["run", str(demo(f"{name}.toml")), "-o", str(out), "--quiet", *flags]
+    assert main([*command, "--set", *changes]) == 0
 
 
 def restart(out, *changes, code=0):
@@ -265,7 +264,9 @@ def test_the_last_two_checkpoints_are_kept(demo, tmp_path):
     run(demo, "rigid", tmp_path, "time.end=0.2", "output.checkpoint_every=0.06")
     names = sorted(p.name for p in (tmp_path / "checkpoints").iterdir())
     assert names == ["checkpoint_00000009.npz", "checkpoint_00000010.npz"]
-    run(demo, "rigid", tmp_path, "time.end=0.04")  # a new run, with a smaller number of steps
+    run(
+        demo, "rigid", tmp_path, "time.end=0.04", flags=["--overwrite"]
+    )  # a new run, of fewer steps
     names = sorted(p.name for p in (tmp_path / "checkpoints").iterdir())
     assert names == ["checkpoint_00000000.npz", "checkpoint_00000002.npz"]
 
@@ -283,7 +284,7 @@ def refused(tmp_path, capfd, *changes, words):
 
 def test_another_version_is_refused(demo, tmp_path, capfd, monkeypatch):
     run(demo, "rigid", tmp_path, "time.end=0.04")
-    monkeypatch.setattr("turbine_fenicsx.turbine.run.__version__", "9.9.9")
+    monkeypatch.setattr("turbine_fenicsx.turbine.resume.__version__", "9.9.9")
     refused(tmp_path, capfd, words=r"version of turbine_fenicsx has changed, it was .* is 9\.9\.9")
 
 
@@ -316,7 +317,8 @@ def test_a_mesh_file_that_has_changed_is_refused(demo, tmp_path, capfd):
     case = str(demo("hybrid_soft.toml"))
 
     def write_mesh(elements):
-        assert main(["mesh", case, "-o", str(mesh), "--set", f"mesh.elements={elements}"]) == 0
+        command = ["mesh", case, "-o", str(mesh), "--overwrite"]
+        assert main([*command, "--set", f"mesh.elements={elements}"]) == 0
 
     write_mesh([1, 1, 2])
     run(demo, "hybrid_soft", out, "time.end=0.04", f"mesh.file={mesh}")
@@ -352,7 +354,7 @@ def test_a_folder_without_a_run_is_refused(demo, tmp_path, capfd, what):
             path.write_bytes(b"") if what == "only broken ones" else path.unlink()
     words = {
         "no checkpoint": "there is no checkpoint in",
-        "only broken ones": "no checkpoint in .* can be read",
+        "only broken ones": "no checkpoint in .* can be used",
     }
     refused(out, capfd, words=words.get(what, "there is no run in '.*/out' to go on with"))
     assert out.exists() == (what != "nothing")

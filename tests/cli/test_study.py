@@ -142,6 +142,7 @@ def interrupted(command_line, tmp_path_factory):
     text = "processes = 2\n[grid]\ntime.end = [0.04, 1000, 1001, 1002]"
     path, out = write_study(tmp_path, text), tmp_path / "out"
     command = [sys.executable, "-m", "turbine_fenicsx", "study", str(path), "-o", str(out)]
+    command.append("--overwrite")
     running = [out / f"time.end={end}" / "history.csv" for end in (1000, 1001)]
     running[0].parent.mkdir(parents=True)  # with a result of another case
     (running[0].parent / "case.toml").write_text("time.end = 999\n")

@@ -3,6 +3,8 @@
 import copy
 import gc
 import os
+import shutil
+from pathlib import Path
 
 from mpi4py import MPI
 
@@ -12,13 +14,18 @@ import pytest
 from turbine_fenicsx.checkpoint import (
     KEPT,
     Checkpoints,
-    found,
     load_newest,
     recall_state,
     remember_state,
     save,
 )
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.checkpoint_file import (
+    list_checkpoints,
+    read_arrays,
+    read_head,
+    write_checkpoint,
+)
+from turbine_fenicsx.errors import FileError, InputError
 from turbine_fenicsx.extrapolation import Extrapolation
 from turbine_fenicsx.linear import QuasiNewton, quasi_newton
 from turbine_fenicsx.loads import Gravity, JointTorque
@@ -328,13 +335,12 @@ class TestFiles:
         Checkpoints(system, shared_tmp_path).write(7, 0.3, 1.0, example)
         path = shared_tmp_path / "checkpoint_00000007.npz"
         if system.comm.rank == 0:
-            with np.load(path) as file:
-                data = dict(file)
+            head, data = read_head(path), read_arrays(path)
             order = np.random.default_rng(1).permutation(len(data["positions.0"]))
             for name in data:
                 if name.startswith(("positions.", "nodal.")):
                     data[name] = data[name][order]
-            np.savez(path, **data)
+            write_checkpoint(path, head, data)
         system.comm.barrier()
         memory = load_newest(shared_tmp_path, system, lambda labels: None)
         for name, (values,) in example.nodal.items():
@@ -347,7 +353,7 @@ class TestFiles:
         system.comm.barrier()
         names = sorted(p.name for p in shared_tmp_path.iterdir())
         assert names == ["checkpoint_00000010.npz", "checkpoint_00000100.npz"]
-        assert [p.name for p in found(shared_tmp_path)] == names[::-1]
+        assert [p.name for p in list_checkpoints(shared_tmp_path)] == names[::-1]
         assert len(names) == KEPT == 2
 
     def test_what_another_program_left_half_written_is_removed(
@@ -368,7 +374,7 @@ class TestFiles:
         for index in (0, 3):
             checkpoints.write(index, 0.0, 0.0, example)
         Checkpoints(system, shared_tmp_path).clear()
-        assert not found(shared_tmp_path)
+        assert not list_checkpoints(shared_tmp_path)
         with pytest.raises(InputError, match="there is no checkpoint in"):
             load_newest(shared_tmp_path, system, lambda labels: None)
 
@@ -391,12 +397,116 @@ class TestFiles:
             assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
             system.comm.barrier()
 
+    def test_one_flipped_bit_is_enough_to_pass_one_over(
+        self, system, example, shared_tmp_path, caplog
+    ):
+        """Wherever it is; numbers, names, the head and the checksum itself."""
+        checkpoints = Checkpoints(system, shared_tmp_path)
+        checkpoints.write(1, 0.02, 0.0, example)
+        checkpoints.write(2, 0.04, 0.0, Memory({"index": 2}))
+        rank, path = system.comm.rank, shared_tmp_path / "checkpoint_00000002.npz"
+        whole = system.comm.bcast(path.read_bytes() if rank == 0 else None)
+        random = np.random.default_rng(6)
+        bits = [
+            *random.integers(0, 8 * len(whole), 150),
+            *range(8 * len(whole) - 8, 8 * len(whole)),
+        ]
+        for bit in bits:
+            damaged = bytearray(whole)
+            damaged[int(bit) // 8] ^= 1 << int(bit) % 8
+            if rank == 0:
+                path.write_bytes(damaged)
+            system.comm.barrier()
+            caplog.clear()
+            assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
+            if rank == 0:
+                (said,) = (r.getMessage() for r in caplog.records if r.levelname == "WARNING")
+                assert said.startswith("going on from checkpoint_00000001.npz: checkpoint_00000002")
+                assert "checksum" in said
+            system.comm.barrier()
+        if rank == 0:
+            path.write_bytes(whole)
+        system.comm.barrier()
+        assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 2
+
+    def test_one_that_was_written_anew_by_hand_is_refused(self, system, example, shared_tmp_path):
+        """As those of the format before this one were: without a checksum, maybe incomplete."""
+        Checkpoints(system, shared_tmp_path).write(7, 0.3, 1.0, example)
+        path = shared_tmp_path / "checkpoint_00000007.npz"
+        if system.comm.rank == 0:
+            with np.load(path) as file:
+                data = {name: file[name] for name in file.files if name != "array.state.q"}
+            np.savez(path, **data)
+        system.comm.barrier()
+        with pytest.raises(InputError, match=r"00000007.npz was written in an earlier format"):
+            load_newest(shared_tmp_path, system, lambda labels: None)
+
+    def test_numbers_count_and_not_their_digits(self, system, example, shared_tmp_path):
+        """The run of more than a hundred million steps."""
+        checkpoints = Checkpoints(system, shared_tmp_path)
+        for index in (99_999_998, 99_999_999, 100_000_000):
+            checkpoints.write(index, 1.0, 0.0, example)
+        names = [p.name for p in list_checkpoints(shared_tmp_path)]
+        assert names == ["checkpoint_100000000.npz", "checkpoint_99999999.npz"]
+
+    def test_those_of_later_steps_are_removed_when_the_run_goes_on_before_them(
+        self, system, example, shared_tmp_path
+    ):
+        """Or they would be gone on from later, though they belong to another past."""
+        checkpoints = Checkpoints(system, shared_tmp_path)
+        for index in (3, 5):
+            checkpoints.write(index, 0.1 * index, 0.0, example)
+        Checkpoints(system, shared_tmp_path).write(3, 0.3, 0.0, example)
+        assert [p.name for p in list_checkpoints(shared_tmp_path)] == ["checkpoint_00000003.npz"]
+
+    def test_a_folder_that_is_deleted_during_the_run_is_not_made_anew(
+        self, system, example, shared_tmp_path
+    ):
+        folder = shared_tmp_path / "checkpoints"
+        checkpoints = Checkpoints(system, folder)
+        checkpoints.write(1, 0.0, 0.0, example)
+        system.comm.barrier()
+        if system.comm.rank == 0:
+            shutil.rmtree(folder)
+        system.comm.barrier()
+        with pytest.raises(FileError, match=r"cannot write .*checkpoint_00000002.npz: No such"):
+            checkpoints.write(2, 0.0, 0.0, example)
+        assert not folder.exists()
+
+    def test_everything_is_on_the_disk_before_a_file_gets_its_name(
+        self, system, example, shared_tmp_path, monkeypatch
+    ):
+        """And the name itself before an older one is removed."""
+        checkpoints, calls = Checkpoints(system, shared_tmp_path), []
+        for index in (1, 2):
+            checkpoints.write(index, 0.0, 0.0, example)
+
+        def spy(name):
+            real = getattr(os, name)
+
+            def call(*arguments):
+                what = arguments[-1]
+                path = Path(os.readlink(f"/proc/self/fd/{what}") if name == "fsync" else what)
+                calls.append((name, path.name))
+                return real(*arguments)
+
+            monkeypatch.setattr(os, name, call)
+
+        for name in ("fsync", "replace", "unlink"):
+            spy(name)
+        checkpoints.write(3, 0.0, 0.0, example)
+        if system.comm.rank == 0:
+            new, old = "checkpoint_00000003.npz", "checkpoint_00000001.npz"
+            order = [("fsync", f"{new}.tmp"), ("replace", new), ("fsync", shared_tmp_path.name)]
+            assert [call for call in calls if call[0] != "unlink"] == order
+            assert calls[-1] == ("unlink", old)
+
     def test_if_none_can_be_read_that_is_said(self, system, shared_tmp_path):
         if system.comm.rank == 0:
             for index in (1, 2):
                 (shared_tmp_path / f"checkpoint_0000000{index}.npz").write_bytes(b"")
         system.comm.barrier()
-        with pytest.raises(InputError, match=r"no checkpoint in .* can be read"):
+        with pytest.raises(InputError, match=r"no checkpoint in .* can be used"):
             load_newest(shared_tmp_path, system, lambda labels: None)
 
     @pytest.mark.parametrize("cell", ["tetrahedron", "hexahedron"])
@@ -445,7 +555,7 @@ class TestFiles:
         assert [p.name for p in shared_tmp_path.iterdir()] == ["checkpoint_00000001.npz"]
         assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
         checkpoints.write(2, 0.02, 0.0, example)  # there is room again
-        assert len(found(shared_tmp_path)) == 2
+        assert len(list_checkpoints(shared_tmp_path)) == 2
 
     @pytest.mark.parametrize("what", ["folder", "old"])
     def test_what_cannot_be_done_on_rank_0_is_an_error_everywhere(

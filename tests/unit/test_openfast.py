@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.observers.history import Channel
-from turbine_fenicsx.observers.openfast import OpenFastOutput, rows_until
+from turbine_fenicsx.observers.openfast import OpenFastOutput, read_out_rows
 from turbine_fenicsx.simulation import Simulation
 from turbine_fenicsx.system import MultibodySystem
 
@@ -88,7 +88,7 @@ def test_layout_is_that_of_openfast(system, shared_tmp_path):
 def test_there_is_no_row_of_the_initial_state(system, shared_tmp_path):
     path = shared_tmp_path / "history.out"
     write(system, path, end=0.0)
-    assert rows_until(path, 1.0) == []
+    assert read_out_rows(path, len(NAMES)) == []
 
 
 def test_rows_can_be_read_while_the_run_goes_on(comm, system, shared_tmp_path):
@@ -124,8 +124,7 @@ def test_rows_up_to_a_time_can_be_kept_and_appended_to(comm, system, shared_tmp_
     if comm.rank == 0:
         path.write_text(whole + "          0.06\t  1.0")  # cut off by a crash
     comm.barrier()
-    assert len(rows_until(path, 1.0)) == 5
-    assert [float(row.split()[0]) for row in rows_until(path, 0.03)] == [0.01, 0.02, 0.03]
+    assert len(read_out_rows(path, len(NAMES))) == 5
     comm.barrier()
     output = OpenFastOutput(comm, path, CHANNELS, keep_until=0.01 + 0.02)
     output.finish()
@@ -135,7 +134,7 @@ def test_rows_up_to_a_time_can_be_kept_and_appended_to(comm, system, shared_tmp_
 def test_a_missing_file_has_no_rows_to_keep(comm, system, shared_tmp_path):
     path = shared_tmp_path / "history.out"
     write(system, path, keep_until=1.0)
-    assert len(rows_until(path, 1.0)) == 3
+    assert len(read_out_rows(path, len(NAMES))) == 3
 
 
 def test_a_file_that_cannot_be_written_is_an_error_on_all_ranks(comm, shared_tmp_path):

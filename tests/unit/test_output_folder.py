@@ -62,6 +62,10 @@ def test_runs_are_named_so_that_their_names_differ(tmp_path):
         write(folder / "history.csv", history(n=2))
     assert [run.name for run in read_histories(folders[1:])] == ["out", "more"]
     assert [run.name for run in read_histories(folders)] == ["a/out", "b/out", "b/more"]
+    deep = [tmp_path / name for name in ("x/a/out", "y/a/out", "y/b/out")]
+    for folder in deep:
+        write(folder / "history.csv", history(n=2))
+    assert [run.name for run in read_histories(deep)] == ["x/a/out", "y/a/out", "y/b/out"]
     with pytest.raises(InputError, match="more' is given twice"):
         read_histories([folders[2], tmp_path / "b" / "." / "more"])
     with pytest.raises(InputError, match=r"there is no output folder .*/c'"):

@@ -26,6 +26,7 @@ def carried_out(
     Returns:
         The exit code.
     """
+    from turbine_fenicsx.errors import FileError
     from turbine_fenicsx.interrupts import catching_signals
     from turbine_fenicsx.parallel import on_rank0
     from turbine_fenicsx.solver import StepFailure
@@ -38,8 +39,11 @@ def carried_out(
             case, result = work(interrupt)
     except StepFailure as failure:
         return fail(comm, f"{failure}. Results up to there are in {out}", NOT_CONVERGED)
-    except OSError as error:
-        return fail(comm, f"cannot write to {out!r}: {error.strerror or error}", WRONG_INPUT)
+    except FileError as error:
+        return fail(comm, str(error), WRONG_INPUT)
+    except OSError as error:  # of no file of the run: a library, a cache
+        name = f"{error.filename}: " if error.filename else ""
+        return fail(comm, f"{name}{error.strerror or error}", WRONG_INPUT)
     if result["interrupted"]:
         t = result["end_time_[s]"]
         return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from typing import Any
 
 from turbine_fenicsx.commands._common import OK, add_case, add_force, load_case
@@ -12,6 +13,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
     parser.add_argument("-o", "--out", metavar="FILE", required=True, help="mesh file (.msh)")
+    parser.add_argument("--overwrite", action="store_true", help="replace FILE if it is there")
     add_force(parser)
 
 
@@ -24,6 +26,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
     from turbine_fenicsx.turbine.refusal import refuse_mesh
 
+    if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
+        raise InputError(f"{options.out!r} is there already: --overwrite replaces it")
     if not options.force:
         refuse_mesh(case, comm)
     try:

@@ -16,7 +16,9 @@ from turbine_fenicsx.commands._common import OK
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("folder", metavar="OUT", help="output folder")
-    parser.add_argument("-o", "--out", metavar="FILE", help="the page; default: OUT/report.html")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", help="the page (.html); default: OUT/report.html"
+    )
     parser.add_argument(
         "--times",
         metavar="T,T,...",
@@ -53,6 +55,8 @@ def _write(options: argparse.Namespace) -> str:
     times = None if options.times is None else numbers("--times", options.times)
     if not 0.0 <= options.scale < float("inf"):
         raise InputError(f"--scale {options.scale:g}: must be a positive number")
+    if options.out is not None and Path(options.out).suffix != ".html":
+        raise InputError(f"--out {options.out}: the name of a page ends in .html")
     path = Path(options.out or need_folder(options.folder) / "report.html")
     target_folder(path.parent)
     page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)

@@ -19,6 +19,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
     parser.add_argument("-o", "--out", metavar="OUT", required=True, help="output folder")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace the results of an earlier run in OUT"
+    )
     add_force(parser)
     add_progress(parser)
 
@@ -34,6 +37,14 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         comm,
         lambda stop: (
             case,
-            run_case(case, options.out, comm, style(options), stop=stop, force=options.force),
+            run_case(
+                case,
+                options.out,
+                comm,
+                style(options),
+                stop=stop,
+                force=options.force,
+                overwrite=options.overwrite,
+            ),
         ),
     )

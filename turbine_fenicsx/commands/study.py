@@ -28,6 +28,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--list", action="store_true", help="only list the runs and which of them are finished"
     )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace results of other cases in these folders"
+    )
     add_overrides(parser)
     add_progress(parser)
 
@@ -53,7 +56,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if options.list:
         _list(study, out, options.overrides)
         return OK
-    result = run_study(study, out, options.overrides, style(options))
+    result = run_study(study, out, options.overrides, style(options), options.overwrite)
     names = ["study.csv"]
     if study.convergence is not None:
         names += ["convergence.csv", *_picture(study, result, out)]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -44,6 +46,9 @@ class Fields:
         keep_until: Keep the times of an existing file before this one [s], where the run goes on;
             None begins a new file.
 
+    Attributes:
+        name: Name of the XDMF file, under which checkpoints know it.
+
     Raises:
         ValueError: if there is not one array of parts for each flexible body.
     """
@@ -61,6 +66,7 @@ class Fields:
     ) -> None:
         """Lay out the grid and create the files."""
         self._system, self._every, self._end = system, every, end
+        self.name = Path(path).name
         comm = system.comm
         if surfaces is None:
             surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
@@ -113,6 +119,10 @@ class Fields:
             return
         self._next = (np.floor(t / self._every + 1e-9) + 1.0) * self._every
         self.write(snapshot.state)
+
+    def remember(self) -> dict[str, Any]:
+        """Bring the times to the disk; their number. Collective."""
+        return {"times": self._series.sync()}
 
     def finish(self) -> None:
         """Nothing is left open."""

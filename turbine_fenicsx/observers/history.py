@@ -6,11 +6,12 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from turbine_fenicsx.loads import Gravity
-from turbine_fenicsx.observers.row_file import RowFile
+from turbine_fenicsx.observers.row_file import RowFile, read_rows, rows_until
 from turbine_fenicsx.simulation import Snapshot
 from turbine_fenicsx.system import MultibodySystem
 
@@ -56,10 +57,14 @@ class History:
         path: The file.
         channels: The columns from left to right.
         keep_until: Keep the rows of an existing file up to this time [s] and append to them; None
-            begins a new file.
+            begins a new file. A file with other columns is kept under the name
+            ``history.csv.damaged``.
+
+    Attributes:
+        name: Name of the file, under which checkpoints know it.
 
     Raises:
-        OSError: if the file cannot be written, on all ranks.
+        FileError: if the file cannot be written, on all ranks.
     """
 
     def __init__(
@@ -70,11 +75,16 @@ class History:
         keep_until: float | None = None,
     ) -> None:
         """Open the file and write the head."""
-        self._channels = tuple(channels)
+        self._channels, self.name = tuple(channels), Path(path).name
+        self._columns = [name for channel in self._channels for name in channel.columns]
 
         def first() -> list[str]:
-            kept = [] if keep_until is None else _rows_until(Path(path), keep_until)
-            return kept or [",".join(name for c in self._channels for name in c.columns)]
+            head = ",".join(self._columns)
+            if keep_until is None:
+                return [head]
+            if Path(path).exists() and not _has_head(path, head):
+                os.replace(path, f"{os.fspath(path)}.damaged")
+            return [head, *rows_until(read_history_rows(path, self._columns), keep_until, ",")]
 
         self._file = RowFile(comm, path, first)
 
@@ -84,15 +94,29 @@ class History:
         if not snapshot.resumed:
             self._file.write(",".join(_text(x) for x in row))
 
+    def remember(self) -> dict[str, Any]:
+        """Bring the rows to the disk; their number and the columns. Collective."""
+        return {"rows": self._file.sync() - 1, "columns": self._columns}
+
     def finish(self) -> None:
         """Close the file."""
         self._file.close()
 
 
-def _rows_until(path: Path, time: float) -> list[str]:
-    """Head and rows of a file up to a time [s], without a last row that was cut off."""
-    lines = path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
-    return lines[:1] + [row for row in lines[1:] if float(row.split(",", 1)[0]) <= time]
+def read_history_rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[str]:
+    """The whole rows of a ``history.csv``; none if there is no such file or its columns differ.
+
+    Raises:
+        FileError: if it is there but cannot be read.
+    """
+    rows = read_rows(path, 1, len(columns), ",")
+    return rows if rows and _has_head(path, ",".join(columns)) else []
+
+
+def _has_head(path: str | os.PathLike[str], head: str) -> bool:
+    """Whether a file begins with a line."""
+    with Path(path).open("rb") as file:
+        return file.readline() == f"{head}\n".encode()
 
 
 def _text(x: float) -> str:

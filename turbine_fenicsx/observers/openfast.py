@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from turbine_fenicsx import __version__
 from turbine_fenicsx.observers.history import Channel
-from turbine_fenicsx.observers.row_file import RowFile
+from turbine_fenicsx.observers.row_file import RowFile, read_rows, rows_until
 from turbine_fenicsx.simulation import Snapshot
 
 HEAD = 8
@@ -35,8 +36,11 @@ class OpenFastOutput:
         keep_until: Keep the rows of an existing file up to this time [s] and append to them; None
             begins a new file.
 
+    Attributes:
+        name: Name of the file, under which checkpoints know it.
+
     Raises:
-        OSError: if the file cannot be written, on all ranks.
+        FileError: if the file cannot be written, on all ranks.
     """
 
     def __init__(
@@ -49,7 +53,7 @@ class OpenFastOutput:
         keep_until: float | None = None,
     ) -> None:
         """Open the file and write the head."""
-        self._channels = tuple(channels)
+        self._channels, self.name = tuple(channels), Path(path).name
         columns = ["Time_[s]", *(name for channel in self._channels for name in channel.columns)]
         names, units = zip(*(column[:-1].split("_[") for column in columns), strict=True)
         head = [
@@ -63,9 +67,13 @@ class OpenFastOutput:
             _line([f"({unit})" for unit in units]),
         ]
         assert len(head) == HEAD
+        self._width = len(columns)
 
         def first() -> list[str]:
-            return [*head, *([] if keep_until is None else rows_until(path, keep_until))]
+            if keep_until is None:
+                return head
+            last = keep_until + 1e-11 * abs(keep_until)  # twelve digits are written
+            return [*head, *rows_until(read_out_rows(path, self._width), last, "\t")]
 
         self._file = RowFile(comm, path, first)
 
@@ -75,31 +83,26 @@ class OpenFastOutput:
         if snapshot.report is not None:
             self._file.write(_line([f"{snapshot.state.time:.12g}", *(f"{x:.6E}" for x in values)]))
 
+    def remember(self) -> dict[str, Any]:
+        """Bring the rows to the disk; their number and that of the columns. Collective."""
+        return {"rows": self._file.sync() - HEAD, "columns": self._width}
+
     def finish(self) -> None:
         """Close the file."""
         self._file.close()
 
 
-def rows_until(path: str | os.PathLike[str], time: float) -> list[str]:
-    """Rows of a file of this format up to a time.
-
-    A last row without line end, which a crash has cut off, is left out.
+def read_out_rows(path: str | os.PathLike[str], width: int) -> list[str]:
+    """The whole rows of a file of this format; a missing one has none.
 
     Args:
-        path: The file; a missing one has no rows.
-        time: Last time that is kept [s].
-
-    Returns:
-        The rows without line ends.
+        path: The file.
+        width: Number of columns, that of the time included.
 
     Raises:
-        OSError: if the file exists but cannot be read.
+        FileError: if the file is there but cannot be read.
     """
-    if not Path(path).exists():
-        return []
-    lines = Path(path).read_text(encoding="ascii").split("\n")[:-1]
-    last = time + 1e-11 * abs(time)  # twelve digits are written
-    return [line for line in lines[HEAD:] if float(line.split("\t", 1)[0]) <= last]
+    return read_rows(path, HEAD, width, "\t")
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -9,6 +9,8 @@ from typing import TextIO
 
 from mpi4py import MPI
 
+from turbine_fenicsx.errors import FileError
+from turbine_fenicsx.files import naming, replace_file, sync_folder
 from turbine_fenicsx.parallel import on_rank0
 
 
@@ -21,7 +23,7 @@ class RowFile:
         first: Returns the first lines; called on rank 0 before the old file is replaced.
 
     Raises:
-        OSError: if the file cannot be written, on all ranks.
+        FileError: if the file cannot be written, on all ranks.
 
     Note:
         All methods but `close` are collective.
@@ -34,16 +36,16 @@ class RowFile:
         first: Callable[[], Iterable[str]],
     ) -> None:
         """Write the first lines."""
-        self._comm = comm
+        self._comm, self._path = comm, Path(path)
         self._file: TextIO | None = None
+        self._lines = 0
 
         def create() -> None:
-            lines = first()
-            temporary = Path(f"{os.fspath(path)}.tmp")
-            self._file = temporary.open("w", encoding="utf-8", newline="\n")
-            self._file.writelines(f"{line}\n" for line in lines)
-            self._file.flush()
-            os.replace(temporary, path)
+            lines = list(first())
+            replace_file(path, "".join(f"{line}\n" for line in lines).encode())
+            with naming("write", path):
+                self._file = self._path.open("a", encoding="utf-8", newline="\n")
+            self._lines = len(lines)
 
         on_rank0(comm, create)
 
@@ -52,12 +54,79 @@ class RowFile:
 
         def append() -> None:
             assert self._file is not None
-            self._file.write(f"{line}\n")
-            self._file.flush()
+            with naming("write", self._path):
+                self._file.write(f"{line}\n")
+                self._file.flush()
+            self._lines += 1
 
         on_rank0(self._comm, append)
+
+    def sync(self) -> int:
+        """Wait until all lines are on the disk, under the name they should have there.
+
+        Returns:
+            How many lines the file holds, on all ranks.
+
+        Raises:
+            FileError: if the disk refuses, or the file was moved or deleted.
+        """
+
+        def sync() -> int:
+            assert self._file is not None
+            with naming("write", self._path):
+                os.fsync(self._file.fileno())
+                try:
+                    there = os.path.samestat(os.fstat(self._file.fileno()), os.stat(self._path))
+                except FileNotFoundError:
+                    there = False
+                if not there:
+                    raise FileError(
+                        f"cannot write {self._path}: it was moved or deleted during the run"
+                    )
+                sync_folder(self._path.parent)
+            return self._lines
+
+        return on_rank0(self._comm, sync)
 
     def close(self) -> None:
         """Close the file."""
         if self._file is not None:
-            self._file.close()
+            with naming("write", self._path):
+                self._file.close()
+
+
+def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: str) -> list[str]:
+    """The rows of a file that are whole: rows of numbers, as many as there are columns.
+
+    A crash may have cut the last one off, and a power cut left zeros in the place of some.
+
+    Args:
+        path: The file; a missing one has no rows.
+        head: Lines before the first row.
+        width: Numbers in a row.
+        separator: What stands between two numbers.
+
+    Returns:
+        The rows without line ends.
+
+    Raises:
+        FileError: if the file is there but cannot be read.
+    """
+    if not Path(path).exists():
+        return []
+    with naming("read", path):
+        text = Path(path).read_bytes().decode("utf-8", "replace")
+    return [row for row in text.split("\n")[head:-1] if _is_whole(row.split(separator), width)]
+
+
+def rows_until(rows: Iterable[str], time: float, separator: str) -> list[str]:
+    """The rows up to a time [s], which is their first number."""
+    return [row for row in rows if float(row.split(separator, 1)[0]) <= time]
+
+
+def _is_whole(cells: list[str], width: int) -> bool:
+    """Whether the cells of a row are numbers, and none is missing."""
+    try:
+        return len(cells) == width and len([float(cell) for cell in cells]) == width
+    except ValueError:
+        return False

@@ -68,10 +68,13 @@ def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) 
     """
 
     def opened() -> None:
+        link = Path(path).is_symlink()
+        if link and not Path(path).is_char_device():  # anybody's file might be emptied
+            raise InputError(f"cannot write {os.fspath(path)}: it is a symbolic link")
         try:
             Path(path).open("a" if append else "w").close()
         except OSError as error:
-            raise InputError(f"cannot write to {os.fspath(path)!r}: {error.strerror}") from None
+            raise InputError(f"cannot write {os.fspath(path)}: {error.strerror}") from None
 
     on_rank0(comm, opened)
     if comm.rank:

@@ -13,9 +13,8 @@ at its attributes; so this text carries the time, in a comment.
 
 The numbers are handed to the file system before the XML mentions them, and the XML grows by one
 write that replaces its closing tags, so that the end of the program at any moment leaves all
-finished times readable and the cost of a time does not depend on how many there are. (Nothing
-forces the data from the system's memory to the disk: that would cost more than the rest and
-helps against a power failure only.)
+finished times readable and the cost of a time does not depend on how many there are. `sync` forces
+the data from the system's memory to the disk, as must be before a checkpoint counts.
 
 The readers keep the start of an array in a signed 32-bit number, so that a further file
 (``fields.1.bin``, ...) begins once an array would start beyond 2 GiB.
@@ -25,9 +24,7 @@ import errno
 import functools
 import math
 import os
-import re
 import sys
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -38,20 +35,15 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.errors import FileError
+from turbine_fenicsx.files import naming, replace_file, sync_file, sync_folder
+from turbine_fenicsx.observers.mixed_topology import mixed_topology
+from turbine_fenicsx.observers.stored_grids import file_name, stored_grids
 from turbine_fenicsx.parallel import raise_together
-
-CELL_KINDS: dict[str, tuple[int, int]] = {
-    "triangle": (4, 3),
-    "quadrilateral": (5, 4),
-    "tetrahedron": (6, 4),
-    "hexahedron": (9, 8),
-}
-"""Cell kind to (XDMF number of the kind, number of vertices)."""
 
 _HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
 _SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'
 _TAIL = "</Grid>\n</Domain>\n</Xdmf>\n"
-_GRID = re.compile(r'<Grid Name="mesh".*?</Grid>\n', re.DOTALL)
 _MAX_SEEK = 2**31 - 1
 _NUMBER_TYPES = {"i": "Int", "f": "Float"}
 
@@ -85,8 +77,8 @@ class XdmfSeries:
         Args:
             comm: Communicator over which the grid is distributed.
             path: XML file, usually ``OUT/fields.xdmf``; missing folders are made.
-            cells: Blocks of this rank: kind (a key of `CELL_KINDS`) and global point numbers in
-                VTK order, shape (n, vertices). A rank may hold none.
+            cells: Blocks of this rank: kind (a key of `mixed_topology.CELL_KINDS`) and global point
+                numbers in VTK order, shape (n, vertices). A rank may hold none.
             n_points: Number of points of this rank.
             point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
                 shown at every time.
@@ -94,12 +86,13 @@ class XdmfSeries:
                 this rank.
             information: Texts about the series by name, which readers of XDMF pass over.
             precision: Of the real fields. Coordinates are always float64, integers int32.
-            append: Continue the series in ``path``: times before this one [s] stay, later ones
-                are dropped. With None, or if there is no such file, a new series begins.
+            append: Continue the series in ``path``: times before this one [s] stay as far as the
+                files are intact, later ones are dropped. With None, or if there is no such file, a
+                new series begins.
 
         Raises:
             ValueError: if cells or fields do not fit together.
-            OSError: if the files cannot be written or continued.
+            FileError: if the files cannot be written.
         """
         self._comm = comm
         self._path = Path(path)
@@ -109,8 +102,9 @@ class XdmfSeries:
             for name, text in (information or {}).items()
         )
         self._head = f"{_HEAD}{about}{_SERIES}"
-        self._file = f"{self._path.stem}.bin"
-        self._offset = 0
+        self._number, self._offset = 0, 0  # of the file that grows, and its size
+        self._synced = 0  # number of the first file that may not be on the disk
+        self._times = 0
         self._tail_at: int | None = None
         #: last time of an existing series that stays [s]
         self.last_kept: float | None = None
@@ -120,7 +114,7 @@ class XdmfSeries:
         n_cells = 0
         try:
             n_total = comm.allreduce(n_points)
-            connectivity = _connectivity(cells, n_total)
+            connectivity = mixed_topology(cells, n_total)
             n_cells = sum(len(block) for _, block in cells)
         except ValueError as problem:
             error = problem
@@ -138,13 +132,12 @@ class XdmfSeries:
             if comm.rank == 0:
                 self._open(append)
         except OSError as problem:
-            error = OSError(f"cannot write {self._path}: {problem.strerror or problem}")
-        except (SyntaxError, ValueError, LookupError):
-            error = OSError(f"cannot continue {self._path}: it was not written by this program")
+            error = problem
         raise_together(comm, error)
-        self._file, self._offset, self.last_kept = comm.bcast(
-            (self._file, self._offset, self.last_kept)
+        self._number, self._offset, self._times, self.last_kept = comm.bcast(
+            (self._number, self._offset, self._times, self.last_kept)
         )
+        self._synced = self._number
 
         static = self._checked(point_data or {}, cell_data or {})
         items = self._write_arrays([("Topology", "", connectivity), *static])
@@ -171,7 +164,7 @@ class XdmfSeries:
 
         Raises:
             ValueError: if a shape does not fit the grid, or the ranks name different fields.
-            OSError: if the files cannot be written; earlier times stay readable.
+            FileError: if the files cannot be written; earlier times stay readable.
         """
         t = float(t)
         arrays = self._checked(point_data or {}, cell_data or {}, points)
@@ -185,47 +178,62 @@ class XdmfSeries:
                 f"{_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
             )
             try:
-                self._extend_xml(grid)
+                with naming("write", self._path):
+                    self._extend_xml(grid)
             except OSError as problem:
-                error = OSError(f"cannot write {self._path}: {problem.strerror or problem}")
+                error = problem
         raise_together(self._comm, error)
+        self._times += 1
+
+    def sync(self) -> int:
+        """Wait until all times are on the disk. Collective.
+
+        Returns:
+            How many there are.
+
+        Raises:
+            FileError: if the disk refuses, or a file was moved or deleted.
+        """
+        error: Exception | None = None
+        if self._comm.rank == 0:
+            try:
+                for number in range(self._synced, self._number + 1):
+                    sync_file(self._heavy(number))
+                if self._times:
+                    sync_file(self._path)
+                with naming("write", self._path):
+                    sync_folder(self._path.parent)
+            except OSError as problem:
+                error = problem
+        raise_together(self._comm, error)
+        self._synced = self._number
+        return self._times
 
     def _open(self, append: float | None) -> None:
         """Prepare both files on rank 0; keep the times before ``append``."""
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        if append is not None and self._path.exists():
-            text = self._path.read_text(encoding="utf-8")
-            limit = append - 1e-9 * max(1.0, abs(append))
-            kept = []
-            for grid in _GRID.findall(text):
-                node = ElementTree.fromstring(grid)
-                times = [float(time.attrib["Value"]) for time in node.iter("Time")]
-                if times[0] < limit:
-                    kept.append(grid)
-                    self.last_kept = times[0]
-                    self._reserve(node)
-            if kept:
-                self._replace_xml("".join(kept))
-                return
-        self._path.unlink(missing_ok=True)
-        self._path.with_name(self._file).write_bytes(b"")
+        with naming("write", self._path):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            if append is not None:
+                limit = append - 1e-9 * max(1.0, abs(append))
+                kept = [grid for grid in stored_grids(self._path) if grid.time < limit]
+                if kept:
+                    self._times, self.last_kept = len(kept), kept[-1].time
+                    self._number, self._offset = max(grid.place for grid in kept)
+                    self._replace_xml("".join(grid.text for grid in kept))
+                    return
+            self._path.unlink(missing_ok=True)
+        self._create_heavy()
 
-    def _reserve(self, grid: ElementTree.Element) -> None:
-        """Move the place for new arrays behind those of a grid that stays."""
-        for item in grid.iter("DataItem"):
-            name = (item.text or "").strip()
-            size = math.prod(int(n) for n in item.attrib["Dimensions"].split())
-            end = int(item.attrib["Seek"]) + size * int(item.attrib["Precision"])
-            heavy = self._path.with_name(name)
-            if not heavy.exists() or heavy.stat().st_size < end:
-                raise OSError(f"{heavy} is missing or too short, the series cannot be continued")
-            place = (self._number_of(name), end)
-            if place > (self._number_of(self._file), self._offset):
-                self._file, self._offset = name, end
+    def _create_heavy(self) -> None:
+        """Begin a file with numbers; what stood there, maybe a link, is removed."""
+        heavy = self._heavy(self._number)
+        with naming("write", heavy):
+            heavy.unlink(missing_ok=True)
+            heavy.open("xb").close()
 
-    def _number_of(self, name: str) -> int:
-        """Number of a heavy file: 0 for ``fields.bin``, 1 for ``fields.1.bin``."""
-        return 0 if name == f"{self._path.stem}.bin" else int(name.split(".")[-2])
+    def _heavy(self, number: int) -> Path:
+        """A file with numbers."""
+        return self._path.with_name(file_name(self._path.stem, number))
 
     def _checked(
         self,
@@ -266,40 +274,50 @@ class XdmfSeries:
     def _write_arrays(self, arrays: Sequence[tuple[str, str, NDArray[Any]]]) -> list[str]:
         """Write arrays one after another, return their ``DataItem`` elements."""
         items = []
-        places: dict[str, list[tuple[int, NDArray[Any]]]] = {}
+        places: dict[int, list[tuple[int, NDArray[Any]]]] = {}
         for kind, _, array in arrays:
             if self._offset > _MAX_SEEK:
-                self._file = f"{self._path.stem}.{self._number_of(self._file) + 1}.bin"
-                self._offset = 0
+                self._number, self._offset = self._number + 1, 0
+                self._create_further()
             _, first, total = self._rows[kind]
             row_size = array.itemsize * math.prod(array.shape[1:])
             dimensions = " ".join(str(n) for n in (total, *array.shape[1:]))
             items.append(
                 f'<DataItem Format="Binary" NumberType="{_NUMBER_TYPES[array.dtype.kind]}" '
                 f'Precision="{array.itemsize}" Endian="{sys.byteorder.capitalize()}" '
-                f'Seek="{self._offset}" Dimensions="{dimensions}">{escape(self._file)}</DataItem>'
+                f'Seek="{self._offset}" Dimensions="{dimensions}">'
+                f"{escape(self._heavy(self._number).name)}</DataItem>"
             )
-            places.setdefault(self._file, []).append((self._offset + first * row_size, array))
+            places.setdefault(self._number, []).append((self._offset + first * row_size, array))
             self._offset += total * row_size
         error = None
-        for name, group in places.items():
-            error = _write_at_all(self._comm, self._path.with_name(name), group) or error
+        for number, group in places.items():
+            error = _write_at_all(self._comm, self._heavy(number), group) or error
         raise_together(self._comm, error)
         if self._comm.rank == 0:
-            heavy = self._path.with_name(self._file)
+            heavy = self._heavy(self._number)
             try:
-                if heavy.stat().st_size < self._offset:
-                    raise OSError("some numbers are missing (disk full?)")
+                with naming("write", heavy):
+                    if heavy.stat().st_size < self._offset:
+                        raise OSError("some numbers are missing (disk full?)")
             except OSError as problem:
-                error = OSError(f"cannot write {heavy}: {problem.strerror or problem}")
+                error = problem
         raise_together(self._comm, error)
         return items
 
+    def _create_further(self) -> None:
+        """Begin a further file on rank 0, before any rank writes to it."""
+        error: Exception | None = None
+        if self._comm.rank == 0:
+            try:
+                self._create_heavy()
+            except OSError as problem:
+                error = problem
+        raise_together(self._comm, error)
+
     def _replace_xml(self, grids: str) -> None:
         """Write the whole XML beside the old one, then take its place."""
-        temporary = self._path.with_name(self._path.name + ".new")
-        temporary.write_text(self._head + grids + _TAIL, encoding="utf-8")
-        os.replace(temporary, self._path)
+        replace_file(self._path, (self._head + grids + _TAIL).encode())
         self._tail_at = len((self._head + grids).encode())
 
     def _extend_xml(self, grid: str) -> None:
@@ -321,33 +339,6 @@ class XdmfSeries:
         self._tail_at += len(grid.encode())
 
 
-def _connectivity(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
-    """Cells as XDMF wants a mixed topology: number of the kind, vertices, number of the kind, ...
-
-    Raises:
-        ValueError: if a kind is unknown, a shape is wrong or a point does not exist.
-    """
-    parts = [np.empty(0, dtype=np.int32)]
-    for kind, block in cells:
-        if kind not in CELL_KINDS:
-            raise ValueError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
-        number, n_vertices = CELL_KINDS[kind]
-        vertices = np.asarray(block)
-        if vertices.ndim != 2 or vertices.shape[1] != n_vertices:
-            raise ValueError(
-                f"{kind} cells have shape {vertices.shape}, expected (n, {n_vertices})"
-            )
-        if vertices.size and not 0 <= vertices.min() <= vertices.max() < n_points:
-            raise ValueError(
-                f"{kind} cells name points {vertices.min()} to {vertices.max()}, "
-                f"there are 0 to {n_points - 1}"
-            )
-        table = np.full((len(vertices), n_vertices + 1), number, dtype=np.int32)
-        table[:, 1:] = vertices
-        parts.append(table.ravel())
-    return np.concatenate(parts)
-
-
 def _attributes(arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]) -> str:
     """``Attribute`` elements of fields and their ``DataItem`` elements."""
     return "".join(
@@ -367,17 +358,17 @@ def _write_at_all(
     """
     if comm.size == 1:
         try:
-            with open(path, "r+b" if path.exists() else "wb") as plain:
+            with open(path, "r+b") as plain:
                 for offset, array in arrays:
                     plain.seek(offset)
                     plain.write(array.data)
         except OSError as problem:
-            return OSError(f"cannot write {path}: {problem.strerror or problem}")
+            return FileError(f"cannot write {path}: {problem.strerror or problem}")
         return None
     try:
-        file = MPI.File.Open(comm, os.fspath(path), MPI.MODE_WRONLY | MPI.MODE_CREATE)
+        file = MPI.File.Open(comm, os.fspath(path), MPI.MODE_WRONLY)
     except MPI.Exception as problem:
-        return OSError(f"cannot write {path}: {problem}")
+        return FileError(f"cannot write {path}: {problem}")
     error = None
     calls: list[Callable[[], object]] = [
         functools.partial(file.Write_at_all, offset, array) for offset, array in arrays
@@ -386,5 +377,5 @@ def _write_at_all(
         try:
             call()
         except MPI.Exception as problem:
-            error = error or OSError(f"cannot write {path}: {problem}")
+            error = error or FileError(f"cannot write {path}: {problem}")
     return error

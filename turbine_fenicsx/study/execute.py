@@ -116,7 +116,11 @@ def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[
     (folder / "summary.json").unlink(missing_ok=True)
     case = folder / "case.toml"
     case.write_text(run.text, encoding="utf-8")
-    task = ["restart", str(folder)] if goes_on else ["run", str(case), "-o", str(folder)]
+    task = (
+        ["restart", str(folder)]
+        if goes_on
+        else ["run", str(case), "-o", str(folder), "--overwrite"]
+    )
     command = [*launcher, sys.executable, "-m", "turbine_fenicsx", *task, "--progress", "log"]
     # os.environ is as it was when this process began, before MPI added to it.
     with (folder / LOG).open("ab" if goes_on else "wb") as log:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
 
@@ -29,14 +30,26 @@ def is_interrupted(run: Run, folder: Path) -> bool:
     return _end_of(run, folder) == "interrupted"
 
 
+def is_other(run: Run, folder: Path) -> bool:
+    """Whether a folder holds results, but of another run."""
+    return holds_run(folder) and not _is_same(run, folder)
+
+
+def _is_same(run: Run, folder: Path) -> bool:
+    """Whether a folder was made for just this run."""
+    try:
+        return (folder / "case.toml").read_text(encoding="utf-8") == run.text
+    except (OSError, ValueError):
+        return False
+
+
 def _end_of(run: Run, folder: Path) -> str:
     """How the run in a folder has ended, empty if it has not or is another one."""
     try:
-        written = (folder / "case.toml").read_text(encoding="utf-8")
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return ""
-    if written != run.text or not isinstance(summary, dict):
+    if not _is_same(run, folder) or not isinstance(summary, dict):
         return ""
     return "interrupted" if summary.get("interrupted") else "end"
 

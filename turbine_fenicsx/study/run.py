@@ -13,7 +13,13 @@ from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import Run, plan, series
 from turbine_fenicsx.study.probe import check_quantities
 from turbine_fenicsx.study.progress import StudyProgress
-from turbine_fenicsx.study.results import find_quantity, is_finished, read_results, write_table
+from turbine_fenicsx.study.results import (
+    find_quantity,
+    is_finished,
+    is_other,
+    read_results,
+    write_table,
+)
 
 
 @dataclass
@@ -34,7 +40,11 @@ class StudyResult:
 
 
 def run_study(
-    study: Study, out: Path, overrides: Iterable[str] = (), progress: str = "auto"
+    study: Study,
+    out: Path,
+    overrides: Iterable[str] = (),
+    progress: str = "auto",
+    overwrite: bool = False,
 ) -> StudyResult:
     """Run a study; runs that are finished already are read only.
 
@@ -45,13 +55,22 @@ def run_study(
         out: Folder of the study, with one folder for each run.
         overrides: More changes of all runs, such as ``"time.end=1.0"``.
         progress: "auto", "bar", "log" or "none".
+        overwrite: Whether results of other runs in the folders of these may be replaced.
 
     Raises:
-        InputError: before any run, for a wrong case or a quantity that there is not.
+        InputError: before any run, for a wrong case, a folder that holds another run, or a quantity
+            that there is not.
         KeyboardInterrupt: after Ctrl-C; another call continues.
     """
     runs = plan(study, overrides)
     launcher = launcher_words(study.launcher, study.ranks)
+    others = [run.name for run in runs if is_other(run, out / run.name)]
+    if others and not overwrite:
+        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+        raise InputError(
+            f"{str(out / others[0])!r}{more} holds the results of another case: --overwrite "
+            "replaces them"
+        )
     wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
     check_quantities([run for run in runs if not is_finished(run, out / run.name)], wanted)
     try:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx import timing
-from turbine_fenicsx.output_folder import TimeSeries
 from turbine_fenicsx.rotations import E3
 from turbine_fenicsx.simulation import Simulation, Snapshot
 from turbine_fenicsx.turbine.model import Turbine
@@ -15,7 +14,17 @@ from turbine_fenicsx.versions import versions
 
 
 class Statistics:
-    """Collects extremes and means over a run; an observer."""
+    """Collects extremes and means over a run; an observer that checkpoints know."""
+
+    name = "statistics"
+    _SUMS = (
+        "worst_energy_error",
+        "largest_energy",
+        "worst_constraint",
+        "newton",
+        "krylov",
+        "steps",
+    )
 
     def __init__(self) -> None:
         """Nothing seen yet."""
@@ -37,16 +46,15 @@ class Statistics:
             self.krylov += snapshot.report.krylov_iterations
         self.last = snapshot
 
-    def take_in(self, history: TimeSeries) -> None:
-        """Take in what was written before the run went on."""
-        energies = [history[f"{kind}_energy_[J]"] for kind in ("total", "kinetic", "strain")]
-        energies.append(history["potential_energy_[J]"])
-        self.largest_energy = max(float(np.max(np.abs(e))) for e in energies)
-        self.worst_energy_error = float(np.max(np.abs(history["energy_error_[J]"])))
-        self.worst_constraint = float(np.max(history["constraint_error_[-]"]))
-        self.newton = int(np.sum(history["newton_iterations"]))
-        self.krylov = int(np.sum(history["krylov_iterations"]))
-        self.steps = self.steps_before = history["time_[s]"].size - 1
+    def remember(self) -> dict[str, Any]:
+        """What was seen so far."""
+        return {name: getattr(self, name) for name in self._SUMS}
+
+    def recall(self, numbers: dict[str, Any]) -> None:
+        """Take in what was seen before the run went on."""
+        for name in self._SUMS:
+            setattr(self, name, numbers[name])
+        self.steps_before = self.steps
 
     def finish(self) -> None:
         """Nothing to do."""
