@@ -109,6 +109,8 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
     Returns:
         The communicator of all ranks; None where there is no MPI.
     """
+    from turbine_fenicsx.errors import InputError
+
     try:
         import petsc4py
 
@@ -120,10 +122,12 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
     except ImportError as error:
         if alone:
             return None
-        from turbine_fenicsx.errors import InputError
         from turbine_fenicsx.versions import how_to_install
 
         raise InputError(how_to_install(error)) from None
+    except RuntimeError as error:  # PETSc has no other word for a file that it cannot read
+        given = " ".join(petsc_options)
+        raise InputError(f"PETSc does not start with the options '{given}': {error}") from None
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
     if MPI.COMM_WORLD.size > 1:
         sys.excepthook = _abort_all

@@ -31,3 +31,11 @@ def test_files_with_options_are_read_only_when_asked_for(demo, tmp_path):
 
     assert TABLE not in check()
     assert TABLE in check("--", "-options_file", ".petscrc")
+
+
+def test_a_file_with_options_that_is_not_there_is_one_sentence(command_line, demo):
+    result = command_line("check", demo("rigid.toml"), "--", "-options_file", "none.petscrc")
+    assert result.returncode == 2
+    (sentence,) = (line for line in result.stderr.splitlines() if "error: " in line)
+    assert "PETSc does not start with the options '-options_file none.petscrc" in sentence
+    assert "Traceback" not in result.stderr
