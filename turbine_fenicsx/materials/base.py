@@ -26,7 +26,7 @@ class Material(Protocol):
         Args:
             C: Right Cauchy-Green tensor, a UFL tensor of shape (3, 3).
             parameter: Turns numbers and arrays into UFL constants, so that another value of a
-                parameter needs no new compilation.
+                parameter needs no new compilation; a `cell_field` stays what it is.
         """
 
 
