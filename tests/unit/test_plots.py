@@ -203,6 +203,7 @@ def test_legends_do_not_cover_titles(tmp_path):
     checked = [axes for axes in checked if axes.get_legend()]
     assert len(checked) > 6
     for axes in checked:
+        axes.figure.draw_without_rendering()
         title, legend = axes._left_title, axes.get_legend()
         apart = legend.get_window_extent().x0 - title.get_window_extent().x1
         assert apart > 5.0, title.get_text()
