@@ -3,6 +3,7 @@
 import gc
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from pathlib import Path
@@ -31,7 +32,11 @@ def pytest_addoption(parser):
 
 @pytest.hookimpl(trylast=True)  # after the terminal
 def pytest_configure(config):
-    """See `progress`; the first rank speaks for all, and workers of pytest-xdist do not."""
+    """See `progress`; the first rank speaks for all, and workers of pytest-xdist do not.
+
+    Ctrl-C works as in a terminal, also where a script has started the tests in the background.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     folder = config.getoption("progress")
     if folder:
         config.pluginmanager.register(Watchdog(config))

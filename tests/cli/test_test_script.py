@@ -51,8 +51,7 @@ def start(tmp_path, command_line):
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            start_new_session=True,  # as in a terminal of its own, where Ctrl-C is not ignored
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+            start_new_session=True,  # as in a terminal of its own
         )
         started.append(process)
         return process
