@@ -1,5 +1,8 @@
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test attack lint docs verification bench bench-peers clean
+# Where things are installed, and results go; both may lie outside of the checkout.
+export VENV ?= .venv
+OUT ?= out
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -10,31 +13,31 @@ setup: ## install what is missing, make .venv
 	@scripts/setup.sh
 
 demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
-	.venv/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o out/hybrid_stiff --overwrite
+	$(VENV)/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o $(OUT)/hybrid_stiff --overwrite
 
 test: setup ## run all tests on 1 and on 2 MPI ranks
 	scripts/test.sh
 
 attack: setup ## damaged files and killed processes at full size, hours; ATTACK=... chooses
-	.venv/bin/python -m tests.attack $(ATTACK)
+	$(VENV)/bin/python -m tests.attack $(ATTACK)
 
 lint: setup ## ruff and mypy
-	.venv/bin/ruff check .
-	.venv/bin/ruff format --check .
-	.venv/bin/mypy turbine_fenicsx
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy turbine_fenicsx
 
 docs: setup ## build docs/_build/html, the documentation; warnings are errors
-	@.venv/bin/python -c 'import sphinx, myst_parser, pydata_sphinx_theme; __import__("sphinx-mathjax-offline")' \
-	    2>/dev/null || { echo "docs: Python packages [docs]"; .venv/bin/python -m pip install -q \
-	    --disable-pip-version-check -c .venv/constraints.txt -e '.[docs]'; }
-	.venv/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
+	@$(VENV)/bin/python -c 'import sphinx, myst_parser, pydata_sphinx_theme; __import__("sphinx-mathjax-offline")' \
+	    2>/dev/null || { echo "docs: Python packages [docs]"; $(VENV)/bin/python -m pip install -q \
+	    --disable-pip-version-check -c $(VENV)/constraints.txt -e '.[docs]'; }
+	$(VENV)/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
 	@echo "docs: $(CURDIR)/docs/_build/html/index.html"
 
 verification: setup ## run the published benchmarks and write docs/verification.md, some minutes
-	.venv/bin/python demos/verification
+	$(VENV)/bin/python demos/verification
 
 bench: setup ## run the benchmark into benchmarks/out, about two hours
-	.venv/bin/python benchmarks/run.py
+	$(VENV)/bin/python benchmarks/run.py
 
 bench-peers: ## install CalculiX, NGSolve, Kratos and Exudyn to compare with
 	benchmarks/install_peers.sh

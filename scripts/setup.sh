@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Install what is missing and make .venv with turbine-fenicsx in it. Safe to call again.
+# Install what is missing and make .venv, or the folder $VENV, with turbine-fenicsx in it. Safe to
+# call again; nothing else is written into the checkout.
 #
+# Where the python3 on PATH has a DOLFINx of its own (conda, container), that one is used.
 # Debian 12, 13 or sid: DOLFINx, PETSc, MPI and gmsh come from apt, the rest from PyPI.
-# Elsewhere (conda, container): the python3 on PATH must be able to import DOLFINx.
+# Elsewhere, without root, or with DOLFINX=pypi: DOLFINx too, for Python 3.12 or newer.
 set -euo pipefail
 cd -P "$(dirname "$0")/.."
 
-venv=.venv
+venv=$(realpath -m "${VENV:-.venv}")
 log=$venv/setup.log
 stamp=$venv/setup.stamp
 constraints=$venv/constraints.txt
@@ -57,35 +59,58 @@ dolfinx_of() {
 
 # Made at this path (programs in bin name it), for this version of python?
 venv_intact() {
-    grep -qsF "$PWD/$venv" "$venv/pyvenv.cfg" && "$venv/bin/python" -c \
+    grep -qsF "$venv" "$venv/pyvenv.cfg" && "$venv/bin/python" -c \
         'import os, sys, sysconfig; sys.exit(not os.path.isdir(sysconfig.get_path("purelib")))' 2>/dev/null
 }
 
+# Does the environment have the DOLFINx that it shall have?
 same_dolfinx() {
-    [ "$(dolfinx_of "$venv/bin/python")" = "$(dolfinx_of "$python")" ]
+    if [ "$source" = pypi ]; then
+        case $(dolfinx_of "$venv/bin/python") in "$venv"/*) ;; *) return 1 ;; esac
+    else
+        [ "$(dolfinx_of "$venv/bin/python")" = "$(dolfinx_of "$python")" ]
+    fi
 }
 
-# Set $python: the one on PATH if it has its own DOLFINx, else Debian's.
+# Debian's packages that are not installed.
+missing_packages() {
+    comm -23 <(printf '%s\n' "${packages[@]}" | sort) \
+        <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' | sed -n 's/^installed //p' | sort)
+}
+
+# Set $python and $source, which is where its DOLFINx comes from: own, debian or pypi.
 choose_python() {
-    python=$(PATH=${PATH//"$PWD/$venv/bin:"/} command -v python3 || true)
+    local needed=
+    python=$(PATH=${PATH//"$venv/bin:"/} command -v python3 || true)
+    source=debian
     case $([ -z "$python" ] || dolfinx_of "$python") in
-    "") debian=yes ;;
-    /usr/lib/*) command -v apt-get >/dev/null && debian=yes || debian= ;;
-    *) debian= ;;
+    "") ;;
+    /usr/lib/*) command -v apt-get >/dev/null || source=own ;;
+    *) source=own ;;
     esac
-    [ -n "$debian" ] || return 0
-    command -v apt-get >/dev/null ||
-        fail "this is not Debian, and no python3 on PATH can import dolfinx (activate your conda environment?)."
-    python=/usr/bin/python3
+    if [ "${DOLFINX:-}" = pypi ]; then
+        source=pypi
+    elif [ $source = debian ] && ! command -v apt-get >/dev/null; then
+        source=pypi needed="this is not Debian, and no python3 on PATH can import dolfinx"
+    elif [ $source = debian ] && [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
+        needed=$(missing_packages)
+        [ -z "$needed" ] || source=pypi \
+            needed="you are not root and there is no sudo for these Debian packages: ${needed//$'\n'/ }"
+    fi
+    case $source in
+    debian) python=/usr/bin/python3 ;;
+    pypi)
+        python=$(scripts/newest_python.sh)
+        [ -n "$python" ] || fail "${needed:-DOLFINX=pypi}; DOLFINx from PyPI needs Python 3.12 or newer, which is not here either."
+        [ -z "$needed" ] || say "$needed: DOLFINx from PyPI"
+        ;;
+    esac
 }
 
 install_debian_packages() {
     local missing
-    missing=$(comm -23 <(printf '%s\n' "${packages[@]}" | sort) \
-        <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' | sed -n 's/^installed //p' | sort))
+    missing=$(missing_packages)
     [ -n "$missing" ] || return 0
-    [ "$(id -u)" -eq 0 ] || command -v sudo >/dev/null ||
-        fail "you are not root and there is no sudo: ask for these Debian packages: ${missing//$'\n'/ }"
     say "Debian packages: ${missing//$'\n'/ }"
     logged as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
     logged apt-cache show python3-dolfinx ||
@@ -114,6 +139,10 @@ make_venv() {
     if ! venv_intact || ! same_dolfinx; then
         say "virtual environment $venv from $python"
         find "$venv" -mindepth 1 -maxdepth 1 ! -name setup.log ! -name setup.lock -exec rm -rf {} +
+        if [ "$source" = pypi ]; then
+            logged "$python" -m venv "$venv" || fail_logged "a virtual environment from $python"
+            return 0
+        fi
         logged "$python" -m venv --system-site-packages "$venv" ||
             fail_logged "a virtual environment from $python"
         # A venv made from a venv sees only the first python: add the other's packages.
@@ -122,6 +151,7 @@ make_venv() {
                 >"$("$venv/bin/python" -c 'import site; print(site.getsitepackages()[0])')/parent.pth"
         fi
     fi
+    [ "$source" != pypi ] || return 0
     "$venv/bin/python" - >>"$log" 2>&1 <<'EOF' || fail "$(tail -n 1 "$log") (with $python, log: $log)"
 import dolfinx
 from petsc4py import PETSc
@@ -147,6 +177,7 @@ EOF
 
 install_python_packages() {
     local extras=plot,dev
+    [ "$source" != pypi ] || extras=solver,$extras
     # Debian's gmsh is unknown to pip, which would download a second one.
     "$venv/bin/python" -c 'import gmsh' 2>/dev/null || extras=mesh,$extras
     say "Python packages [$extras]"
@@ -160,19 +191,21 @@ if command -v flock >/dev/null; then
     flock 9
 fi
 choose_python
-if [ -n "$debian" ]; then
+if [ $source = debian ]; then
     install_debian_packages
     choose_blas
 fi
 pins=$(print_constraints)
-key="$PWD $(cat pyproject.toml scripts/setup.sh - <<<"$pins" | cksum)"
+key="$PWD $source $(cat pyproject.toml scripts/setup.sh - <<<"$pins" | cksum)"
 if [ "$(cat "$stamp" 2>/dev/null)" != "$key" ] || [ ! -x "$venv/bin/turbine-fenicsx" ] ||
     ! venv_intact || ! same_dolfinx; then
-    [ -n "$debian" ] || say "using the DOLFINx of $python"
+    [ $source != own ] || say "using the DOLFINx of $python"
     rm -f "$stamp"
     make_venv
     echo "$pins" >"$constraints"
     install_python_packages
     echo "$key" >"$stamp"
 fi
+[ $source != pypi ] || command -v cc >/dev/null || command -v gcc >/dev/null ||
+    say "a C compiler is missing, with which DOLFINx compiles its forms: install gcc"
 say "ready: $venv, with $(dolfinx_of "$venv/bin/python" | sed 's,/__init__.py,,')"

@@ -6,8 +6,10 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # The mpirun that belongs to the python of the virtual environment.
-PATH=$PWD/.venv/bin:$PATH
-mpirun=$(python -c 'import os, sys; print(os.path.dirname(sys._base_executable))')/mpirun
+venv=$(realpath -m "${VENV:-.venv}")
+PATH=$venv/bin:$PATH
+mpirun=$venv/bin/mpirun
+[ -x "$mpirun" ] || mpirun=$(python -c 'import os, sys; print(os.path.dirname(sys._base_executable))')/mpirun
 [ -x "$mpirun" ] || mpirun=mpirun
 
 # Open MPI 4, 5 and 6: allow root, more ranks than cores, no binding, no talk of missing hardware.

@@ -8,7 +8,8 @@ scripts/test_pip.sh [OPTION]... [-- COMMAND...]
 
 Makes a virtual environment with the newest Python from 3.12 on that is found (on PATH, or of
 pyenv), installs this checkout with [solver,mesh,plot,dev], and runs the whole suite on one rank and
-a demo with its pictures on one and two ranks. The environment is kept for a week.
+demos with their pictures, one of them on two ranks. The environment is kept for a week.
+Exit code 3: there is no such Python here, nothing was tested.
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
   --fresh        make the environment anew
@@ -32,18 +33,6 @@ while [ $# -gt 0 ]; do
     shift
 done
 
-# The newest python from 3.12 on that can make environments.
-newest_python() {
-    local program
-    {
-        compgen -c python3 | sort -u | while read -r program; do type -P "$program" || true; done
-        compgen -G "${PYENV_ROOT:-$HOME/.pyenv}/versions/3.*/bin/python3" || true
-    } | while read -r program; do
-        "$program" -c 'import ensurepip, sys, venv
-if sys.version_info >= (3, 12): print(*sys.version_info[:2], sys.executable)' 2>/dev/null || true
-    done | sort -k1,1n -k2,2n | tail -n 1 | cut -d ' ' -f 3-
-}
-
 logged() {
     "$@" >>"$log" 2>&1 || {
         if grep -qE 'Temporary failure|NewConnectionError|NameResolutionError|timed out' "$log"; then
@@ -56,7 +45,7 @@ logged() {
     }
 }
 
-python=$(newest_python)
+python=$(scripts/newest_python.sh)
 if [ -z "$python" ]; then
     echo "== pip: not tested, there is no Python 3.12 or newer here"
     exit 3
@@ -92,10 +81,12 @@ pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=
 echo "== pip: demos and pictures"
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
+cd "$out" # nothing of the checkout is here
 for name in hybrid_stiff flexible_tower; do
-    turbine-fenicsx run demos/*/$name.toml -o "$out/$name" --quiet --set time.end=0.2 output.fields_every=0.1
-    turbine-fenicsx plot "$out/$name" -o "$out/plots_$name"
-    turbine-fenicsx render "$out/$name" --times 0,0.2 --movie "$out/$name.mp4"
-    turbine-fenicsx report "$out/$name"
+    turbine-fenicsx demo $name
+    turbine-fenicsx run $name.toml -o $name --quiet --set time.end=0.2 output.fields_every=0.1
+    turbine-fenicsx plot $name -o plots_$name
+    turbine-fenicsx render $name --times 0,0.2 --movie $name.mp4
+    turbine-fenicsx report $name
 done
-mpiexec -n 2 turbine-fenicsx run demos/paper/hybrid_stiff.toml -o "$out/ranks" --quiet --set time.end=0.2
+mpiexec -n 2 turbine-fenicsx run hybrid_stiff.toml -o ranks --quiet --set time.end=0.2

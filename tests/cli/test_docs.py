@@ -108,8 +108,11 @@ MAKE = """
 # the recipe of a target of the Makefile, with more arguments, but not those it depends on
 import re, subprocess, sys
 target, *more = sys.argv[1:]
-rule = re.search(rf"^{target}:.*\\n((?:\\t.*\\n)+)", open("MAKEFILE").read(), re.MULTILINE)
-sys.exit(subprocess.run(["sh", "-ec", " ".join([rule[1].strip(), *more])]).returncode)
+text = open("MAKEFILE").read()
+rule = re.search(rf"^{target}:.*\\n((?:\\t.*\\n)+)", text, re.MULTILINE)
+values = dict(re.findall(r"^(?:export )?(\\w+) \\?= (.*)$", text, re.MULTILINE))
+recipe = re.sub(r"\\$\\((\\w+)\\)", lambda variable: values[variable[1]], rule[1].strip())
+sys.exit(subprocess.run(["sh", "-ec", " ".join([recipe, *more])]).returncode)
 """
 
 
