@@ -9,6 +9,7 @@ import os
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from turbine_fenicsx import panels as p
 from turbine_fenicsx.errors import InputError
@@ -100,26 +101,8 @@ def draw(
         Look(style, marker, color, len(runs) == 1, tolerance, relative_tolerance, degrees)
         for style, marker, color in zip(LINE_STYLES, MARKERS, PALETTE, strict=True)
     ][: len(runs)]
-    n_columns = min(2, len(panels))
-    n_rows = -(-len(panels) // n_columns)
-    start = min(run["time_[s]"][0] for run in runs)
-    end = max(run["time_[s]"][-1] for run in runs)
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
-        for i, panel in enumerate(panels):
-            axes = figure.add_subplot(n_rows, n_columns, i + 1)
-            for run, look in zip(runs, looks, strict=True):
-                panel(axes, run, look)
-            axes.set_xlabel("time [s]")
-            if end > start:
-                axes.set_xlim(start, end)
-            if axes.get_yscale() == "log":
-                make_room(axes)
-            else:
-                put_prefix_into_label(axes)
-            add_quantity_legend(axes, [run.name for run in runs])
-        if len(runs) > 1:
-            add_run_legend(figure, runs, looks)
+        figure = _compose(Figure, runs, panels, looks)
         for path in paths:
             try:
                 figure.savefig(path)
@@ -128,6 +111,32 @@ def draw(
                     f"cannot write {os.fspath(path)!r}: {error.strerror or error}"
                 ) from None
     return [Path(path) for path in paths]
+
+
+def _compose(
+    Figure: Any, runs: Sequence[TimeSeries], panels: Sequence[Panel], looks: Sequence[Look]
+) -> Any:
+    """A figure of panels, two side by side, with their axes and legends."""
+    n_columns = min(2, len(panels))
+    n_rows = -(-len(panels) // n_columns)
+    start = min(run["time_[s]"][0] for run in runs)
+    end = max(run["time_[s]"][-1] for run in runs)
+    figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
+    for i, panel in enumerate(panels):
+        axes = figure.add_subplot(n_rows, n_columns, i + 1)
+        for run, look in zip(runs, looks, strict=True):
+            panel(axes, run, look)
+        axes.set_xlabel("time [s]")
+        if end > start:
+            axes.set_xlim(start, end)
+        if axes.get_yscale() == "log":
+            make_room(axes)
+        else:
+            put_prefix_into_label(axes)
+        add_quantity_legend(axes, [run.name for run in runs])
+    if len(runs) > 1:
+        add_run_legend(figure, runs, looks)
+    return figure
 
 
 def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:

@@ -97,11 +97,7 @@ class XdmfSeries:
         self._comm = comm
         self._path = Path(path)
         self._dtype = np.dtype(precision)
-        about = "".join(
-            f'<Information Name="{escape(name)}" Value="{escape(text)}"/>\n'
-            for name, text in (information or {}).items()
-        )
-        self._head = f"{_HEAD}{about}{_SERIES}"
+        self._head = _head(information or {})
         self._number, self._offset = 0, 0  # of the file that grows, and its size
         self._synced = 0  # number of the first file that may not be on the disk
         self._times = 0
@@ -337,6 +333,15 @@ class XdmfSeries:
                 file.write(_TAIL.encode())
                 raise
         self._tail_at += len(grid.encode())
+
+
+def _head(information: Mapping[str, str]) -> str:
+    """What stands before the grids."""
+    about = "".join(
+        f'<Information Name="{escape(name)}" Value="{escape(text)}"/>\n'
+        for name, text in information.items()
+    )
+    return f"{_HEAD}{about}{_SERIES}"
 
 
 def _attributes(arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]) -> str:
