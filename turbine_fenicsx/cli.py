@@ -1,6 +1,7 @@
 """Command line: ``turbine-fenicsx COMMAND ...``, see `turbine_fenicsx.commands`.
 
-Exit codes: 0 done, 2 wrong input, 3 a step did not converge, 130 interrupted.
+Exit codes: 0 done, 2 wrong input, 3 a step did not converge, 4 the energy balance is wrong,
+130 interrupted.
 """
 
 from __future__ import annotations

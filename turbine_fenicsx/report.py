@@ -78,8 +78,10 @@ def report(
     title = str((case or {}).get("title") or history.name)
     end = history["time_[s]"][-1]
     versions = dict((summary or {}).pop("versions", {}) if summary else {})
+    warnings = (summary or {}).pop("warnings", [])
     sections = {
-        "Key figures": _tables({"": _key_figures(history)}),
+        "Key figures": "".join(f"<p class='warning'>{escape(w)}</p>\n" for w in warnings)
+        + _tables({"": _key_figures(history)}),
         "Case": _case(case, describe),
         "Diagrams": _diagrams(history, solver_tolerance(folder)),
         "Pictures": _pictures(folder, times, Look(scale=scale, size=_SIZE)) if pictures else "",

@@ -1,6 +1,7 @@
 """Commands, options and exit codes of the command line."""
 
 import csv
+import json
 import re
 import shutil
 import signal
@@ -14,6 +15,7 @@ from patience import patience
 
 import turbine_fenicsx
 from turbine_fenicsx.cli import main
+from turbine_fenicsx.commands._common import fail
 
 
 def rows(folder):
@@ -178,3 +180,22 @@ def test_reader_that_leaves_is_no_error(demo):
     errors = process.stderr.read()
     assert process.wait(timeout=patience(60)) == 0
     assert errors == ""
+
+
+def test_a_run_whose_energy_balance_is_wrong_says_so_and_has_an_exit_code(demo, tmp_path, capfd):
+    changes = ["mesh.elements=[1,1,2]", "time.end=0.2", "output.fields_every=0"]
+    loose = ["run", str(demo("hybrid_stiff.toml")), "-o", str(tmp_path / "loose"), "--quiet"]
+    assert main([*loose, "--set", *changes, "solver.tolerance=0.99"]) == 4
+    error = capfd.readouterr().err
+    assert error.startswith("error: the energy balance is wrong by ")  # not red: no terminal
+    assert "do not trust this run" in error
+    (kept,) = json.loads((tmp_path / "loose" / "summary.json").read_text())["warnings"]
+    assert error == f"error: {kept}\n"
+    assert kept in (tmp_path / "loose" / "run.log").read_text()
+
+
+def test_errors_are_red_on_a_terminal_only(monkeypatch, capfd, comm):
+    for terminal, text in ((True, "\033[31merror: no\033[0m\n"), (False, "error: no\n")):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
+        assert fail(comm, "no", 2) == 2
+        assert capfd.readouterr().err == text

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import sys
 
 import numpy as np
 import pytest
@@ -59,3 +60,40 @@ def test_ranks_agree(command_line, demo, tmp_path, name):
                 assert difference <= 1e-9 * scale, (ranks, c)
     sizes = {os.path.getsize(tmp_path / str(ranks) / "fields.bin") for ranks in (1, 2, 3)}
     assert len(sizes) == 1  # every cell and point is written once
+
+
+STOP = """
+import sys
+from mpi4py import MPI
+from turbine_fenicsx.checkpoint import Checkpoints
+from turbine_fenicsx import MultibodySystem, Revolute, RigidBody, Simulation
+
+comm, (folder, asked) = MPI.COMM_WORLD, sys.argv[1:]
+top = RigidBody("top", 1.0, (1.0, 1.0, 1.0), angular_velocity=(0.0, 0.0, 1.0))
+axis = Revolute("axis", None, top, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+system = MultibodySystem(comm, [top, axis])
+checkpoints = Checkpoints(system, folder, every=0.04)
+due = checkpoints.due
+# the clocks of ranks differ: that of rank 0 decides on checkpoints
+checkpoints.due = lambda time, wall: due(time, wall) if comm.rank == 0 else time == 0.02
+calls = []
+stop = lambda: calls.append(1) or (comm.rank == int(asked) and len(calls) == 3)
+simulation = Simulation(system, 0.02, 0.2, checkpoints=checkpoints, stop=stop)
+last = simulation.run()
+found = comm.gather((last.index, simulation.stopped))
+if comm.rank == 0:
+    print(found)
+"""
+
+
+@pytest.mark.parametrize("asked", [0, 1])
+def test_one_rank_is_enough_to_stop_all_after_the_same_step(command_line, tmp_path, asked):
+    script = tmp_path / "stop.py"
+    script.write_text(STOP)
+    result = command_line(
+        script, tmp_path / "checkpoints", asked, ranks=2, timeout=60.0, program=[sys.executable]
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == "[(3, True), (3, True)]"
+    kept = sorted(path.name for path in (tmp_path / "checkpoints").iterdir())
+    assert [int("".join(c for c in name if c.isdigit())) for name in kept] == [2, 3]

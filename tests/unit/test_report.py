@@ -111,6 +111,18 @@ def test_page_shows_case_mesh_and_versions(folder, no_diagrams):
     assert page.notes == []
 
 
+def test_a_balance_that_is_wrong_is_said_in_red_before_the_figures(folder, no_diagrams):
+    assert "class='warning'" not in report(folder)
+    warning = "the energy balance is wrong by 58 % <"
+    (folder / "summary.json").write_text(json.dumps(SUMMARY | {"warnings": [warning]}))
+    page = report(folder)
+    at = page.index("<p class='warning'>the energy balance is wrong by 58 % &lt;</p>")
+    assert page.index("Key figures") < at < page.index("largest energy [kJ]")
+    assert page.count("wrong by 58 %") == 1
+    assert ".warning { color: #b00020;" in page
+    Page(page)
+
+
 def test_key_figures_are_those_of_the_history(folder, no_diagrams):
     rows = Page(report(folder, pictures=False)).rows()
     columns = history()

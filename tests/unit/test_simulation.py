@@ -1,5 +1,7 @@
 """Claims about the time loop: which times it meets, what observers see, and how it halves steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from turbine_fenicsx.simulation import Simulation
 from turbine_fenicsx.solver import SolverOptions, StepFailure
 from turbine_fenicsx.system import MultibodySystem
 from turbine_fenicsx.time_functions import Hat
+from turbine_fenicsx.turbine.summary import Statistics
 
 
 class Recorder:
@@ -159,7 +162,9 @@ def test_a_step_that_cannot_be_halved_any_further_ends_the_run_in_words(rotor):
     recorder = Recorder()
     simulation = Simulation(rotor, 0.02, 0.2, [recorder], smallest_step=0.25)
     simulation.solver = fussy = Fussy(simulation.solver, lambda t, dt: t > 0.03)
-    message = "no solution from t = 0.04.*; the step cannot be halved any further"
+    message = (
+        r"no solution from t = 0.04.*\. Steps are not halved below 0.005 s: try a smaller time.step"
+    )
     with pytest.raises(StepFailure, match=message):
         simulation.run()
     assert recorder.times == [0.0, 0.02, 0.04]  # all earlier steps were seen
@@ -202,3 +207,22 @@ def test_times_must_be_finite(rotor, step, end):
     """An infinite step ends the run at t = 0, an infinite end with an OverflowError."""
     with pytest.raises(ValueError, match="time"):
         Simulation(rotor, step, end)
+
+
+def test_statistics_keep_the_worst_of_all_steps_not_the_last(rotor):
+    """Of three snapshots the one in the middle has the largest errors and energies."""
+    last, *_ = simulate(rotor, 0.02, 0.02)
+    statistics = Statistics()
+    for factor in (1.0, 3.0, 2.0):
+        statistics.observe(
+            replace(
+                last,
+                energy_error=-1e-6 * factor,
+                constraint_error=1e-9 * factor,
+                balance=replace(last.balance, kinetic=100.0 * factor),
+            )
+        )
+    assert statistics.worst_energy_error == pytest.approx(3e-6, rel=1e-12)
+    assert statistics.worst_constraint == pytest.approx(3e-9, rel=1e-12)
+    assert statistics.largest_energy == max(300.0, abs(last.balance.potential))
+    assert statistics.steps == 3

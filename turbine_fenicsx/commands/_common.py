@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-OK, WRONG_INPUT, NOT_CONVERGED, INTERRUPTED = 0, 2, 3, 130
+OK, WRONG_INPUT, NOT_CONVERGED, UNBALANCED, INTERRUPTED = 0, 2, 3, 4, 130
 
 
 def add_case(parser: argparse.ArgumentParser) -> None:
@@ -70,7 +70,9 @@ def need_dolfinx() -> None:
 def fail(comm: Any, message: str, code: int) -> int:
     """Print an error once and return the exit code; without MPI ``comm`` is None."""
     if comm is None or comm.rank == 0:
-        print("\n".join(f"error: {line}" for line in message.splitlines()), file=sys.stderr)
+        red, plain = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
+        lines = "\n".join(f"error: {line}" for line in message.splitlines())
+        print(f"{red}{lines}{plain}", file=sys.stderr)
         sys.stderr.flush()
     if comm is not None:
         comm.Barrier()

@@ -8,7 +8,14 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from turbine_fenicsx.commands._common import INTERRUPTED, NOT_CONVERGED, OK, WRONG_INPUT, fail
+from turbine_fenicsx.commands._common import (
+    INTERRUPTED,
+    NOT_CONVERGED,
+    OK,
+    UNBALANCED,
+    WRONG_INPUT,
+    fail,
+)
 
 
 def carried_out(
@@ -55,7 +62,8 @@ def carried_out(
         print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
         print(table(result))
         print(f"  {'results':<22}{out}/: {', '.join(names)}", flush=True)
-    return OK
+    wrong = "\n".join(result["warnings"])
+    return fail(comm, wrong, UNBALANCED) if wrong else OK
 
 
 def style(options: argparse.Namespace) -> str:

@@ -23,7 +23,12 @@ from turbine_fenicsx.study.results import RESULTS, is_finished, is_interrupted
 LOG = "log.txt"
 _PATIENCE = 60.0  # for interrupted children to finish their step and write a checkpoint [s]
 _POLL = 0.05  # [s]
-_CODES = {2: "wrong input", 3: "a step did not converge", 130: "interrupted"}
+_CODES = {
+    2: "wrong input",
+    3: "a step did not converge",
+    4: "the energy balance is wrong",
+    130: "interrupted",
+}
 # Several mpirun at a time would all bind their ranks to the same first cores (Open MPI 4, 5, 6).
 _UNBOUND = {
     "OMPI_MCA_hwloc_base_binding_policy": "none",

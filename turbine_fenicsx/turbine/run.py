@@ -44,6 +44,7 @@ from turbine_fenicsx.turbine.channels import (
     TowerSensors,
     openfast_channels,
 )
+from turbine_fenicsx.turbine.energy_check import verdict
 from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine, solver_options
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import changed_case, find_checkpoint, label_case
@@ -122,9 +123,13 @@ def run_case(
         seconds = time.perf_counter() - start
         result = summary(turbine, statistics, seconds, simulation)
         result["interrupted"] = simulation.stopped
+        wrong = verdict(result)
+        result["warnings"] = [wrong] if wrong else []
         text = json.dumps(result, indent=2) + "\n"
         on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
         log.info("end\n%s", table(result))
+        if wrong:
+            log.warning("%s", wrong)
     return result
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from turbine_fenicsx import timing
 from turbine_fenicsx.rotations import E3
 from turbine_fenicsx.simulation import Simulation, Snapshot
+from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.model import Turbine
 from turbine_fenicsx.versions import versions
 
@@ -124,7 +125,7 @@ def summary(
     parts["other"] = max(seconds - sum(parts.values()), 0.0)
     last = statistics.last
     assert last is not None
-    meshes = {"mesh": turbine.mesh}
+    mass, meshes = masses(turbine), {"mesh": turbine.mesh}
     if turbine.tower is not None:
         meshes["tower_mesh"] = turbine.tower.mesh
     return {
@@ -141,13 +142,19 @@ def summary(
             }
             for name, mesh in meshes.items()
         },
-        "masses_[kg]": masses(turbine),
+        "masses_[kg]": mass,
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),
         "steps": statistics.steps,
         "halved_steps": simulation.halvings,
         "solver_fallbacks": simulation.solver.fallbacks,
         "end_time_[s]": last.state.time,
         "worst_energy_error_[J]": statistics.worst_energy_error,
+        "allowed_energy_error_[J]": allowed_energy_error(
+            statistics.largest_energy,
+            min(mass.values()),
+            statistics.steps,
+            simulation.solver.options.tolerance,
+        ),
         "largest_energy_[J]": statistics.largest_energy,
         "worst_constraint_error_[-]": statistics.worst_constraint,
         "angular_momentum_[Nms]": [float(x) for x in last.balance.angular],
