@@ -25,7 +25,7 @@ ROUND_OFF = 1e-5
 LARGEST_SHARE = 0.1
 """What is lost beyond this share of the largest energy is wrong at any tolerance."""
 
-STILL = 1e-8
+STILL = 1e-5
 """What moves slower than this is at rest, and its energy is noise [m/s]."""
 
 
