@@ -27,7 +27,7 @@ from turbine_fenicsx.checkpoint_file import (
 )
 from turbine_fenicsx.errors import FileError, InputError
 from turbine_fenicsx.extrapolation import Extrapolation
-from turbine_fenicsx.linear import QuasiNewton, quasi_newton
+from turbine_fenicsx.linear import FrozenElimination, QuasiNewton, quasi_newton
 from turbine_fenicsx.loads import Gravity, JointTorque
 from turbine_fenicsx.memory import Memory
 from turbine_fenicsx.simulation import Simulation
@@ -155,6 +155,22 @@ def test_a_run_goes_on_bit_for_bit_after_and_before_a_refreshed_factor(flexible,
     assert 0 < sum(refreshed[:8]) < 8  # sometimes, but not always
     due = [memories[k].numbers["solver.linear.excess"] >= 3 for k in range(1, 9)]
     assert set(due) == {True, False}  # checkpoints just before a refresh, and others
+
+
+def test_a_run_goes_on_bit_for_bit_while_the_exact_solver_stands_in(flexible, monkeypatch):
+    """Which solver goes first, and for how long, is part of what a run remembers."""
+    real = FrozenElimination.solve
+
+    def poor_solve(self, b, x):
+        real(self, b, x)
+        if self._step.state.time < 0.045:
+            x.scale(-1e9)
+
+    monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
+    _, memories, simulation = goes_on_everywhere(flexible, dict)
+    assert simulation.solver.fallbacks >= 2
+    waits = [memory.numbers["solver.attempts.wait"] for memory in memories.values()]
+    assert 0 < min(filter(None, waits)) and 0 in waits
 
 
 def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
