@@ -30,6 +30,9 @@ from turbine_fenicsx.parallel import on_rank0, raise_together
 PATIENCE = 900
 """Time after which another process will not finish a form any more [s]."""
 
+WORTH_SAYING = 1.0
+"""Time of waiting that is told; to load a compiled form takes others a small part of it [s]."""
+
 T = TypeVar("T", bound=tuple[Any, ...])
 log = logging.getLogger(__name__)
 
@@ -110,15 +113,17 @@ def _locked(folder: Path) -> Iterator[bool]:
 
 def _take(lock: int, folder: Path) -> bool:
     """Wait for a lock, and tell whether the file system has such a thing."""
-    end = time.monotonic() + PATIENCE
+    begin = time.monotonic()
     while True:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return True
         except BlockingIOError:
-            if time.monotonic() > end:
+            waited = time.monotonic() - begin
+            if waited > PATIENCE:
                 raise CompilationError(_not_finished(folder)) from None
-            _say_once(f"waiting for another process to compile into {str(folder)!r}")
+            if waited > WORTH_SAYING:
+                _say_once(f"waiting for another process to compile into {str(folder)!r}")
             time.sleep(0.1)
         except OSError as error:
             _say_once(

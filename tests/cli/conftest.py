@@ -1,6 +1,7 @@
 """How the tests of the command line start it: as a user would, in processes of its own."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 from patience import patience
 
 ROOT = Path(__file__).parents[2]
+WAITED = re.compile(r"^.*waiting for another process to compile .*\n", re.MULTILINE)
 
 
 def pytest_runtest_setup(item):
@@ -51,6 +53,8 @@ def mpirun():
 def run_command(*arguments, ranks=None, timeout=120.0, program=None):
     """Run the command line and return the finished process, with its output as text.
 
+    That it has waited for another test to compile forms is left out.
+
     Args:
         arguments: Arguments of the command line.
         ranks: Number of MPI ranks; None runs it without mpirun.
@@ -66,7 +70,7 @@ def run_command(*arguments, ranks=None, timeout=120.0, program=None):
             pytest.skip("there is no mpirun")
         command = [launcher, "-n", str(ranks), *command]
         environment = settings | environment
-    return subprocess.run(
+    result = subprocess.run(
         command,
         env=environment,
         cwd=ROOT,
@@ -74,6 +78,8 @@ def run_command(*arguments, ranks=None, timeout=120.0, program=None):
         text=True,
         timeout=patience(timeout),
     )
+    result.stderr = WAITED.sub("", result.stderr)
+    return result
 
 
 @pytest.fixture(scope="session")
