@@ -10,7 +10,7 @@ from turbine_fenicsx.meshing import MeshOptions, RotorLayout
 from turbine_fenicsx.meshing.rotor import rotor_arrays
 from turbine_fenicsx.turbine import machine
 from turbine_fenicsx.turbine.case import Case
-from turbine_fenicsx.turbine.estimate import CHECKPOINT, estimate
+from turbine_fenicsx.turbine.estimate import checkpoint_bytes, estimate
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.machine import machine_memory
 from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, build_turbine, mesh_options
@@ -178,7 +178,7 @@ def test_disk_space_is_that_of_the_files(comm, shared_tmp_path, model, every):
     history = 700.0 * found.steps
     assert found.steps == 5
     # the first checkpoint is smaller, and what ranks keep of couplings
-    of_checkpoints = 2.0 * (8.0 * CHECKPOINT * found.unknowns["displacements"] + 8e3)
+    of_checkpoints = checkpoint_bytes(found.unknowns["displacements"])
     assert of_checkpoints == pytest.approx(checkpoints, rel=0.25)
     # 0, 0.04, 0.08, and the end; headers, of a kilobyte each, are not counted
     assert found.disk - history - of_checkpoints == pytest.approx(fields, rel=0.01)

@@ -29,7 +29,7 @@ class OrthotropicSVK:
         young: E1, E2, E3 [Pa].
         shear: G12, G13, G23 [Pa].
         poisson: nu12, nu13, nu23 [-]; nu_ij is the contraction along j under tension along i.
-            All nine are numbers or `cell_field`s.
+            Each of the nine is a number or a `cell_field`.
         frame: Orthonormal axes (a1, a2, a3) as UFL vectors: constants or fields on the mesh.
 
     Raises:

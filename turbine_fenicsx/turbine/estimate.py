@@ -51,7 +51,7 @@ VERTEX = 400.0
 CHECKPOINT = 5.0
 """Numbers that a checkpoint keeps for each displacement."""
 
-SURFACES = {"hybrid": (528, 472), "rigid": (2472, 2344)}
+SURFACES = {"hybrid": (1584, 1488), "rigid": (3528, 3360)}
 """Points and faces of the pictures of the rigid parts in the field output."""
 
 
@@ -165,9 +165,14 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
         step * share,
         set_up * share,
         ranks * PROGRAM + _memory(name, meshes) * (SHARED if ranks > 1 else 1.0),
-        outputs * one + always + 700.0 * steps + 2.0 * (8.0 * CHECKPOINT * displacements + 8e3),
+        outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
         ranks,
     )
+
+
+def checkpoint_bytes(displacements: int) -> float:
+    """Size of the two checkpoints that are kept [B]."""
+    return 2.0 * (8.0 * CHECKPOINT * displacements + 12e3)
 
 
 def mesh_memory(size: MeshSize) -> float:
@@ -199,8 +204,9 @@ def _field_bytes(
         points, cells = points + mesh.vertices, cells + mesh.cells
         topology += 4 * mesh.cells * ((8 if mesh.cell == "hexahedron" else 4) + 2)
     outputs = min(1.0 + ceil(case.time.end / every * (1.0 - 1e-9)), steps + 1.0)
-    # coordinates in double precision, displacement, velocity; stress, fibre
-    return outputs, float(points * (24 + 12 + 12) + cells * (4 + 12) + 1500), float(topology)
+    topology += 4 * points  # what is coupled to what
+    # coordinates in double precision, displacement, velocity; two stresses, fibre
+    return outputs, float(points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900), float(topology)
 
 
 def _time(seconds: float) -> str:
