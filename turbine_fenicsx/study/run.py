@@ -64,13 +64,8 @@ def run_study(
     """
     runs = plan(study, overrides)
     launcher = launcher_words(study.launcher, study.ranks)
-    others = [run.name for run in runs if is_other(run, out / run.name)]
-    if others and not overwrite:
-        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
-        raise InputError(
-            f"{str(out / others[0])!r}{more} holds the results of another case: --overwrite "
-            "replaces them"
-        )
+    if not overwrite:
+        _refuse_to_overwrite(runs, out)
     wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
     check_quantities([run for run in runs if not is_finished(run, out / run.name)], wanted)
     try:
@@ -101,6 +96,22 @@ def run_study(
     if study.convergence is not None:
         write_series(out / "convergence.csv", result.series)
     return result
+
+
+def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:
+    """Nothing is lost unasked.
+
+    Raises:
+        InputError: if a folder holds the results of another case.
+    """
+    others = [run.name for run in runs if is_other(run, out / run.name)]
+    if not others:
+        return
+    more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+    raise InputError(
+        f"{str(out / others[0])!r}{more} holds the results of another case: --overwrite replaces "
+        "them"
+    )
 
 
 def find_orders(study: Study, result: StudyResult) -> None:

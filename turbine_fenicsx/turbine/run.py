@@ -123,13 +123,7 @@ def run_case(
         seconds = time.perf_counter() - start
         result = summary(turbine, statistics, seconds, simulation)
         result["interrupted"] = simulation.stopped
-        wrong = verdict(result)
-        result["warnings"] = [wrong] if wrong else []
-        text = json.dumps(result, indent=2) + "\n"
-        on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
-        log.info("end\n%s", table(result))
-        if wrong:
-            log.info("%s", wrong)
+        _write_summary(result, folder, comm)
     return result
 
 
@@ -161,6 +155,17 @@ def restart_case(
     """
     case = on_rank0(comm, lambda: changed_case(Path(out), list(overrides)))
     return case, run_case(case, out, comm, progress, stop=stop, resume=True, force=force)
+
+
+def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
+    """Write the summary, with a warning if the energy balance is off, and its table to the log."""
+    wrong = verdict(result)
+    result["warnings"] = [wrong] if wrong else []
+    text = json.dumps(result, indent=2) + "\n"
+    on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
+    log.info("end\n%s", table(result))
+    if wrong:
+        log.info("%s", wrong)
 
 
 def _refuse_to_overwrite(folder: Path) -> None:
@@ -202,11 +207,7 @@ def _prepare(
             on_rank0(comm, partial(target_folder, each))
         on_rank0(comm, lambda: remove_run(folder))
         checkpoints.clear()
-    data = case.model_dump(mode="json")
-    if case.mesh.file:
-        data["mesh"]["file"] = os.path.abspath(case.mesh.file)
-    text = json.dumps(data, indent=2) + "\n"
-    on_rank0(comm, lambda: replace_file(folder / "case.json", text.encode()))
+    _write_case(case, folder, comm)
     statistics = Statistics()
     sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
     history = folder / "history.csv"
@@ -243,6 +244,15 @@ def _prepare(
         stop=stop,
     )
     return simulation, statistics
+
+
+def _write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:
+    """Write the case with all defaults, files by their absolute paths."""
+    data = case.model_dump(mode="json")
+    if case.mesh.file:
+        data["mesh"]["file"] = os.path.abspath(case.mesh.file)
+    text = json.dumps(data, indent=2) + "\n"
+    on_rank0(comm, lambda: replace_file(folder / "case.json", text.encode()))
 
 
 def _step_error(case: Case, comm: MPI.Intracomm) -> StepError | None:

@@ -125,23 +125,12 @@ def summary(
     parts["other"] = max(seconds - sum(parts.values()), 0.0)
     last = statistics.last
     assert last is not None
-    mass, meshes = masses(turbine), {"mesh": turbine.mesh}
-    if turbine.tower is not None:
-        meshes["tower_mesh"] = turbine.tower.mesh
+    mass = masses(turbine)
     return {
         "versions": versions(),
         "ranks": turbine.system.comm.size,
         "unknowns": unknowns(turbine),
-        **{
-            name: None
-            if mesh is None
-            else {
-                "nodes": mesh.report.nodes,
-                "cells": mesh.report.cells,
-                "worst_quality": mesh.report.worst_quality,
-            }
-            for name, mesh in meshes.items()
-        },
+        **_mesh_sizes(turbine),
         "masses_[kg]": mass,
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),
         "steps": statistics.steps,
@@ -167,6 +156,23 @@ def summary(
         "wall_time_[s]": last.wall_time,
         "time_per_step_[s]": seconds / steps_now,
         "time_per_step_by_part_[s]": {name: t / steps_now for name, t in parts.items()},
+    }
+
+
+def _mesh_sizes(turbine: Turbine) -> dict[str, dict[str, float] | None]:
+    """Size and quality of each mesh."""
+    meshes = {"mesh": turbine.mesh}
+    if turbine.tower is not None:
+        meshes["tower_mesh"] = turbine.tower.mesh
+    return {
+        name: None
+        if mesh is None
+        else {
+            "nodes": mesh.report.nodes,
+            "cells": mesh.report.cells,
+            "worst_quality": mesh.report.worst_quality,
+        }
+        for name, mesh in meshes.items()
     }
 
 
