@@ -230,7 +230,7 @@ class Simulation:
         try:
             report = self.solver.advance(run.state, dt, out)
         except StepFailure as failure:
-            self._refine(run, str(failure))
+            self._refine(run, str(failure), "the loads, the stiffness and the mesh there")
             return None
         error = 0.0
         if self._error is not None:
@@ -240,6 +240,7 @@ class Simulation:
                     run,
                     f"the step from t = {run.state.time:.6g} s by {dt:.3g} s has {error:.3g} times "
                     "the allowed error",
+                    "time.angle_tolerance and time.displacement_tolerance",
                 )
                 return None
             self._error.accept(dt)
@@ -247,12 +248,12 @@ class Simulation:
         run.grid.advance(grow=error <= StepError.GROW_BELOW)
         return report
 
-    def _refine(self, run: _Run, reason: str) -> None:
-        """Halve the next step, or raise a StepFailure if it is the smallest."""
+    def _refine(self, run: _Run, reason: str, suspects: str) -> None:
+        """Halve the next step, or raise a StepFailure with advice if it is the smallest."""
         if not run.grid.refine():
             raise StepFailure(
                 f"{reason}. Steps are not halved below {run.grid.dt:.3g} s: try a smaller "
-                "time.step, and look at the loads, the stiffness and the mesh there"
+                f"time.step, and look at {suspects}"
             )
         log.info("%s; now with half of it", reason)
         self.halvings += 1

@@ -310,7 +310,8 @@ def test_a_step_at_the_floor_leaves_a_checkpoint_and_one_sentence(demo, tmp_path
     assert main([*case, "--set", *settings]) == 3
     (sentence,) = capfd.readouterr().err.splitlines()
     assert sentence.startswith("error: the step from t = ")
-    assert "cannot be halved any further" in sentence
+    assert "Steps are not halved below " in sentence
+    assert "look at time.angle_tolerance" in sentence
     assert str(tmp_path) in sentence
     lines = (tmp_path / "history.csv").read_text().splitlines()
     newest = max((tmp_path / "checkpoints").iterdir())
