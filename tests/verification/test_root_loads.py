@@ -61,7 +61,8 @@ class Blades:
         self.arms.append(phi + self.hub.body_coordinates(self.roots) @ np.array(d))
         self.directors.append(np.array(d))
         self.loads.append(self.reactions.at(s).copy())
-        root = self.sensors.history_channels()[1]
+        root = self.sensors.history_channels()[-1]
+        assert root.columns[0] == "root_force_1_x_[N]"
         self.in_blade.append(np.reshape(root.values(s), (3, 2, 3)))
         self.times.append(s.state.time)
 
