@@ -199,7 +199,6 @@ def at_every_change_of_a_file(event, arguments):
     count += 1
 
 from turbine_fenicsx.cli import main
-from turbine_fenicsx.output_folder import holds_run
 import turbine_fenicsx.turbine.run
 sys.addaudithook(at_every_change_of_a_file)
 sys.exit(main(sys.argv[1:]))
@@ -228,7 +227,7 @@ def test_a_run_that_is_killed_before_any_change_of_a_file_can_go_on(
     while not any((out / "checkpoints").glob("*.npz")):
         assert killed(moment, *fresh)
         moment += 4
-    assert 4 <= moment <= 40
+    assert 4 <= moment <= 60  # or it counts changes of files of something else
     moment = done = 0
     while killed(moment, "restart", out, "--quiet", "--set", f"time.end={0.08 + 0.02 * done:.2f}"):
         moment += 4

@@ -106,7 +106,7 @@ def test_a_file_that_cannot_be_written_is_refused(command_line, demo, tmp_path):
     (tmp_path / "history.out").mkdir()
     result = command_line("run", demo("rigid.toml"), "-o", tmp_path)
     assert result.returncode == 2
-    assert result.stderr.startswith(f"error: cannot write to '{tmp_path}': ")
+    assert result.stderr.startswith(f"error: cannot write {tmp_path / 'history.out'}: ")
 
 
 def test_a_restarted_run_goes_on_in_the_same_file(command_line, demo, folders, tmp_path):
