@@ -106,7 +106,7 @@ class Fields:
             information={"parts": about.to_text()},
             append=keep_until,
         )
-        last = self._series.last_kept
+        self._last = last = self._series.last_kept
         self._next = np.ceil((keep_until or 0.0) / every - 1e-9) * every
         if last is not None:
             self._next = (np.floor(last / every + 1e-9) + 1.0) * every
@@ -121,14 +121,15 @@ class Fields:
         self.write(snapshot.state)
 
     def remember(self) -> dict[str, Any]:
-        """Bring the times to the disk; their number. Collective."""
-        return {"times": self._series.sync()}
+        """Bring the times to the disk; their number and the last one. Collective."""
+        return {"times": self._series.sync(), "last_time": self._last}
 
     def finish(self) -> None:
         """Nothing is left open."""
 
     def write(self, state: State) -> None:
         """Write one state. Collective."""
+        self._last = state.time
         points, u, v = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros((0, 3))]
         norm, von_mises, fibre = [], [], []
         for k, body in enumerate(self._bodies):
