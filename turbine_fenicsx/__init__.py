@@ -9,7 +9,7 @@ import importlib
 from contextlib import suppress
 from typing import Any
 
-with suppress(ModuleNotFoundError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
+with suppress(ImportError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
     import dolfinx_solver  # noqa: F401
 
 __version__ = "0.1.0"
