@@ -189,7 +189,7 @@ def _draw(
     }
     env = {k: v for k, v in os.environ.items() if not k.startswith(_MPI_VARIABLES)}
     package = str(Path(scene.__file__).parents[1])
-    env["PYTHONPATH"] = os.pathsep.join(filter(None, [package, env.get("PYTHONPATH")]))
+    env["PYTHONPATH"] = os.pathsep.join(filter(None, [env.get("PYTHONPATH"), package]))
     # files, since writing to a pipe whose reader has died raises a signal that PETSc does not like
     with tempfile.TemporaryFile("w+") as order, tempfile.TemporaryFile("w+") as complaints:
         json.dump(job | asdict(look), order)
