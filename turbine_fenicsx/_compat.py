@@ -1,4 +1,4 @@
-"""Everything that differs between the DOLFINx releases 0.5.2 to 0.11, and nothing else.
+"""Everything that differs between the DOLFINx releases 0.5.2 to 0.11 and their PETSc, and no more.
 
 Differences are found by looking at what the installed release offers, never by its version number.
 All other modules import these names from here.
@@ -30,6 +30,14 @@ from turbine_fenicsx import form_cache
 for _handler in logging.getLogger().handlers:
     _handler.setLevel(logging.WARNING)
 
+
+_REASONS = PETSc.SNES.ConvergedReason
+NOT_A_NUMBER = int(
+    _REASONS.DIVERGED_FUNCTION_NANORINF  # PETSc 3.25
+    if hasattr(_REASONS, "DIVERGED_FUNCTION_NANORINF")
+    else _REASONS.DIVERGED_FNORM_NAN
+)
+"""PETSc's reason to end a Newton iteration whose residual is not a number."""
 
 _COMPILER_FLAGS = [
     "-O3",

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from petsc4py import PETSc
 
+from turbine_fenicsx import _compat
 from turbine_fenicsx.memory import Memory
 
 LONGEST_WAIT = 31
@@ -107,7 +108,7 @@ class Failure(NamedTuple):
             return f"the residual is still too large after {n} iteration{'s' * (n != 1)}"
         if self.reason == reasons.DIVERGED_DTOL:
             return "the residual grows"
-        if self.reason == reasons.DIVERGED_FNORM_NAN:
+        if self.reason == _compat.NOT_A_NUMBER:
             return "the residual is not a number"
         names = {v: k for k, v in vars(reasons).items() if isinstance(v, int)}
         return f"PETSc says {names.get(self.reason, self.reason)}"

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx import timing
+from turbine_fenicsx import _compat, timing
 from turbine_fenicsx.attempts import Attempt, Attempts, Failure, tell
 from turbine_fenicsx.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.extrapolation import Extrapolation
@@ -274,7 +274,7 @@ class BlockwiseConvergence:
         worst, beyond_round_off = (float(x) for x in relative.max(axis=1))
         self.history.append(worst)
         if not np.isfinite(worst):
-            return int(reasons.DIVERGED_FNORM_NAN)
+            return _compat.NOT_A_NUMBER
         if worst <= 1.0:
             return int(reasons.CONVERGED_FNORM_RELATIVE)
         if beyond_round_off <= 1.0 and worst > LAST_GAIN * min(self.history[:-1], default=np.inf):
