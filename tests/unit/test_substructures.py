@@ -13,6 +13,10 @@ from turbine_fenicsx.linear import substructures
 from turbine_fenicsx.linear.substructures import Substructures, interface_rows, worthwhile
 from turbine_fenicsx.materials import StVenantKirchhoff
 
+pytestmark = pytest.mark.skipif(
+    not PETSc.Sys.hasExternalPackage("suitesparse"), reason="this PETSc has no CHOLMOD"
+)
+
 
 def stiffness(comm, layers=32, width=2, length=8.0):
     """Tangent of a free bar, symmetric positive definite, and the distances of its rows."""
