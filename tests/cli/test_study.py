@@ -190,7 +190,8 @@ def test_interrupted_runs_go_on(interrupted, command_line):
                 assert time.monotonic() - start < patience(60.0)
                 time.sleep(0.1)
             process.send_signal(signal.SIGTERM)  # as a batch system does
-            assert process.wait(timeout=patience(30)) == 130
+            # a run that is still being imported may miss the signal, and is killed after a minute
+            assert process.wait(timeout=patience(90)) == 130
         finally:
             process.terminate()
     times = [float(row["time_[s]"]) for row in table(out / name / "history.csv")]
