@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -22,6 +23,9 @@ from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
 from turbine_fenicsx.rigid_body import RigidBody
 from turbine_fenicsx.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.system import MultibodySystem
+
+# tests/attack is imported by some; last, so that an installed package comes before the checkout's
+sys.path.append(str(Path(__file__).parents[1]))
 
 
 def pytest_addoption(parser):
