@@ -9,7 +9,6 @@ scripts/test_pip.sh [OPTION]... [-- COMMAND...]
 Makes a virtual environment with the newest Python from 3.12 on that is found (on PATH, or of
 pyenv), installs this checkout with [solver,mesh,plot,dev], and runs the whole suite on one rank and
 demos with their pictures, one of them on two ranks. The environment is kept for a week.
-Exit code 3: there is no such Python here, nothing was tested.
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
   --fresh        make the environment anew
