@@ -14,10 +14,10 @@ import numpy as np
 from problem import mesh_case, tip_points
 
 from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, StVenantKirchhoff
+from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.meshing import load_msh
-from turbine_fenicsx.rotations import E3
-from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.hybrid import hybrid_turbine
 from turbine_fenicsx.turbine.model import rotor_layout
 

@@ -96,7 +96,7 @@ def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
 
     from turbine_fenicsx.meshing import cached_mesh
     from turbine_fenicsx.meshing.read import read_msh
-    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
 
     case = Case.parse(mesh_case(elements))
@@ -133,7 +133,7 @@ def prepare(folder: Path, elements: tuple[int, int, int], **more: Any) -> Path:
 
 def tip_points() -> list[np.ndarray]:
     """Initial positions of the three blade tips [m]."""
-    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.model import blade_geometry, rotor_layout
 
     case = Case.parse({})

@@ -15,7 +15,7 @@ import measure
 import numpy as np
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem, RigidBody, Simulation
-from turbine_fenicsx.turbine.parameters import TurbineParameters
+from turbine_fenicsx.turbine.case.parameters import TurbineParameters
 from turbine_fenicsx.turbine.rigid import rigid_turbine
 
 TORQUE, DURATION, DT, STEPS = -3.6e7, 3.0, 0.02, 600

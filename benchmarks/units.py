@@ -18,8 +18,8 @@ import numpy as np
 import ours
 from problem import Problem, parse_size, prepare
 
-from turbine_fenicsx.linear.symmetric import SymmetricFactor
-from turbine_fenicsx.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions
 
 
 def shortest(function, repeat=15):

@@ -16,13 +16,13 @@ import pytest
 from dolfinx import mesh
 from progress import Progress, Watchdog
 
-from turbine_fenicsx.coupling import Coupling
-from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.system import MultibodySystem
+from turbine_fenicsx.system.system import MultibodySystem
 
 # tests/attack is imported by some; last, so that an installed package comes before the checkout's
 sys.path.append(str(Path(__file__).parents[1]))

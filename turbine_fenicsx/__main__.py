@@ -2,6 +2,6 @@
 
 import sys
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 
 sys.exit(main())

@@ -24,7 +24,7 @@ import ufl
 from dolfinx import fem, geometry
 from dolfinx.io.utils import distribute_entity_data
 
-from turbine_fenicsx import form_cache
+from turbine_fenicsx.foundation import form_cache
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:

@@ -1,8 +1,8 @@
-"""Panels of the paper's diagrams, for `turbine_fenicsx.plots.draw`."""
+"""Panels of the paper's diagrams, for `turbine_fenicsx.postprocessing.plots.draw`."""
 
 import numpy as np
 
-from turbine_fenicsx.plots import PALETTE, PAPER_TOLERANCE
+from turbine_fenicsx.postprocessing.plots import PALETTE, PAPER_TOLERANCE
 
 
 def column(name, factor=1.0):

@@ -15,10 +15,15 @@ from pathlib import Path
 from diagrams import HAMILTONIAN, MOMENTA, ROTOR, STRAIN, YAW, changes, curves, torque
 
 from turbine_fenicsx import Hat
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.output_folder import field_times, read_history, read_tables, target_folder
-from turbine_fenicsx.pictures import Look, nearest_step, render_times
-from turbine_fenicsx.plots import draw
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.output_folder import (
+    field_times,
+    read_history,
+    read_tables,
+    target_folder,
+)
+from turbine_fenicsx.postprocessing.pictures import Look, nearest_step, render_times
+from turbine_fenicsx.postprocessing.plots import draw
 
 HERE = Path(__file__).parent
 CASES = ("rigid", "hybrid_stiff", "hybrid_soft")

@@ -9,7 +9,7 @@ and small vibrations about the undeformed blade are
     K phi = omega^2 M phi,        K = Pi''(0),  M = int rho phi_a phi_b dV.
 
 Both come from the strain energy by differentiation. Quadrature is that of the time step, see
-`turbine_fenicsx.flexible_block`, so that K and M are the solver's own matrices.
+`turbine_fenicsx.system.flexible_block`, so that K and M are the solver's own matrices.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from dolfinx import fem
 from dolfinx.mesh import locate_entities_boundary, meshtags
 
 from turbine_fenicsx import BladeGeometry, Case, _compat
-from turbine_fenicsx.kinematics import deformation_gradient, right_cauchy_green
+from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.meshing import RotorLayout, cached_mesh, load_msh
 
 LAYOUT = RotorLayout(centre=(0.0, 0.0, 0.0), azimuths=(0.0,))  # a single blade that points up

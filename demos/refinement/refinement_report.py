@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from turbine_fenicsx.plots import PALETTE
+from turbine_fenicsx.postprocessing.plots import PALETTE
 from turbine_fenicsx.study.convergence import observed_order, richardson
 
 QUANTITIES = {

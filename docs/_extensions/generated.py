@@ -1,6 +1,6 @@
 """Parts of pages that are made from the package: ``<!-- generated: NAME ... -->`` in Markdown.
 
-``case-tables`` and ``case-units`` come from the types in `turbine_fenicsx.turbine.tables`,
+``case-tables`` and ``case-units`` come from the types in `turbine_fenicsx.turbine.case.tables`,
 ``commands`` from the parsers of the command line, ``public-names`` and ``modules`` from the
 package and its docstrings.
 """
@@ -43,7 +43,7 @@ def summary(thing: Any) -> str:
 
 def case_tables(_: str) -> str:
     """All tables of a case file with their keys."""
-    from turbine_fenicsx.turbine.tables import Tables
+    from turbine_fenicsx.turbine.case.tables import Tables
 
     meanings = tomllib.loads((HERE / "case_keys.toml").read_text(encoding="utf-8"))
     parts = list(_sections("", Tables, Tables(), meanings))
@@ -100,7 +100,7 @@ def _walk(kind: Any) -> Iterator[Any]:
 
 def _unit(kind: Any) -> str:
     """Unit of a number."""
-    from turbine_fenicsx.turbine.quantities import Unit
+    from turbine_fenicsx.turbine.case.quantities import Unit
 
     for part in _walk(kind):
         if isinstance(part, Unit):
@@ -168,7 +168,7 @@ def case_units(_: str) -> str:
 
 def commands(_: str) -> str:
     """All commands with their arguments."""
-    from turbine_fenicsx.cli import _parser
+    from turbine_fenicsx.cli.main import _parser
 
     (subparsers,) = (a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction))
     return "\n".join(_command(name, parser) for name, parser in subparsers.choices.items())

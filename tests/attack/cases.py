@@ -20,7 +20,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 def attack(tries, random, folder):
     """Each ends with exit code 0 or 2 and sentences, never with a traceback."""
-    from turbine_fenicsx.cli import main
+    from turbine_fenicsx.cli.main import main
 
     tally, path = Tally(), folder / "case.toml"
     for k in range(tries):

@@ -15,9 +15,9 @@ TRIES = 6000
 
 def attack(tries, random, folder):
     """Damage, read, compare with what was written; only the one before may come in its place."""
-    from turbine_fenicsx.checkpoint import load_newest
-    from turbine_fenicsx.checkpoint_file import list_checkpoints
-    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.simulation.checkpoint import load_newest
+    from turbine_fenicsx.simulation.checkpoint_file import list_checkpoints
+    from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.model import build_turbine
 
     logging.disable(logging.WARNING)  # each try is warned of

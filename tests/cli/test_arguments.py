@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 
 
 @pytest.mark.parametrize(

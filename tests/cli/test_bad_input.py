@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patience import patience
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.meshing.session import gmsh_session
 
 SENTENCE = "error: "

@@ -14,8 +14,8 @@ import pytest
 from patience import patience
 
 import turbine_fenicsx
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.commands._common import fail
+from turbine_fenicsx.cli.commands._common import fail
+from turbine_fenicsx.cli.main import main
 
 
 def rows(folder):

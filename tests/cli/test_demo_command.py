@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.turbine.case.case import Case
 
 ROOT = Path(__file__).parents[2]
 CASES = {

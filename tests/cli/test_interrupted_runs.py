@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from patience import patience
 
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.output_folder import field_times, holds_run, read_history
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.output_folder import field_times, holds_run, read_history
 from turbine_fenicsx.turbine.run import restart_case
 
 ROOT = Path(__file__).parents[2]
@@ -201,7 +201,7 @@ def at_every_change_of_a_file(event, arguments):
         os.kill(os.getpid(), 9)
     count += 1
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 import turbine_fenicsx.turbine.run
 sys.addaudithook(at_every_change_of_a_file)
 sys.exit(main(sys.argv[1:]))

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from patience import patience
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 SHORT = ("--quiet", "--set", "time.end=0.1", "output.fields_every=0.02")
@@ -289,7 +289,7 @@ def test_nothing_is_written_through_a_link_that_somebody_has_left(
     demo, tmp_path, capfd, monkeypatch, name, exists
 ):
     """The file of somebody else that it leads to stays as it is, or is not made."""
-    monkeypatch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
     other, path = tmp_path / "precious", tmp_path / "out" / name
     path.parent.mkdir(parents=True)
     if exists:

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run import run_case
 
 SHORT = ("--quiet", "--set", "time.end=0.06", "output.fields_every=0.02")
@@ -15,7 +15,7 @@ SHORT = ("--quiet", "--set", "time.end=0.06", "output.fields_every=0.02")
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch):
     """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from outputs import history, turbine, write
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
@@ -73,7 +73,7 @@ def test_render_draws_the_last_time_in_the_range_asked_for(out, capfd):
 
 
 def test_progress_is_told_where_there_is_no_terminal(out, capfd, monkeypatch):
-    monkeypatch.setattr("turbine_fenicsx.commands._frames.EVERY", 0.0)
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._frames.EVERY", 0.0)
     if main(["render", str(out), "--times", "0,1", "--size", "160x120"]) != 0:
         pytest.skip(capfd.readouterr().err)
     printed = capfd.readouterr()

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.attack.power_cuts import damage
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.observers.row_file import RowFile
-from turbine_fenicsx.observers.xdmf import XdmfSeries
-from turbine_fenicsx.output_folder import field_times
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.postprocessing.output_folder import field_times
+from turbine_fenicsx.simulation.observers.row_file import RowFile
+from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.turbine.run import restart_case
 
 CHANGES = ("output.checkpoint_every=0.04", "output.fields_every=0.02")
@@ -22,7 +22,7 @@ SERIES = ("history.csv", "history.out", "fields.bin", "fields.xdmf")
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch):
     """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
 
 
 def run(demo, out, end):
@@ -43,7 +43,7 @@ def run(demo, out, end):
 def whole(demo, tmp_path_factory):
     """The run that was never interrupted."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
         folder = tmp_path_factory.mktemp("whole") / "out"
         run(demo, folder, 0.2)
     return folder
@@ -53,7 +53,7 @@ def whole(demo, tmp_path_factory):
 def half(demo, tmp_path_factory):
     """Its first half, with checkpoints at 0.08 s and 0.1 s, steps 4 and 5."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
         folder = tmp_path_factory.mktemp("half") / "out"
         run(demo, folder, 0.1)
     return folder
@@ -217,7 +217,8 @@ def test_series_are_on_the_disk_before_a_checkpoint_is_written(demo, tmp_path, m
     spy(XdmfSeries, "write", lambda series, *_: "fields")
     spy(RowFile, "write", lambda *_: "row")
     monkeypatch.setattr(
-        "turbine_fenicsx.checkpoint.write_checkpoint", lambda *_: calls.append("checkpoint")
+        "turbine_fenicsx.simulation.checkpoint.write_checkpoint",
+        lambda *_: calls.append("checkpoint"),
     )
     run(demo, tmp_path / "out", 0.1)
     text = " ".join(calls)
@@ -248,8 +249,8 @@ def test_lines_and_times_are_really_brought_to_the_disk(demo, tmp_path, monkeypa
 @pytest.mark.parametrize("how", ["deleted", "renamed", "one file"])
 def test_a_folder_that_is_gone_ends_the_run_at_the_next_checkpoint(demo, tmp_path, comm, how):
     """In one sentence; nothing is made anew, and what was renamed can go on."""
-    from turbine_fenicsx.errors import FileError
-    from turbine_fenicsx.turbine.case import Case
+    from turbine_fenicsx.foundation.errors import FileError
+    from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.run import run_case
 
     out, steps = tmp_path / "out", []

@@ -65,7 +65,7 @@ def test_ranks_agree(command_line, demo, tmp_path, name):
 STOP = """
 import sys
 from mpi4py import MPI
-from turbine_fenicsx.checkpoint import Checkpoints
+from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx import MultibodySystem, Revolute, RigidBody, Simulation
 
 comm, (folder, asked) = MPI.COMM_WORLD, sys.argv[1:]

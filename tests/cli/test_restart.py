@@ -10,9 +10,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from turbine_fenicsx.cli import main
-from turbine_fenicsx.linear import QuasiNewton, quasi_newton
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.linear_solvers import QuasiNewton, quasi_newton
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run import restart_case, run_case
 
 SOFT = ("mesh.elements=[1,1,4]", "output.fields_every=0.04")
@@ -37,7 +37,7 @@ ROUND_OFF = ("energy_error_[J]", "constraint_error_[-]")
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch):
     """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.commands._running._picture", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
 
 
 def rows(folder):

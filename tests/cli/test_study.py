@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from patience import patience
 
-from turbine_fenicsx.cli import main
+from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.study import execute, probe
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import plan
 from turbine_fenicsx.study.results import RESULTS
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.case.case import Case
 
 ROOT = Path(__file__).parents[2]
 RIGID = ROOT / "demos" / "paper" / "rigid.toml"

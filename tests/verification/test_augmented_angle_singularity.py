@@ -16,7 +16,7 @@ from turbine_fenicsx import (
     Simulation,
     StepFailure,
 )
-from turbine_fenicsx.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 
 SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 

@@ -18,8 +18,8 @@ from runs import (
 )
 
 from turbine_fenicsx import EnergyMomentumSolver, Gravity, MultibodySystem, SolverOptions
-from turbine_fenicsx.discrete_gradients import mean_stress
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
+from turbine_fenicsx.system.discrete_gradients import mean_stress
 
 ELEMENTS = [(c, d) for c in ("hexahedron", "tetrahedron") for d in (1, 2)]
 DT, END = 0.02, 0.8

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from runs import assert_constraints_hold, comm, run
 
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
 
 STIFF = {"law": "transversely_isotropic"}

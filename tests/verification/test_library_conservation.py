@@ -43,8 +43,8 @@ from turbine_fenicsx import (
     Torque,
     Universal,
 )
+from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.materials import KelvinVoigt
-from turbine_fenicsx.rotations import E1, E2, E3, rotation_about
 
 GRAVITY = np.array([0.0, -1.0, 0.5])
 TURN = rotation_about((1.0, 2.0, 0.5), 0.6)

@@ -9,8 +9,8 @@ import pytest
 from runs import comm
 
 from turbine_fenicsx import BladeGeometry, Case, FlexibleBody
-from turbine_fenicsx.flexible_block import FlexibleBlock
 from turbine_fenicsx.meshing import MeshOptions
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
 
 pytest.importorskip("slepc4py")
 FOLDER = Path(__file__).parents[2] / "demos" / "refinement"

@@ -8,8 +8,8 @@ from five_angles import solve
 from runs import assert_constraints_hold, comm, run
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem
-from turbine_fenicsx.rigid_block import RigidStep
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.system.rigid_block import RigidStep
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.rigid import rigid_turbine
 
 PEAK, DURATION = 3.6e7, 3.0

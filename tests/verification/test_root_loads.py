@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from runs import comm
 
-from turbine_fenicsx.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.simulation import Simulation
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.simulation import Simulation
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import BladeSensors, blade_axes
 from turbine_fenicsx.turbine.model import build_turbine, rotor_layout, solver_options
 

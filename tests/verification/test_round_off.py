@@ -21,8 +21,8 @@ from turbine_fenicsx import (
     SolverOptions,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.linear import Elimination
+from turbine_fenicsx.linear_solvers import Elimination
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
 SPEED, THICKNESS, DENSITY = 6.0, 0.0775, 200.0  # [rad/s], [m], [kg/m^3]
 YOUNG = 4.67e9  # bending stiffness 1.4e4 N m^2 [Pa]

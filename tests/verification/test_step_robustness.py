@@ -21,8 +21,8 @@ from turbine_fenicsx import (
     SolverOptions,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.flexible_block import FlexibleBlock
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from runs import Record, comm, run
 
-from turbine_fenicsx.loads import Gravity
-from turbine_fenicsx.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.rotations import E1, E2, E3
-from turbine_fenicsx.simulation import Simulation
-from turbine_fenicsx.system import MultibodySystem
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.simulation import Simulation
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.tables import TowerCase
 from turbine_fenicsx.turbine.channels import (
     BladeSensors,
     TowerSensors,
@@ -24,7 +25,6 @@ from turbine_fenicsx.turbine.channels import (
 )
 from turbine_fenicsx.turbine.model import build_turbine, rotor_layout, solver_options
 from turbine_fenicsx.turbine.run import restart_case, run_case
-from turbine_fenicsx.turbine.tables import TowerCase
 from turbine_fenicsx.turbine.tower import build_tower
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1

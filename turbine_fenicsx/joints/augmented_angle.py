@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.foundation.types import Array
 
 
 class AngleTerms(NamedTuple):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
+from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.foundation.quadratic import Quadratic
 from turbine_fenicsx.joints.coordinates import JointCoordinate
-from turbine_fenicsx.quadratic import Quadratic
-from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
 
 
 @runtime_checkable

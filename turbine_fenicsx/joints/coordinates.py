@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.foundation.quadratic import AffineVector, Quadratic, dot
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms
-from turbine_fenicsx.quadratic import AffineVector, Quadratic, dot
-from turbine_fenicsx.rotations import Array
 
 
 class Angle(NamedTuple):

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
-from turbine_fenicsx.checks import check_directions, check_vectors
+from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.foundation.checks import check_directions, check_vectors
+from turbine_fenicsx.foundation.quadratic import Quadratic, dot
+from turbine_fenicsx.foundation.rotations import frame_with_axis
 from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate, angle_between
-from turbine_fenicsx.quadratic import Quadratic, dot
-from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.rotations import frame_with_axis
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.checks import check_directions, check_vectors
+from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.foundation.checks import check_directions, check_vectors
+from turbine_fenicsx.foundation.quadratic import Quadratic, dot
+from turbine_fenicsx.foundation.rotations import unit
 from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, angle_between
-from turbine_fenicsx.quadratic import Quadratic, dot
-from turbine_fenicsx.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.rotations import unit
 
 
 @dataclass(frozen=True, eq=False)

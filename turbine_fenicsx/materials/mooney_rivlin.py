@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import ufl
 
-from turbine_fenicsx.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import check_cells
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import ufl
 
-from turbine_fenicsx.cell_fields import is_field, map_cells
-from turbine_fenicsx.kinematics import green_lagrange
-from turbine_fenicsx.rotations import Array
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.cell_fields import is_field, map_cells
+from turbine_fenicsx.materials.kinematics import green_lagrange
 
 Triple = tuple[float, float, float]
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import ufl
 
-from turbine_fenicsx.cell_fields import check_cells
-from turbine_fenicsx.kinematics import green_lagrange
+from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.kinematics import green_lagrange
 
 
 @dataclass(frozen=True)

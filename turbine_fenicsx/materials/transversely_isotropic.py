@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import ufl
 
-from turbine_fenicsx.cell_fields import is_field, map_cells
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.cell_fields import is_field, map_cells
 from turbine_fenicsx.materials.orthotropic import stiffness_matrix
-from turbine_fenicsx.rotations import Array
 
 
 @dataclass(frozen=True, eq=False)

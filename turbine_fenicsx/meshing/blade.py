@@ -13,9 +13,8 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from turbine_fenicsx.foundation.types import Array
 
 
 @dataclass(frozen=True)
@@ -60,11 +59,11 @@ class BladeGeometry:
             for width in widths:
                 _require_positive(f"blade.{name}", width)
 
-    def chord_at(self, fraction: float | FloatArray) -> FloatArray:
+    def chord_at(self, fraction: float | Array) -> Array:
         """Return the chord [m] at fractions of the span [-], in the shape of the argument."""
         return np.asarray(np.interp(fraction, self.stations, self.chord))
 
-    def thickness_at(self, fraction: float | FloatArray) -> FloatArray:
+    def thickness_at(self, fraction: float | Array) -> Array:
         """Return the thickness [m] at fractions of the span [-], in the shape of the argument."""
         return np.asarray(np.interp(fraction, self.stations, self.thickness))
 
@@ -145,7 +144,7 @@ class RotorLayout:
         """Names of the physical surfaces: root_1, skin_1, root_2, ..."""
         return tuple(f"{part}_{k + 1}" for k in range(self.n_blades) for part in ("root", "skin"))
 
-    def frame(self, blade: int) -> FloatArray:
+    def frame(self, blade: int) -> Array:
         """Return the frame of a blade: rows a1 (span), a2 (chord), a3 (thickness).
 
         Args:
@@ -167,7 +166,7 @@ class RotorLayout:
         a3 = cos(self.pitch) * thickness - sin(self.pitch) * chord
         return np.stack([a1, a2, a3])
 
-    def place(self, points: FloatArray, blade: int) -> FloatArray:
+    def place(self, points: Array, blade: int) -> Array:
         """Map points from the frame of a blade to space.
 
         Args:

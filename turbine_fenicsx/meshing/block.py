@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.meshing.blade import FloatArray
-from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.cells import ReferenceCell
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class BladeBlock:
     """
 
     reference: ReferenceCell
-    points: FloatArray
+    points: Array
     cells: IntArray
     root: IntArray
     skin: IntArray
@@ -48,9 +48,7 @@ def face_keys(faces: IntArray, reference: ReferenceCell) -> npt.NDArray[np.uint6
     return np.asarray(number[corners].sum(axis=1, dtype=np.uint64))
 
 
-def split_boundary(
-    points: FloatArray, faces: IntArray, hub_radius: float
-) -> tuple[IntArray, IntArray]:
+def split_boundary(points: Array, faces: IntArray, hub_radius: float) -> tuple[IntArray, IntArray]:
     """Split boundary faces into the root, all nodes at the hub radius, and the skin."""
     # round-off of the coordinates is 1e-15 of the radius, elements are larger than 1e-6 of it
     on_hub = np.abs(points[:, 0] - hub_radius) <= 1e-9 * hub_radius

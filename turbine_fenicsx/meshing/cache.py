@@ -8,12 +8,12 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.rotor import build_rotor
 from turbine_fenicsx.meshing.session import gmsh_version
-from turbine_fenicsx.parallel import on_rank0
 
 # To be raised by one with every change of the mesh that the same parameters give.
 GENERATOR_VERSION = 1

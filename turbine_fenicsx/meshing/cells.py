@@ -9,11 +9,8 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
-from turbine_fenicsx.meshing.blade import FloatArray
-
-IntArray = npt.NDArray[np.int64]
+from turbine_fenicsx.foundation.types import Array, IntArray
 
 _HEXAHEDRON = [
     [0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2],
@@ -64,7 +61,7 @@ class ReferenceCell:
         return table if self.degree == 2 else table[: _CORNERS[self.cell]] // 2
 
     @property
-    def nodes(self) -> FloatArray:
+    def nodes(self) -> Array:
         """Node positions on the unit cube or simplex, shape (n_nodes, 3)."""
         return self.lattice / self.degree
 
@@ -95,12 +92,12 @@ class ReferenceCell:
         return np.array([e for e in powers if full or sum(e) <= self.degree])
 
     @cached_property
-    def _coefficients(self) -> FloatArray:
+    def _coefficients(self) -> Array:
         """Coefficients of the shape functions in the monomials, shape (n_nodes, n_nodes)."""
         monomials = np.prod(self.nodes[:, None, :] ** self._exponents, axis=2)
         return np.asarray(np.linalg.inv(monomials))
 
-    def shape_gradients(self, points: FloatArray) -> FloatArray:
+    def shape_gradients(self, points: Array) -> Array:
         """Return the gradients of the shape functions.
 
         Args:
@@ -117,7 +114,7 @@ class ReferenceCell:
             columns.append((monomials * self._exponents[:, axis]) @ self._coefficients)
         return np.stack(columns, axis=2)
 
-    def quadrature(self) -> tuple[FloatArray, FloatArray]:
+    def quadrature(self) -> tuple[Array, Array]:
         """Return points, shape (n, 3), and weights, shape (n,), exact for the volume."""
         x, w = np.polynomial.legendre.leggauss(3)
         x, w = (x + 1) / 2, w / 2
@@ -129,7 +126,7 @@ class ReferenceCell:
         points = np.stack([r, s * (1 - r), t * (1 - r) * (1 - s)], axis=1)
         return points, weights * (1 - r) ** 2 * (1 - s)
 
-    def sample_points(self) -> FloatArray:
+    def sample_points(self) -> Array:
         """Return the points at which an element is examined: nodes, Gauss points and a lattice.
 
         A first-order tetrahedron has the same Jacobian everywhere and needs one point. The others

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import BladeGeometry, FloatArray
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.blade import BladeGeometry
 from turbine_fenicsx.meshing.block import BladeBlock, boundary_faces, split_boundary
-from turbine_fenicsx.meshing.cells import IntArray, reference_cell
+from turbine_fenicsx.meshing.cells import reference_cell
 from turbine_fenicsx.meshing.quality import scaled_jacobian
 
 # Ends of the edges that carry the fifth to the tenth node of a tetrahedron, in gmsh's order.
@@ -49,7 +50,7 @@ def curve_tetrahedra(block: BladeBlock, blade: BladeGeometry) -> BladeBlock:
     return BladeBlock(reference, points, cells, root, skin)
 
 
-def _offset_to_skin(points: FloatArray, blade: BladeGeometry) -> FloatArray:
+def _offset_to_skin(points: Array, blade: BladeGeometry) -> Array:
     """Return the radial vector from each point to the ellipse of its section [m]."""
     fraction = (points[:, 0] - blade.hub_radius) / blade.length
     axes = np.stack([blade.chord_at(fraction), blade.thickness_at(fraction)], axis=1) / 2

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from turbine_fenicsx.interrupts import ending_at_once
+from turbine_fenicsx.foundation.interrupts import ending_at_once
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import gmsh_child
-from turbine_fenicsx.meshing.blade import FloatArray
-from turbine_fenicsx.meshing.cells import IntArray
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.session import how_to_install
 
@@ -59,7 +58,7 @@ class MshContent:
     """
 
     tags: IntArray
-    points: FloatArray
+    points: Array
     solids: list[Group]
     shells: list[Group]
     names: dict[int, str]

@@ -23,7 +23,8 @@ from math import pi
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import BladeGeometry, FloatArray
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.meshing.blade import BladeGeometry
 from turbine_fenicsx.meshing.block import BladeBlock, boundary_faces, split_boundary
 from turbine_fenicsx.meshing.cells import reference_cell
 
@@ -65,7 +66,7 @@ def mesh_blade(
     return BladeBlock(reference, flat, cells, root, skin)
 
 
-def layer_fractions(blade: BladeGeometry, n_span: int) -> FloatArray:
+def layer_fractions(blade: BladeGeometry, n_span: int) -> Array:
     """Return the positions of the node layers along the span.
 
     The stations where the slope of the outline changes are layers if ``n_span`` is at least the
@@ -94,7 +95,7 @@ def layer_fractions(blade: BladeGeometry, n_span: int) -> FloatArray:
     return np.concatenate([*parts, [1.0]])
 
 
-def section_grid(n_chord: int, n_thickness: int, degree: int) -> FloatArray:
+def section_grid(n_chord: int, n_thickness: int, degree: int) -> Array:
     """Return the nodes of a section on the unit disc.
 
     Vertices of the outline lie on the unit circle. For degree 2 the inner edges are straight and
@@ -122,12 +123,12 @@ def section_grid(n_chord: int, n_thickness: int, degree: int) -> FloatArray:
     return vertices if degree == 1 else _quadratic_section(vertices)
 
 
-def _graded(s: FloatArray) -> FloatArray:
+def _graded(s: Array) -> Array:
     """Map [-1, 1] to itself with the steps widening towards both ends."""
     return (1 - _GRADING) * s + _GRADING * s**3
 
 
-def _with_midpoints(values: FloatArray, degree: int) -> FloatArray:
+def _with_midpoints(values: Array, degree: int) -> Array:
     """Insert the mean of each two neighbours along the first axis if the degree is 2."""
     if degree == 1:
         return values
@@ -137,7 +138,7 @@ def _with_midpoints(values: FloatArray, degree: int) -> FloatArray:
     return fine
 
 
-def _quadratic_section(vertices: FloatArray) -> FloatArray:
+def _quadratic_section(vertices: Array) -> Array:
     """Add middle nodes to the grid of a section and bend its outer edges."""
     grid = _with_midpoints(vertices, 2).swapaxes(0, 1)
     grid = _with_midpoints(grid, 2).swapaxes(0, 1)

@@ -10,12 +10,12 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing.cells import ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.read import read_msh
-from turbine_fenicsx.parallel import on_rank0
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import FloatArray
-from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.cells import ReferenceCell
 from turbine_fenicsx.meshing.quality import MeshReport, examine
 
 
@@ -26,7 +26,7 @@ class MeshArrays:
     """
 
     reference: ReferenceCell
-    points: FloatArray
+    points: Array
     cells: IntArray
     cell_groups: IntArray
     facets: IntArray

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import FloatArray
-from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.cells import ReferenceCell
 
 # A scaled Jacobian below this counts as inverted: round-off of a perfectly flat corner is 1e-16,
 # the flattest corner of a usable mesh is of the order of 1e-2.
@@ -89,7 +89,7 @@ def _place(point: tuple[float, float, float]) -> str:
     return "({:.4g}, {:.4g}, {:.4g}) m".format(*point)
 
 
-def scaled_jacobian(points: FloatArray, cells: IntArray, reference: ReferenceCell) -> FloatArray:
+def scaled_jacobian(points: Array, cells: IntArray, reference: ReferenceCell) -> Array:
     """Return the smallest scaled Jacobian of each cell.
 
     At each sample point it is the volume spanned by three tangent vectors over the product of
@@ -112,7 +112,7 @@ def scaled_jacobian(points: FloatArray, cells: IntArray, reference: ReferenceCel
     return np.concatenate(worst)
 
 
-def cell_volumes(points: FloatArray, cells: IntArray, reference: ReferenceCell) -> FloatArray:
+def cell_volumes(points: Array, cells: IntArray, reference: ReferenceCell) -> Array:
     """Return the exact volume of each cell, negative if inverted, shape (n_cells,) [m^3].
 
     The arguments are those of `scaled_jacobian`.
@@ -124,7 +124,7 @@ def cell_volumes(points: FloatArray, cells: IntArray, reference: ReferenceCell) 
 
 
 def examine(
-    points: FloatArray,
+    points: Array,
     cells: IntArray,
     reference: ReferenceCell,
     groups: dict[str, int],
@@ -161,8 +161,8 @@ def examine(
 
 
 def _jacobians(
-    points: FloatArray, cells: IntArray, reference: ReferenceCell, at: FloatArray
-) -> Iterator[FloatArray]:
+    points: Array, cells: IntArray, reference: ReferenceCell, at: Array
+) -> Iterator[Array]:
     """Yield dx_i/dxi_j of some cells at a time, shape (n_cells, n_points, 3, 3) [m]."""
     gradients = reference.shape_gradients(at)
     for start in range(0, len(cells), _CHUNK):
@@ -170,7 +170,7 @@ def _jacobians(
         yield np.einsum("cni,pnj->cpij", nodes, gradients, optimize=True)
 
 
-def _scaled(jacobians: FloatArray, cell: str) -> FloatArray:
+def _scaled(jacobians: Array, cell: str) -> Array:
     """Return the scaled Jacobian for each matrix, shape of the argument without the matrix."""
     t1, t2, t3 = (jacobians[..., j] for j in range(3))
     corners = [(t1, t2, t3)]

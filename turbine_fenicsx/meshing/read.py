@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import FloatArray
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.block import face_keys
-from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, IntArray, ReferenceCell
+from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.gmsh_process import Group, MshContent, read_content
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -142,7 +142,7 @@ def _join(
     return nodes, np.concatenate([none, *tags])
 
 
-def _points(content: MshContent, used: IntArray) -> FloatArray:
+def _points(content: MshContent, used: IntArray) -> Array:
     """Return the coordinates of the nodes in the sorted array ``used``."""
     order = np.argsort(content.tags)
     rows = np.searchsorted(content.tags, used, sorter=order)

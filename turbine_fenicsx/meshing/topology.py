@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import FloatArray
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.block import face_keys
-from turbine_fenicsx.meshing.cells import IntArray, ReferenceCell
+from turbine_fenicsx.meshing.cells import ReferenceCell
 
 _EDGES = {
     ("hexahedron", 3): [
@@ -85,7 +85,7 @@ def connected_parts(n: int, pairs: IntArray) -> IntArray:
             root = root[root]
 
 
-def coincident_nodes(points: FloatArray, tolerance: float) -> int:
+def coincident_nodes(points: Array, tolerance: float) -> int:
     """Return how many nodes lie on top of others.
 
     Args:

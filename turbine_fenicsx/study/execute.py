@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.plan import Run
 from turbine_fenicsx.study.results import RESULTS, is_finished, is_interrupted
 

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.turbine.mistakes import mistakes_in, shown
-from turbine_fenicsx.turbine.toml_file import read_toml
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.case.mistakes import mistakes_in, shown
+from turbine_fenicsx.turbine.case.toml_file import read_toml
 
 
 def flatten(table: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, Any]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.plots import PALETTE
+from turbine_fenicsx.postprocessing.plots import PALETTE
 from turbine_fenicsx.study.convergence import Series
 
 _MARKERS = "os^Dvp"

@@ -13,10 +13,10 @@ from math import isfinite, prod
 from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.file import Study, flatten
-from turbine_fenicsx.turbine.case import Case
-from turbine_fenicsx.turbine.mistakes import shown
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.mistakes import shown
 
 _LONGEST_NAME = 120
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.execute import Outcome, execute
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run, case_text
 from turbine_fenicsx.study.results import find_quantity, read_results
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.case.case import Case
 
 _COARSE = {"elements": (1, 1, 2)}
 _COARSE_TOWER = {"elements": (4, 1, 2), "degree": 1}

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.output_folder import holds_run
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.convergence import Series, make_series, write_series
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.meshing.blade import BladeGeometry, FloatArray, RotorLayout
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
 from turbine_fenicsx.meshing.block import face_keys
-from turbine_fenicsx.meshing.cells import IntArray
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.topology import Faces, coincident_nodes, connected_parts, faces_of
 
@@ -134,7 +134,7 @@ def _root_elsewhere(mesh: MeshArrays, faces: Faces, root: IntArray, k: int) -> l
     return mistakes
 
 
-def _at_hub(points: FloatArray, layout: RotorLayout, radius: float, k: int) -> Findings:
+def _at_hub(points: Array, layout: RotorLayout, radius: float, k: int) -> Findings:
     """The nodes of a root must lie on the hub: on a flat disc, a cylinder, a sphere or between."""
     X = points - np.asarray(layout.centre)
     distance, mean = np.linalg.norm(X, axis=1), X.mean(axis=0)
@@ -153,7 +153,7 @@ def _at_hub(points: FloatArray, layout: RotorLayout, radius: float, k: int) -> F
     return Findings((sentence,), ()) if gap > FAR * radius else Findings((), (sentence,))
 
 
-def _in_place(points: FloatArray, layout: RotorLayout, blade: BladeGeometry, k: int) -> Findings:
+def _in_place(points: Array, layout: RotorLayout, blade: BladeGeometry, k: int) -> Findings:
     """A blade must point where the rotor has it: fibres and tips follow the rotor."""
     X = points - np.asarray(layout.centre)
     span = layout.frame(k)[0]

@@ -18,14 +18,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from turbine_fenicsx.conventions import OPENFAST_SIGNS
-from turbine_fenicsx.observers.history import Channel
-from turbine_fenicsx.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.observers.shared_sum import SharedSum
-from turbine_fenicsx.observers.tips import Tips, tip_channel
-from turbine_fenicsx.rotations import E1, E2, E3, Array
-from turbine_fenicsx.simulation import Snapshot
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
+from turbine_fenicsx.simulation.observers.tips import Tips, tip_channel
+from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import Turbine, rotor_layout
 from turbine_fenicsx.turbine.pitch import BEARINGS
 

@@ -9,12 +9,12 @@ import numpy as np
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.coupling import Coupling
-from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rotations import Array
-from turbine_fenicsx.turbine.parameters import TurbineParameters
+from turbine_fenicsx.turbine.case.parameters import TurbineParameters
 from turbine_fenicsx.turbine.pitch import RootRings
 from turbine_fenicsx.turbine.rigid import nacelle_and_hub
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from mpi4py import MPI
 
-from turbine_fenicsx.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshReport, tower_arrays
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.parallel import on_rank0
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
-from turbine_fenicsx.turbine.case import Case
-from turbine_fenicsx.turbine.doubts import mass_doubt
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.doubts import mass_doubt
+from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
 from turbine_fenicsx.turbine.model import ROOTS, blade_arrays, blade_geometry, rotor_layout
-from turbine_fenicsx.turbine.size import MeshSize, size_of_arrays, size_of_tower
 from turbine_fenicsx.turbine.tower import tower_geometry
 
 TOO_LARGE = 1_000_000

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 

@@ -11,9 +11,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.coupling import Coupling
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.loads import Gravity, JointTorque
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.bodies.rigid_surface import RigidSurface
+from turbine_fenicsx.forces import Gravity, JointTorque
+from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import (
     BladeGeometry,
     LoadedMesh,
@@ -25,17 +29,13 @@ from turbine_fenicsx.meshing import (
     rotor_arrays,
 )
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.observers.tips import Tip
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rigid_surface import RigidSurface
-from turbine_fenicsx.rotations import Array
-from turbine_fenicsx.solver import SolverOptions
-from turbine_fenicsx.system import MultibodySystem
-from turbine_fenicsx.time_functions import Hat
+from turbine_fenicsx.simulation.observers.tips import Tip
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.solver import SolverOptions
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.parameters import Inertia
 from turbine_fenicsx.turbine.hybrid import hybrid_turbine
-from turbine_fenicsx.turbine.parameters import Inertia
 from turbine_fenicsx.turbine.pitch import RootRings, pitch_drive, pitch_torques
 from turbine_fenicsx.turbine.rigid import AZIMUTHS, rigid_turbine
 from turbine_fenicsx.turbine.surfaces import blade_surface, hub_surface, nacelle_surface

@@ -9,15 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from turbine_fenicsx.elements import JointDamper, JointSpring
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
+from turbine_fenicsx.forces.time_functions import Hat, Ramp
+from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.joints import PrescribedMotion, Revolute
-from turbine_fenicsx.loads import JointTorque
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rotations import E2, E3, rotation_about
-from turbine_fenicsx.time_functions import Hat, Ramp
-from turbine_fenicsx.turbine.parameters import Inertia
+from turbine_fenicsx.turbine.case.parameters import Inertia
+from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
 from turbine_fenicsx.turbine.rigid import AZIMUTHS, PITCH_SIGNS
-from turbine_fenicsx.turbine.tables import LoadsCase, PitchCase
 
 BEARINGS = tuple(f"pitch_{k}" for k in range(1, len(PITCH_SIGNS) + 1))
 """Names of the pitch bearings and of their angles."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from mpi4py import MPI
 
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.turbine.case import Case
-from turbine_fenicsx.turbine.estimate import estimate, in_bytes, mesh_memory
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.estimate import estimate, in_bytes, mesh_memory
+from turbine_fenicsx.turbine.case.size import MeshSize, size_of_options
 from turbine_fenicsx.turbine.machine import machine_memory
 from turbine_fenicsx.turbine.model import blade_geometry, mesh_options
-from turbine_fenicsx.turbine.size import MeshSize, size_of_options
 
 WAY_OUT = "--force goes on all the same"
 

@@ -8,16 +8,16 @@ import os
 from pathlib import Path
 
 from turbine_fenicsx import __version__
-from turbine_fenicsx.checkpoint import load_newest
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.memory import Memory
-from turbine_fenicsx.observers.history import read_history_rows
-from turbine_fenicsx.observers.openfast import read_out_rows
-from turbine_fenicsx.observers.row_file import rows_until
-from turbine_fenicsx.observers.stored_grids import stored_grids
-from turbine_fenicsx.output_folder import read_tables
-from turbine_fenicsx.system import MultibodySystem
-from turbine_fenicsx.turbine.case import Case, changed
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.output_folder import read_tables
+from turbine_fenicsx.simulation.checkpoint import load_newest
+from turbine_fenicsx.simulation.observers.history import read_history_rows
+from turbine_fenicsx.simulation.observers.openfast import read_out_rows
+from turbine_fenicsx.simulation.observers.row_file import rows_until
+from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
+from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.case.case import Case, changed
 
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change when a run goes on."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rotations import E2, E3, rotation_about
-from turbine_fenicsx.turbine.parameters import TurbineParameters
+from turbine_fenicsx.turbine.case.parameters import TurbineParameters
 
 AZIMUTHS = (-2.0 * np.pi / 3.0, 0.0, 2.0 * np.pi / 3.0)
 """Azimuths of blades 1, 2, 3 (bodies 3, 4, 5) about e3 from e2 [rad]."""

@@ -14,14 +14,16 @@ from typing import Any
 
 from mpi4py import MPI
 
-from turbine_fenicsx import __version__, timing
-from turbine_fenicsx.checkpoint import Checkpoints
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.files import replace_file
-from turbine_fenicsx.folder_lock import claimed
-from turbine_fenicsx.memory import Memory
-from turbine_fenicsx.observers.fields import Fields
-from turbine_fenicsx.observers.history import (
+from turbine_fenicsx import __version__
+from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.postprocessing.output_folder import holds_run, remove_run, target_folder
+from turbine_fenicsx.simulation.checkpoint import Checkpoints
+from turbine_fenicsx.simulation.folder_lock import claimed
+from turbine_fenicsx.simulation.observers.fields import Fields
+from turbine_fenicsx.simulation.observers.history import (
     Channel,
     History,
     angle_channel,
@@ -29,15 +31,14 @@ from turbine_fenicsx.observers.history import (
     numerics_channel,
     work_channel,
 )
-from turbine_fenicsx.observers.openfast import OpenFastOutput
-from turbine_fenicsx.observers.progress import Progress
-from turbine_fenicsx.observers.run_log import StepLog, logging_to
-from turbine_fenicsx.observers.tips import stress_channel
-from turbine_fenicsx.output_folder import holds_run, remove_run, target_folder
-from turbine_fenicsx.parallel import on_rank0
-from turbine_fenicsx.simulation import Observer, Simulation
-from turbine_fenicsx.step_error import StepError
-from turbine_fenicsx.turbine.case import Case
+from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
+from turbine_fenicsx.simulation.observers.progress import Progress
+from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
+from turbine_fenicsx.simulation.observers.tips import stress_channel
+from turbine_fenicsx.simulation.simulation import Observer, Simulation
+from turbine_fenicsx.simulation.step_error import StepError
+from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import (
     CONVENTIONS,
     BladeSensors,

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx import timing
-from turbine_fenicsx.rotations import E3
-from turbine_fenicsx.simulation import Simulation, Snapshot
+from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.foundation.rotations import E3
+from turbine_fenicsx.foundation.versions import versions
+from turbine_fenicsx.simulation.simulation import Simulation, Snapshot
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.model import Turbine
-from turbine_fenicsx.versions import versions
 
 
 class Statistics:

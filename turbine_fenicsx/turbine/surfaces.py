@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.bodies.rigid_surface import RigidSurface
+from turbine_fenicsx.foundation.rotations import E2, E3
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing.blade import BladeGeometry
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.rigid_surface import RigidSurface
-from turbine_fenicsx.rotations import E2, E3, Array
 
 
 def tube(rings: Array, closed_ends: bool = True) -> tuple[Array, npt.NDArray[np.int64]]:

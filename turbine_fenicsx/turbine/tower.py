@@ -9,14 +9,14 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.coupling import Coupling
-from turbine_fenicsx.errors import InputError
-from turbine_fenicsx.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, load_arrays, tower_arrays
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
-from turbine_fenicsx.rigid_body import RigidBody
-from turbine_fenicsx.turbine.tables import TowerCase
+from turbine_fenicsx.turbine.case.tables import TowerCase
 
 
 @dataclass(frozen=True, eq=False)

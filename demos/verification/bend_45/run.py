@@ -28,7 +28,7 @@ from turbine_fenicsx import (
     SurfaceTraction,
     equilibrium,
 )
-from turbine_fenicsx.coupling import Coupling
+from turbine_fenicsx.bodies.coupling import Coupling
 
 RADIUS, ANGLE = 100.0, np.pi / 4.0
 YOUNG = 1e7  # nu = 0

@@ -14,7 +14,7 @@ from turbine_fenicsx import (
     RigidBody,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.rotations import E1, E3
+from turbine_fenicsx.foundation.rotations import E1, E3
 
 CRANK, COUPLER, END = 0.2, 1.0, 0.05  # lengths; of each rigid end of the coupler [m]
 SPEED, START = 10.0, 0.5  # of the crank, reached smoothly within that time [rad/s], [s]

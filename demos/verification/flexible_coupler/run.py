@@ -23,7 +23,7 @@ import numpy as np
 from published import Row, extrapolate, load, references
 
 from turbine_fenicsx import Simulation
-from turbine_fenicsx.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.study.convergence import observed_order
 
 STEP, STEPS = 2e-3, 500  # [s]; 7.5 rad of the crank

@@ -24,7 +24,7 @@ from mpi4py import MPI
 from published import references, refine
 
 from turbine_fenicsx import Gravity, MultibodySystem, Revolute, RigidBody, Simulation
-from turbine_fenicsx.rotations import E1, E2, E3
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
 
 WINDOWS = 2  # N
 LENGTH, MASS = 1.0, 1.0  # of a rod [m, kg]

@@ -19,8 +19,8 @@ import numpy as np
 from published import Row, references
 
 from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation
+from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Spherical
-from turbine_fenicsx.rotations import rotation_about
 
 G = np.array([0.0, -9.81, 0.0])  # [m/s^2]
 STEP = 0.02  # [s]

@@ -34,7 +34,7 @@ from turbine_fenicsx import (
     RigidBody,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.rotations import E3
+from turbine_fenicsx.foundation.rotations import E3
 
 LENGTH, THICKNESS, DENSITY = 10.0, 0.2, 1000.0  # [m], [m], [kg/m^3]
 YOUNG = 12.0 * DENSITY * LENGTH**4 / THICKNESS**2  # so that the unit of time is 1 s [Pa]

@@ -38,7 +38,7 @@ from turbine_fenicsx import (
     RigidBody,
     Simulation,
 )
-from turbine_fenicsx.rotations import E3
+from turbine_fenicsx.foundation.rotations import E3
 
 # Data of the test set: masses [kg], inertia about centres of mass [kg m^2], lengths [m]
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)

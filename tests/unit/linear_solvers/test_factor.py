@@ -1,0 +1,100 @@
+"""Claims about the sparse factors of symmetric matrices."""
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.linear_solvers.factor import SparseFactor
+from turbine_fenicsx.linear_solvers.substructures import NEGLIGIBLE
+from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+
+ACCURACY = 10.0 * NEGLIGIBLE
+"""That of several ranks."""
+
+
+def tridiagonal(comm, n, diagonal, mine=None, coupled=True):
+    """Symmetric matrix with eigenvalues diagonal - 2 cos(k pi/(n + 1)).
+
+    With so many rows of mine on each rank instead of n in all, and ranks coupled or not.
+    """
+    size = n if mine is None else (mine, None)
+    A = PETSc.Mat().createAIJ((size, size), nnz=3, comm=comm)
+    start, end = A.getOwnershipRange()
+    first, last = (0, A.getSize()[0]) if coupled else (start, end)
+    for i in range(start, end):
+        A[i, i] = diagonal
+        for j in (i - 1, i + 1):
+            if first <= j < last:
+                A[i, j] = -1.0
+    A.assemble()
+    return A
+
+
+def error_of_solution(factor, A):
+    x, b = A.createVecs()
+    start, end = x.getOwnershipRange()
+    x.array[:] = np.sin(1.0 + np.arange(start, end))
+    expected = x.copy()
+    A.mult(x, b)
+    factor.solve(b, x)
+    x.axpy(-1.0, expected)
+    return x.norm() / expected.norm()
+
+
+@pytest.mark.parametrize("diagonal", [2.5, 0.7])
+def test_solves_whether_positive_definite_or_not(comm, diagonal):
+    # 0.7 lies in the middle of the spectrum: L L^T does not exist
+    A = tridiagonal(comm, 500, diagonal)
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()
+
+
+def test_follows_a_matrix_that_loses_positive_definiteness(comm):
+    A = tridiagonal(comm, 500, 2.5)
+    factor = SymmetricFactor(A, "test_")
+    for shift in (0.0, -1.8, 1.8):
+        A.shift(shift)
+        factor.update()
+        assert error_of_solution(factor, A) < ACCURACY
+    assert factor.iterations >= 3
+    factor.destroy()
+
+
+@pytest.mark.parametrize("last", [2.5, 0.7, 0.0])
+def test_ranks_agree_where_one_of_them_alone_loses_positive_definiteness(comm, last):
+    diagonal = last if comm.rank == comm.size - 1 else 2.5
+    A = tridiagonal(comm, None, diagonal, mine=200, coupled=False)
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()
+
+
+def test_a_rank_without_rows(comm):
+    n = 0 if 0 < comm.rank == comm.size - 1 else 100
+    A = tridiagonal(comm, None, 2.5, mine=n)
+    factor = SymmetricFactor(A, "test_")
+    factor.update()
+    assert error_of_solution(factor, A) < ACCURACY
+    factor.destroy()
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_mumps_gets_the_work_space_that_it_finds_it_needs(comm, symmetric):
+    """Next to nothing on the diagonal of a grid: nearly all pivots are delayed."""
+    w = 40
+    A = PETSc.Mat().createAIJ((w * w, w * w), nnz=5, comm=comm)
+    for i in range(*A.getOwnershipRange()):
+        A[i, i] = 1e-9
+        sides = ((i - w, i >= w), (i - 1, i % w), (i + 1, (i + 1) % w), (i + w, i + w < w * w))
+        for j in (j for j, there in sides if there):
+            A[i, j] = np.sin(2.0 + 1.7 * min(i, j) + 0.3 * max(i, j))
+    A.assemble()
+    factor = SparseFactor(A, "test_", symmetric)
+    for _ in range(2):
+        factor.update()
+        assert error_of_solution(factor, A) < 1e-6
+    factor.destroy()

@@ -1,0 +1,457 @@
+"""Claims about Newton's method for one step: how it converges, fails, and takes options."""
+
+import gc
+import logging
+from types import SimpleNamespace
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx._compat import NOT_A_NUMBER
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces import Gravity, JointTorque
+from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx.foundation.rotations import E3
+from turbine_fenicsx.joints import Revolute
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, FrozenElimination
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.solver import (
+    DIVERGENCE,
+    BlockwiseConvergence,
+    EnergyMomentumSolver,
+    SolverOptions,
+    StepFailure,
+)
+
+DT = 0.02
+PREFIX = "test_solver_"
+all_solvers = pytest.mark.parametrize("name", sorted(LINEAR_SOLVERS))
+
+
+def options(name="lu", **changes):
+    return SolverOptions(preconditioner=name, prefix=PREFIX, **changes)
+
+
+def loaded(m):
+    return m.system(Gravity(), JointTorque("rotor", Hat(5.0)))
+
+
+def values(state):
+    arrays = (state.q, state.q_dot, state.angles, state.angle_rates, state.multipliers)
+    fields = (x.array_r for f in (state.u, state.v, state.coupling) for x in f)
+    return [np.array([state.time]), *(np.copy(a) for a in (*arrays, *fields))]
+
+
+def equal(a, b):
+    return all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
+
+
+def run(solver, system, steps=3, dt=DT):
+    """State after some steps from the start, and the reports."""
+    state, out, reports = system.initial_state(), system.initial_state(), []
+    for _ in range(steps):
+        reports.append(solver.advance(state, dt, out))
+        state, out = out, state
+    return state, reports
+
+
+@pytest.fixture
+def solve():
+    """Makes solvers, which are freed after the test on all ranks, whatever happened on one."""
+    made = []
+
+    def make(system, chosen):
+        made.append(EnergyMomentumSolver(system, chosen))
+        return made[-1]
+
+    yield make
+    for solver in made:
+        solver.destroy()
+
+
+@pytest.fixture
+def database():
+    """PETSc's options; what a test added goes away afterwards."""
+    found = PETSc.Options()
+    before = found.getAll()
+    yield found
+    for key in set(found.getAll()) - set(before):
+        found.delValue(key)
+
+
+@pytest.mark.parametrize("name", ["lu", "monolithic"])
+def test_newton_converges_quadratically_with_the_exact_tangent(solve, machine, name):
+    """A long step of the soft beam, in which it bends visibly, so that there is something to see:
+    the error at least squares with each iteration, from 1e-3 down to round-off."""
+    system = loaded(machine(spin=3.0))
+    solver, errors = solve(system, options(name)), []
+
+    def watch(snes, iteration, norm):
+        errors.append(np.max(solver.step.relative_residuals(snes.getFunction()[0])))
+
+    solver.snes.setMonitor(watch)
+    solver.advance(system.initial_state(), 0.1, system.initial_state())
+    e = np.array([x for x in errors if x > 1e-12])
+    assert len(e) >= 4
+    assert e[0] > 1e-3
+    orders = np.log(e[2:] / e[1:-1]) / np.log(e[1:-1] / e[:-2])
+    assert np.max(orders) > 1.8 and orders[-1] > 1.5, e
+
+
+@all_solvers
+def test_a_step_conserves_energy_and_keeps_constraints(solve, machine, name):
+    system = loaded(machine(spin=3.0))
+    solver = solve(system, options(name))
+    state, reports = run(solver, system, steps=5)
+    initial, final = (system.balance(s) for s in (system.initial_state(), state))
+    work = sum(r.work for r in reports)
+    assert abs(work) > 1e-4
+    # tolerance 1e-12 of Newton's method times energies of order ten, over five steps
+    assert abs(final.total - initial.total - work) <= 1e-10
+    assert system.constraint_error(state) <= 1e-12
+    assert state.time == pytest.approx(5 * DT, rel=1e-15)
+    assert max(r.residual for r in reports) <= 1e-9
+
+
+def test_all_linear_solvers_lead_to_the_same_state(solve, machine):
+    system = loaded(machine(spin=3.0, cell="tetrahedron", degree=2))
+    found = []
+    for name in LINEAR_SOLVERS:
+        solver = solve(system, options(name))
+        state, _ = run(solver, system)
+        found.append([state.q, state.angles, state.u[0].array_r.copy()])
+        solver.destroy()
+    for other in found[1:]:
+        for a, b in zip(found[0], other, strict=True):
+            assert np.allclose(a, b, rtol=0, atol=1e-9)  # positions of order one
+
+
+@all_solvers
+def test_the_state_does_not_depend_on_the_number_of_ranks(solve, comm, machine, name):
+    found = []
+    for c in (comm, MPI.COMM_SELF):
+        system = loaded(machine(spin=3.0, comm=c))
+        solver = solve(system, options(name))
+        state, _ = run(solver, system)
+        b = system.balance(state)
+        found.append([*state.q, *state.angles, b.kinetic, b.strain, b.potential, *b.angular])
+    assert np.allclose(*found, rtol=0, atol=1e-9)  # numbers of order one to ten
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-4, 1e-6])
+def test_short_steps_converge_to_the_same_accuracy(solve, machine, dt):
+    """The residual floor does not grow as 1/dt: increments are solved for, not positions."""
+    system = loaded(machine(spin=3.0))
+    solver = solve(system, options())
+    state, reports = run(solver, system, steps=2, dt=dt)
+    assert max(r.newton_iterations for r in reports) <= 6
+    assert system.constraint_error(state) <= 1e-13
+    rate = state.angle_rates[1]
+    assert rate == pytest.approx(3.0, abs=10 * dt + 1e-7)  # a start from rest of the beam
+
+
+def spinning_top(comm, spin):
+    top = RigidBody("top", 1.0, (1.0, 1.0, 1.0), angular_velocity=spin * E3)
+    return MultibodySystem(comm, [top, Revolute("axis", None, top, (0, 0, 0), E3)])
+
+
+@all_solvers
+def test_a_system_without_flexible_bodies_advances(solve, comm, name):
+    solver = solve(spinning_top(comm, spin=3.0), options(name))
+    state, _ = run(solver, solver.step.system)
+    # torque-free about its axis: tan(D/2) = spin dt/2 in each step
+    assert state.angles[0] == pytest.approx(6 * np.arctan(3.0 * DT / 2), rel=1e-12)
+
+
+def test_a_step_after_many_turns_takes_no_more_iterations(solve, comm):
+    """Of an angle of 1e5 the last digit is worth 1e-11; nothing smaller can be asked of it."""
+    system = spinning_top(comm, spin=3.0)
+    solver = solve(system, options("lu"))
+    state, out = system.initial_state(), system.initial_state()
+    first = solver.advance(state, DT, out)
+    turns = 2 * np.pi * 20_000
+    state.angles[:] = turns
+    late = solver.advance(state, DT, out)
+    assert late.newton_iterations <= first.newton_iterations
+    assert out.angles[0] - turns == pytest.approx(2 * np.arctan(3.0 * DT / 2), rel=1e-9)
+
+
+@all_solvers
+def test_a_system_without_rigid_bodies_advances(solve, comm, machine, name):
+    m = machine()
+    system = MultibodySystem(
+        comm, [m.beam, Coupling("foot", m.beam, m.facets(0.5), None), Gravity()]
+    )
+    solver = solve(system, options(name))
+    state, _ = run(solver, system)
+    assert abs(system.balance(state).total) <= 1e-10
+    assert system.constraint_error(state) <= 1e-14
+
+
+@all_solvers
+def test_options_leave_no_trace_in_the_database(solve, machine, database, name):
+    prefix = f"no_trace_of_{name}_"  # used by no other test
+    before, system = database.getAll(), loaded(machine())
+    solver = solve(system, SolverOptions(preconditioner=name, prefix=prefix))
+    assert database.getAll() == before
+    run(solver, system, steps=1)
+    solver.destroy()
+    assert database.getAll() == before
+    assert not any(key.startswith(prefix) for key in before)
+
+
+def described(solver, folder):
+    """What PETSc says about the solver's settings."""
+    viewer = PETSc.Viewer().createASCII(str(folder / "snes.txt"), comm=solver.step.system.comm)
+    solver.snes.view(viewer)
+    viewer.destroy()
+    solver.step.system.comm.barrier()
+    return (folder / "snes.txt").read_text()
+
+
+def test_full_newton_steps_are_the_default_and_options_with_the_prefix_win(
+    solve, machine, database, shared_tmp_path
+):
+    system = loaded(machine())
+    solver = solve(system, options())
+    assert "type: basic" in described(solver, shared_tmp_path)
+    assert solver.snes.getKSP().getType() == "preonly"
+    database[PREFIX + "snes_linesearch_type"] = "bt"
+    database[PREFIX + "ksp_type"] = "gmres"
+    mine = database.getAll()
+    solver = solve(system, options())
+    assert "type: bt" in described(solver, shared_tmp_path)
+    assert solver.snes.getKSP().getType() == "gmres"
+    assert database.getAll() == mine
+    state, _ = run(solver, system)
+    assert system.constraint_error(state) <= 1e-12
+
+
+def test_options_of_another_prefix_do_nothing(solve, machine, database):
+    database["other_ksp_type"] = "gmres"
+    database["ksp_type"] = "gmres"
+    solver = solve(loaded(machine()), options())
+    assert solver.snes.getKSP().getType() == "preonly"
+
+
+@all_solvers
+def test_a_failed_step_says_why_in_words_and_changes_nothing(solve, machine, name):
+    system = loaded(machine(spin=3.0))
+    solver = solve(system, options(name, max_iterations=1))
+    state, out = system.initial_state(), system.initial_state()
+    state.time = 0.25
+    before = values(state), values(out)
+    message = (
+        r"^the step from t = 0\.25 s by 0\.02 s did not converge: the residual is still too large "
+        r"after 1 iteration; the residual is largest in beam near \(1(\.5)?, .*, .*\) m$"
+    )
+    with pytest.raises(StepFailure, match=message):
+        solver.advance(state, DT, out)
+    assert equal(before[0], values(state))
+    assert equal(before[1], values(out))
+
+
+@all_solvers
+def test_a_successful_step_does_not_change_the_state_it_starts_from(solve, machine, name):
+    system = loaded(machine(spin=3.0))
+    solver = solve(system, options(name))
+    state = system.initial_state()
+    before = values(state)
+    solver.advance(state, DT, system.initial_state())
+    assert equal(before, values(state))
+
+
+@all_solvers
+def test_a_failed_step_leaves_no_trace_in_the_next(solve, machine, name):
+    system = loaded(machine(spin=3.0))
+    fresh, used = (solve(system, options(name)) for _ in range(2))
+    state, out, expected = (system.initial_state() for _ in range(3))
+    with pytest.raises(StepFailure):
+        used.advance(state, 100.0, out)  # many turns in one step
+    used.advance(state, DT, out)
+    fresh.advance(state, DT, expected)
+    for a, b in zip(values(out), values(expected), strict=True):
+        # forces are increments times 2/dt^2, of order ten, and converge less far
+        assert np.allclose(a, b, rtol=1e-8, atol=1e-8)
+
+
+def test_a_state_of_no_numbers_is_a_step_failure_on_all_ranks(solve, comm, machine):
+    system = loaded(machine())
+    solver = solve(system, options())
+    state = system.initial_state()
+    state.q_dot[:] = np.nan
+    with pytest.raises(StepFailure, match=r"converge: the residual is not a number$"):
+        solver.advance(state, DT, system.initial_state())
+    assert comm.allreduce(1) == comm.size
+
+
+def test_an_angle_on_the_wrong_branch_is_rejected(solve, comm):
+    """Half a turn and more within a step is beyond what the constraint can tell apart.
+
+    The step itself has a solution with tan(D/2) = spin dt/2: D = 2.2 for spin dt = 4.
+    """
+    system = spinning_top(comm, spin=4.0)
+    solver = solve(system, options())
+    out = system.initial_state()
+    with pytest.raises(StepFailure, match="a joint turns by a quarter of a revolution or more"):
+        solver.advance(system.initial_state(), 1.0, out)
+    assert out.angles.tolist() == [0.0]
+    solver.advance(system.initial_state(), 0.4, out)  # D = 1.35 < pi/2
+    assert out.angles[0] == pytest.approx(2 * np.arctan(0.8), rel=1e-12)
+
+
+def test_exact_newton_takes_over_where_the_frozen_factor_fails(solve, machine, monkeypatch, caplog):
+    """A preconditioner that makes things worse costs iterations, not the step."""
+    system = loaded(machine(spin=3.0))
+    solvers = [solve(system, options(name)) for name in ("lu", "frozen")]
+    expected, found = system.initial_state(), system.initial_state()
+    exact = solvers[0].advance(system.initial_state(), DT, expected)
+    frozen_solve = FrozenElimination.solve
+
+    def poor_solve(self, b, x):
+        frozen_solve(self, b, x)
+        x.scale(-1e3)
+
+    monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
+    caplog.set_level(logging.INFO, "turbine_fenicsx")
+    report = solvers[1].advance(system.initial_state(), DT, found)
+    assert report.newton_iterations > exact.newton_iterations  # failed attempts included
+    assert report.work == pytest.approx(exact.work, rel=1e-9)
+    assert np.allclose(found.q, expected.q, rtol=0, atol=1e-10)
+    assert [solver.fallbacks for solver in solvers] == [0, 1]
+    (line,) = (m for m in caplog.messages if m.startswith("the step from"))
+    assert line == (
+        "the step from t = 0 s by 0.02 s: the residual grows with 'frozen' from the extrapolated "
+        "start; now 'lu' from the extrapolated start"
+    )
+
+
+def test_a_solver_that_fails_again_and_again_is_asked_less_and_less(solve, machine, monkeypatch):
+    """And the state of that is remembered."""
+    system = loaded(machine(spin=3.0))
+    asked = []
+
+    def poor_solve(self, b, x):
+        asked.append(state.time)
+        b.copy(x)
+        x.scale(-1e9)
+
+    monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
+    state, out = system.initial_state(), system.initial_state()
+    solver, memory = solve(system, options("frozen")), None
+    for k in range(12):
+        solver.advance(state, DT, out)
+        state, out = out, state
+        if k == 5:
+            memory = solver.remember()
+    # the first is followed at once by a try with a new factor
+    assert np.unique(np.round(np.array(asked) / DT)).tolist() == [0, 1, 3, 7]
+    assert solver.fallbacks == 4
+    other = solve(system, options("frozen"))
+    other.recall(memory)
+    assert other.fallbacks == 3
+    asked.clear()
+    for _ in range(2):
+        other.advance(state, DT, out)
+        state, out = out, state
+    assert np.unique(np.round(np.array(asked) / DT)).tolist() == [13]
+
+
+def test_the_frozen_factor_serves_a_fast_rotor(solve, machine):
+    """It turns with the rotor, a fifth of a radian in each step."""
+    system = machine(spin=10.0).system()
+    solver = solve(system, options("frozen"))
+    _, reports = run(solver, system, steps=6)
+    # eight to ten; full Newton takes three or four, and the factor of a fixed frame fails
+    assert max(r.newton_iterations for r in reports) <= 12
+
+
+def test_the_report_counts_what_was_done(solve, machine):
+    system = loaded(machine(spin=3.0))
+    solver, iterations = solve(system, options()), []
+    solver.snes.setMonitor(lambda snes, iteration, norm: iterations.append(iteration))
+    report = solver.advance(system.initial_state(), DT, system.initial_state())
+    assert report.newton_iterations == iterations[-1] >= 2
+    assert report.krylov_iterations == report.newton_iterations  # one exact solve each
+    assert 0.0 <= report.residual <= 1e-9
+
+
+def test_two_solvers_of_one_prefix_do_not_disturb_each_other(solve, machine):
+    system = loaded(machine(spin=3.0))
+    alone = solve(system, options())
+    expected, _ = run(alone, system)
+    alone.destroy()
+    one, other = (solve(system, options()) for _ in range(2))
+    run(other, system, steps=1, dt=2 * DT)
+    found, _ = run(one, system)
+    assert np.array_equal(found.q, expected.q)
+
+
+@all_solvers
+def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, name):
+    system = loaded(machine())
+    solver = EnergyMomentumSolver(system, options(name))
+    run(solver, system, steps=1)
+    destroy = solver.destroy
+    assert destroy.alive
+    del solver
+    gc.collect()
+    assert not destroy.alive
+    destroy()
+    told = EnergyMomentumSolver(system, options(name))
+    told.destroy()
+    told.destroy()
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1.0, -1e-12, 2.0, float("nan")])
+def test_the_tolerance_must_lie_between_zero_and_one(tolerance):
+    with pytest.raises(ValueError, match=f"tolerance must lie between 0 and 1, got {tolerance}"):
+        SolverOptions(tolerance=tolerance)
+
+
+def test_an_unknown_linear_solver_is_refused_with_the_names_there_are():
+    with pytest.raises(ValueError, match=r"must be one of \[.*'lu', 'monolithic'.*got 'magic'"):
+        SolverOptions(preconditioner="magic")
+
+
+def ends(residuals, round_off=0.0, approximate=False):
+    """PETSc's reason after the first residual that ends the iteration, and how many there were."""
+    current = [0.0]
+    step = SimpleNamespace(
+        system=SimpleNamespace(flexible_blocks=()),
+        relative_residuals=lambda R: np.array(
+            [[current[0]] * 4, [max(current[0] - round_off, 0.0)] * 4]
+        ),
+    )
+    chosen = SolverOptions(tolerance=1e-6, max_iterations=20)
+    convergence = BlockwiseConvergence(step, chosen)
+    convergence.begin(approximate)
+    snes = SimpleNamespace(getFunction=lambda: [None])
+    for iteration, residual in enumerate(residuals):
+        current[0] = residual
+        reason = convergence(snes, iteration, None)
+        if reason:
+            return reason, iteration
+    return 0, iteration
+
+
+REASONS = PETSc.SNES.ConvergedReason
+
+
+def test_an_iteration_ends_at_round_off_once_a_step_gains_little():
+    """Below the estimate a gain of a factor of fifty is still taken, one of twenty is not."""
+    falling = [1.0, 1e-2, 2e-4, 4e-6, 2e-7, 1e-9]
+    assert ends(falling) == (REASONS.CONVERGED_FNORM_RELATIVE, 5)
+    assert ends(falling, round_off=1e-5) == (REASONS.CONVERGED_SNORM_RELATIVE, 4)
+
+
+def test_an_iteration_that_grows_is_given_up():
+    growing = [1e-3, 1e-2, 0.5 * DIVERGENCE * 1e-3, 2.0 * DIVERGENCE * 1e-3]
+    assert ends(growing) == (REASONS.DIVERGED_DTOL, 3)
+    assert ends(growing[:3]) == (0, 2)
+    assert ends([1.0] * 30)[0] == REASONS.DIVERGED_MAX_IT
+    assert ends([1.0, np.nan])[0] == NOT_A_NUMBER

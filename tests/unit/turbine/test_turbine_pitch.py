@@ -1,0 +1,124 @@
+"""Claims about pitch bearings: rings, joints, drives and their signs, estimates."""
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces import JointDamper, JointSpring
+from turbine_fenicsx.foundation.rotations import E2, E3
+from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.estimate import estimate
+from turbine_fenicsx.turbine.case.parameters import Inertia
+from turbine_fenicsx.turbine.case.size import size_of_options
+from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
+from turbine_fenicsx.turbine.model import (
+    blade_geometry,
+    build_turbine,
+    mesh_options,
+    rotor_layout,
+)
+from turbine_fenicsx.turbine.pitch import RootRings, pitch_drive, pitch_torques
+from turbine_fenicsx.turbine.rigid import rigid_turbine
+from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
+
+RINGS = RootRings(Inertia(7.0, (3.0, 1.0, 2.0)), 2.25)
+SIGNS = (-1.0, 1.0, -1.0)
+"""What a pitch to feather is in the coordinates of the bearings."""
+
+
+def hub():
+    return RigidBody("hub", 1.0, (1.0, 1.0, 1.0), -5.0 * E3)
+
+
+def test_rings_are_centred_on_the_roots_with_their_second_axis_along_the_span():
+    body = hub()
+    rings, _ = RINGS.on(body)
+    layout = rotor_layout(Case.parse({}))
+    for k, ring in enumerate(rings, start=1):
+        span, chord, _ = layout.frame(k)
+        assert (ring.name, ring.mass, tuple(ring.euler)) == (f"ring_{k}", 7.0, (3.0, 1.0, 2.0))
+        assert np.allclose(ring.position, body.position + 2.25 * span, atol=1e-14)
+        directors = np.asarray(ring.directors).T
+        assert np.allclose(directors[1:], [span, E3], atol=1e-15)
+        assert abs(directors[0] @ chord) == pytest.approx(1.0)
+
+
+def test_bearings_have_names_axes_and_signs_of_the_rigid_turbine():
+    _, bearings = RINGS.on(hub())
+    printed = [
+        part
+        for part in rigid_turbine(Case.parse({}).turbine.parameters())
+        if part.name.startswith("pitch_")
+    ]
+    assert (
+        [b.name for b in bearings] == [j.name for j in printed] == ["pitch_1", "pitch_2", "pitch_3"]
+    )
+    for bearing, joint in zip(bearings, printed, strict=True):
+        assert np.allclose(bearing.axis, joint.axis, atol=1e-15)
+        assert np.array_equal(bearing.reference, joint.reference)
+        assert np.array_equal(bearing.point, bearing.second.position)
+
+
+def test_a_free_bearing_has_no_drive():
+    assert pitch_drive(PitchCase(stiffness=1.0, damping=1.0, angle=1.0)) == []
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(2.0, 0.0), (0.0, 3.0), (2.0, 3.0)])
+def test_springs_and_dampers_are_on_all_bearings(stiffness, damping):
+    parts = pitch_drive(PitchCase(drive="spring", stiffness=stiffness, damping=damping))
+    springs = [p for p in parts if isinstance(p, JointSpring)]
+    dampers = [p for p in parts if isinstance(p, JointDamper)]
+    assert len(springs) + len(dampers) == len(parts) == len({p.name for p in parts})
+    names = ["pitch_1", "pitch_2", "pitch_3"]
+    assert [(s.coordinate, s.stiffness) for s in springs] == [(n, 2.0) for n in names if stiffness]
+    assert [(d.coordinate, d.damping) for d in dampers] == [(n, 3.0) for n in names if damping]
+
+
+def test_prescribed_motion_begins_and_ends_in_time_and_is_positive_to_feather():
+    parts = pitch_drive(PitchCase(drive="prescribed", angle=0.4, start=1.0, duration=2.0))
+    assert [p.coordinate for p in parts] == ["pitch_1", "pitch_2", "pitch_3"]
+    for part, sign in zip(parts, SIGNS, strict=True):
+        assert isinstance(part, PrescribedMotion)
+        values = [part.motion(t) for t in (0.0, 1.0, 2.0, 3.0, 9.0)]
+        assert np.allclose(values, sign * np.array([0.0, 0.0, 0.2, 0.4, 0.4]), atol=1e-15)
+
+
+def test_pitch_torque_is_positive_to_feather():
+    torques = pitch_torques(LoadsCase(pitch_torque=5.0, duration=2.0))
+    assert [(t.joint, t.torque(1.0)) for t in torques] == [
+        (f"pitch_{k}", 5.0 * sign) for k, sign in enumerate(SIGNS, start=1)
+    ]
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+@pytest.mark.parametrize("drive", ["free", "spring", "prescribed"])
+def test_unknowns_are_estimated_exactly(comm, model, drive):
+    pitch = {"bearings": True, "drive": drive, "damping": 1.0}
+    case = Case.parse(
+        {"turbine": {"model": model}, "pitch": pitch, "mesh": {"elements": [1, 1, 2]}}
+    )
+    size = None
+    if model == "hybrid":
+        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+    assert estimate(case, size).unknowns == unknowns(build_turbine(case, comm))
+
+
+def test_rings_carry_the_blades_and_belong_to_the_rotor(comm):
+    mesh = {"mesh": {"elements": [1, 1, 2]}}
+    without = build_turbine(Case.parse(mesh), comm)
+    pitch = {"bearings": True, "ring_mass": 500.0, "ring_euler": [300.0, 10.0, 200.0]}
+    turbine = build_turbine(Case.parse(mesh | {"pitch": pitch}), comm)
+    rings = [f"ring_{k}" for k in (1, 2, 3)]
+    assert [root.rigid.name for root in turbine.roots] == rings
+    assert [tip.carrier.name for tip in turbine.tips] == rings
+    assert [masses(turbine)[name] for name in rings] == [500.0] * 3
+    assert [root.rigid.name for root in without.roots] == ["hub"] * 3
+    # about the shaft: the Euler values along chord and span, and the mass at the hub's radius
+    more = 3 * (300.0 + 10.0 + 500.0 * 2.25**2)
+    assert rotor_inertia(turbine) - rotor_inertia(without) == pytest.approx(more, rel=1e-6)
+
+
+def test_ring_axis_of_the_upright_blade_is_vertical():
+    rings, _ = RINGS.on(hub())
+    assert np.allclose(np.asarray(rings[1].directors)[:, 1], E2, atol=1e-15)

@@ -1,0 +1,151 @@
+"""Claims about the flexible tower of a turbine: parts, masses, sizes, columns."""
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
+from turbine_fenicsx.turbine.case.size import size_of_options
+from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.channels import BladeSensors, TowerSensors, openfast_channels
+from turbine_fenicsx.turbine.inspection import inspect_mesh
+from turbine_fenicsx.turbine.model import TOWER, blade_geometry, build_turbine, mesh_options
+from turbine_fenicsx.turbine.run import channels, run_case
+from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
+from turbine_fenicsx.turbine.tower import lame, tower_geometry
+
+MESH = {"elements": [1, 1, 2]}
+SMALL = {"flexible": True, "elements": [4, 1, 2], "degree": 1}
+
+
+def a_case(model="hybrid", **tower):
+    data = {"turbine": {"model": model}, "tower": SMALL | tower}
+    return Case.parse(data if model == "rigid" else data | {"mesh": MESH})
+
+
+def expected(case):
+    """The estimate from the case alone."""
+    size = None
+    if case.turbine.model == "hybrid":
+        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+    return estimate(case, size)
+
+
+@pytest.fixture(scope="module")
+def turbine():
+    """The hybrid turbine on a small tower."""
+    from mpi4py import MPI
+
+    return build_turbine(a_case(), MPI.COMM_WORLD)
+
+
+def test_tower_stands_between_ground_and_yaw_bearing(turbine):
+    system, tower = turbine.system, turbine.tower
+    assert [body.name for body in system.flexible_bodies] == ["blades", "tower"]
+    assert tower.foot.rigid is None and tower.head.rigid is tower.top
+    assert np.array_equal(tower.top.position, np.zeros(3))
+    (yaw,) = (joint for joint in system.joints if joint.name == "yaw")
+    assert (yaw.first.name, yaw.second.name) == ("tower_top", "nacelle")
+    contact = system.coupling_blocks[1]
+    heights = {
+        c.name: system.flexible_blocks[1].positions[contact.nodes[rows], 1]
+        for c, rows in zip(contact.couplings, contact.slices, strict=True)
+    }
+    assert np.allclose(heights["tower_foot"], -80.0, rtol=0, atol=1e-12)
+    assert np.allclose(heights["tower_head"], 0.0, rtol=0, atol=1e-12)
+    counts = system.comm.allreduce(np.array([len(x) for x in heights.values()]))
+    assert counts.tolist() == [8, 8]
+
+
+def test_cells_of_the_tower_are_a_part_of_their_own(turbine):
+    blades, tower = turbine.parts
+    assert set(blades) <= {2.0, 3.0, 4.0}
+    assert set(tower) <= {float(TOWER)} and TOWER == 5
+
+
+def test_the_tower_has_a_mass_but_does_not_turn_with_the_rotor(turbine, comm):
+    found = masses(turbine)
+    # four flat cells around have the area of squares
+    mass = tower_geometry(TowerCase()).volume * 7850.0 * 2.0 / np.pi
+    assert found["tower"] == pytest.approx(mass, rel=1e-12)
+    assert found["tower_top"] == 2000.0
+    without = build_turbine(Case.parse({"mesh": MESH}), comm)
+    assert rotor_inertia(turbine) == pytest.approx(rotor_inertia(without), rel=1e-12)
+
+
+def test_without_a_tower_there_is_nothing_of_it(comm):
+    case = Case.parse({"mesh": MESH})
+    turbine = build_turbine(case, comm)
+    assert turbine.tower is None
+    sensors = TowerSensors(case, turbine)
+    assert sensors.history_channels() == sensors.openfast_channels() == []
+    assert "tower" not in masses(turbine)
+
+
+def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
+    case = a_case()
+    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
+    names = [name for channel in channels(turbine, sensors, False) for name in channel.columns]
+    start = names.index("tower_top_displacement_x_[m]")
+    assert names[start - 1] == "root_moment_3_z_[Nm]"
+    assert names[start + 3 : start + 10] == [
+        *(f"tower_base_force_{axis}_[N]" for axis in "xyz"),
+        *(f"tower_base_moment_{axis}_[Nm]" for axis in "xyz"),
+        "work_of_torque_on_rotor_[J]",
+    ]
+    out = [name for channel in openfast_channels(turbine, *sensors) for name in channel.columns]
+    assert out[-9:] == [
+        *(f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")),
+        *(f"TwrBsF{axis}t_[kN]" for axis in "xyz"),
+        *(f"TwrBsM{axis}t_[kN-m]" for axis in "xyz"),
+    ]
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+@pytest.mark.parametrize("tower", [{}, {"elements": [3, 2, 4]}, {"degree": 2}], ids=str)
+def test_unknowns_are_estimated_exactly(comm, model, tower):
+    case = a_case(model, **tower)
+    found = expected(case)
+    assert found.exact
+    assert found.unknowns == unknowns(build_turbine(case, comm))
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_disk_space_and_summary_count_the_tower(comm, shared_tmp_path, model):
+    data = a_case(model).model_dump(mode="json") | {
+        "time": {"end": 0.04},
+        "output": {"fields_every": 0.02},
+    }
+    case = Case.parse(data)
+    result = run_case(case, shared_tmp_path, comm, "none")
+    comm.barrier()
+    files = [path for path in shared_tmp_path.iterdir() if path.name.startswith("fields")]
+    found = expected(case)
+    rest = 700.0 * 2.0 + checkpoint_bytes(found.unknowns["displacements"])
+    size = sum(path.stat().st_size for path in files)
+    assert found.disk - rest == pytest.approx(size, rel=0.02)
+    assert result["tower_mesh"]["cells"] == 8
+    assert (result["mesh"] is None) == (model == "rigid")
+
+
+def test_inspection_of_the_mesh_reports_the_tower(comm):
+    with_tower, without = (
+        inspect_mesh(case, comm).report for case in (a_case(), Case.parse({"mesh": MESH}))
+    )
+    assert with_tower.startswith(without)
+    more = with_tower.removeprefix(without)
+    assert "8 linear hexahedra, 24 nodes" in more
+    assert "mass of the tower 249.1" in more
+
+
+def test_lame_parameters_are_those_of_young_and_poisson():
+    first, shear = lame(210e9, 0.3)
+    assert shear == pytest.approx(80.769e9, rel=1e-5)
+    assert shear * (3 * first + 2 * shear) / (first + shear) == pytest.approx(210e9)
+    assert first / (2 * (first + shear)) == pytest.approx(0.3)
+
+
+def test_a_tower_without_a_hollow_is_refused():
+    with pytest.raises(InputError, match=r"tower\.wall"):
+        tower_geometry(TowerCase(wall=5.0))

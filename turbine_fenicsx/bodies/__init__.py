@@ -1,0 +1,1 @@
+"""What has mass: rigid and flexible bodies, and how they are held together."""

@@ -1,0 +1,42 @@
+"""Facets that users give for couplings and surface loads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.parallel import raise_together
+
+
+def checked_facets(name: str, mesh: Any, facets: Any) -> npt.NDArray[np.int32]:
+    """Sorted numbers of facets of this rank, ghosts included, each once.
+
+    Args:
+        name: Name of the part that they were given to.
+        mesh: The mesh.
+        facets: What was given on this rank.
+
+    Raises:
+        ValueError: for what are no numbers of facets of the mesh, on all ranks.
+
+    Note:
+        Collective.
+    """
+    mesh.topology.create_entities(2)
+    index_map = mesh.topology.index_map(2)
+    count = index_map.size_local + index_map.num_ghosts
+    given, error = np.asarray(facets), None
+    if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
+        error = ValueError(
+            f"facets of {name!r} must be a list of numbers of facets, as dolfinx.mesh."
+            f"locate_entities_boundary or the find() of mesh tags return them, got {facets!r}"
+        )
+    elif np.any((given < 0) | (given >= count)):
+        error = ValueError(
+            f"facets of {name!r} must be below {count}, the number of facets of the mesh on this "
+            f"rank, got {given.min()} to {given.max()}"
+        )
+    raise_together(mesh.comm, error)
+    return np.unique(given).astype(np.int32)

@@ -1,0 +1,70 @@
+"""Flexible bodies: a mesh, a material and a density."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import Material
+from turbine_fenicsx.materials.cell_fields import check_cells
+
+CELLS = ("hexahedron", "tetrahedron")
+"""Cells that a mesh may have."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleBody:
+    """A 3D continuum with large deformations, position x = X + u.
+
+    Args:
+        name: Unique name.
+        mesh: DOLFINx mesh of hexahedra or tetrahedra in the initial configuration [m].
+        material: Strain energy.
+        density: Reference density rho [kg/m^3], positive, a number or a `cell_field`.
+        degree: Polynomial degree of the displacement, 1 or 2.
+        fibre: Direction field of the fibres, or of the span, in the initial configuration as a
+            UFL vector: for output, and the slender direction for iterative solvers; or None.
+        velocity: Initial velocity field [m/s], a function of positions of shape (n, 3), a point per
+            row, that returns as many velocities; that of the first carrier, or rest, if None.
+            (DOLFINx's interpolate has points as columns; what is written for it is refused.)
+
+    Raises:
+        ValueError: for a density that is not positive, a degree other than 1 or 2, or a mesh that
+            is not three-dimensional or has other cells.
+        TypeError: if the material is none, or the velocity no function.
+    """
+
+    name: str
+    mesh: Any
+    material: Material
+    density: Any
+    degree: int = 1
+    fibre: Any = None
+    velocity: Callable[[Array], Array] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_cells(
+            f"density of flexible body {self.name!r} must be positive, got {{density}}",
+            lambda rho: (rho > 0.0) & (rho < np.inf),
+            density=self.density,
+        )
+        if self.degree not in (1, 2):
+            raise ValueError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
+        if not isinstance(self.material, Material):
+            raise TypeError(f"material of {self.name!r} has no strain_energy: {self.material!r}")
+        if self.velocity is not None and not callable(self.velocity):
+            raise TypeError(
+                f"velocity of {self.name!r} must be a function of positions, got {self.velocity!r}"
+            )
+        dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
+        if dims != (3, 3) or cell not in CELLS:
+            raise ValueError(
+                f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
+                f"got {cell} cells in {dims[1]} dimensions"
+            )

@@ -1,0 +1,83 @@
+"""What `run` and `restart` share: signals, failures, the table at the end."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import (
+    INTERRUPTED,
+    NOT_CONVERGED,
+    OK,
+    UNBALANCED,
+    WRONG_INPUT,
+    fail,
+)
+
+
+def carried_out(
+    options: argparse.Namespace,
+    comm: Any,
+    work: Callable[[Callable[[], bool]], tuple[Any, dict[str, Any]]],
+) -> int:
+    """Do the work and say how it went.
+
+    Args:
+        options: With ``out`` and ``progress``.
+        comm: Communicator.
+        work: Gets a function that says whether to stop; returns the case and its summary.
+
+    Returns:
+        The exit code.
+    """
+    from turbine_fenicsx.foundation.errors import FileError
+    from turbine_fenicsx.foundation.interrupts import catching_signals
+    from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.time_stepping.solver import StepFailure
+    from turbine_fenicsx.turbine.summary import table
+
+    out = options.out
+    resume = f"`turbine-fenicsx restart {shlex.quote(out)}` goes on from there"
+    try:
+        with catching_signals() as interrupt:
+            case, result = work(interrupt)
+    except StepFailure as failure:
+        return fail(comm, f"{failure}. Results up to there are in {out}", NOT_CONVERGED)
+    except FileError as error:
+        return fail(comm, str(error), WRONG_INPUT)
+    except OSError as error:  # of no file of the run: a library, a cache
+        name = f"{error.filename}: " if error.filename else ""
+        return fail(comm, f"{name}{error.strerror or error}", WRONG_INPUT)
+    if result["interrupted"]:
+        t = result["end_time_[s]"]
+        return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)
+    pictures = on_rank0(comm, lambda: _picture(out))
+    if comm.rank == 0 and not options.quiet:
+        names = ["history.csv", "history.out", "summary.json", *pictures]
+        if case.output.fields_every > 0.0:
+            names.insert(1, "fields.xdmf")
+        print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
+        print(table(result))
+        print(f"  {'results':<22}{out}/: {', '.join(names)}", flush=True)
+    wrong = "\n".join(result["warnings"])
+    return fail(comm, wrong, UNBALANCED) if wrong else OK
+
+
+def style(options: argparse.Namespace) -> str:
+    """Style of the progress."""
+    return "none" if options.quiet else str(options.progress)
+
+
+def _picture(out: str) -> list[str]:
+    """Draw energies and angles; without matplotlib say so."""
+    try:
+        from turbine_fenicsx.postprocessing.plots import plot_summary
+
+        plot_summary(f"{out}/history.csv", f"{out}/history.png")
+    except ImportError:
+        print("no picture: matplotlib is not installed", file=sys.stderr)
+        return []
+    return ["history.png"]

@@ -1,0 +1,79 @@
+"""Check a case and its mesh, and estimate what a run takes, without running it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import OK, add_case, need_dolfinx
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    add_case(parser)
+    parser.add_argument(
+        "--ranks",
+        metavar="N",
+        type=int,
+        help="estimate for so many MPI ranks; those of now if left",
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", help="also look at this output folder")
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Say everything that is wrong, or the estimate and then size and quality of the mesh."""
+    need_dolfinx()
+    from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.postprocessing.output_folder import holds_run
+    from turbine_fenicsx.turbine.case.case import Draft
+    from turbine_fenicsx.turbine.case.estimate import estimate
+    from turbine_fenicsx.turbine.inspection import TOO_LARGE, inspect_mesh
+    from turbine_fenicsx.turbine.machine import machine_memory
+    from turbine_fenicsx.turbine.refusal import size_of_blades
+
+    if options.ranks is not None and options.ranks < 1:
+        raise InputError(f"--ranks {options.ranks}: must be at least 1")
+    draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
+    case = draft.case
+    hybrid, mistakes = case.turbine.model == "hybrid", [m.sentence for m in draft.mistakes]
+    own = None
+    # other mistakes do not keep a mesh from being looked at, but those in what it depends on do
+    if hybrid and case.mesh.file and not {"turbine", "blade", "mesh"} & draft.tables:
+        own = inspect_mesh(case, comm)
+        mistakes += own.mistakes
+    if mistakes:
+        raise InputError("\n".join(dict.fromkeys(mistakes)))
+
+    size = own.size if own else size_of_blades(case)
+    expected = estimate(case, size, options.ranks or comm.size)
+    here, warnings = machine_memory(comm), list(case.warnings)
+    if options.ranks in (None, comm.size):  # others run on other machines
+        warnings += filter(None, [expected.too_large(here)])
+    if options.out and on_rank0(comm, lambda: holds_run(options.out)):
+        warnings.append(f"{options.out!r} holds a run already")
+    _warn(comm, warnings)
+    _print(comm, str(expected))
+    if not hybrid:
+        _print(comm, "rigid turbine, no mesh of blades")
+    elif own is None and size is not None and size.vertices > TOO_LARGE:
+        _print(comm, "the mesh is too large to be made just for a check; use the command mesh")
+    else:
+        found = own or inspect_mesh(case, comm)
+        if found.mistakes:
+            raise InputError("\n".join(found.mistakes))
+        _warn(comm, found.warnings)
+        _print(comm, found.report)
+    _print(comm, f"{options.case}: valid")
+    return OK
+
+
+def _warn(comm: Any, sentences: Any) -> None:
+    """Print warnings."""
+    _print(comm, "\n".join(f"warning: {sentence}" for sentence in sentences))
+
+
+def _print(comm: Any, text: str) -> None:
+    """Print on one rank, at once, unless there is nothing to say."""
+    if comm.rank == 0 and text:
+        print(text, flush=True)

@@ -1,0 +1,44 @@
+"""Write the blade mesh of a case as a .msh file."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import OK, add_case, add_force, load_case
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    add_case(parser)
+    parser.add_argument("-o", "--out", metavar="FILE", required=True, help="mesh file (.msh)")
+    parser.add_argument("--overwrite", action="store_true", help="replace FILE if it is there")
+    add_force(parser)
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Write the mesh and print its size and quality."""
+    case = load_case(options, comm)
+    from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.meshing import build_rotor
+    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
+    from turbine_fenicsx.turbine.refusal import refuse_mesh
+
+    if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
+        raise InputError(f"{options.out!r} is there already: --overwrite replaces it")
+    if not options.force:
+        refuse_mesh(case, comm)
+    try:
+        report = on_rank0(
+            comm,
+            lambda: build_rotor(
+                blade_geometry(case), rotor_layout(case), mesh_options(case), options.out
+            ),
+        )
+    except (ValueError, OSError) as error:
+        raise InputError(str(error)) from None
+    if comm.rank == 0:
+        print(f"{options.out}\n{report}", flush=True)
+    return OK

@@ -1,0 +1,91 @@
+"""Draw the diagrams of one run, or of several on top of each other.
+
+Energies, error of the energy per step, angular momentum and its change per step, rotor speed and
+angles, and for flexible parts tip deflections, root moments and motion of the tower, from
+history.csv. Angles and loads have the signs of OpenFAST, see history.out. Runs that were aborted or
+still go on are drawn as far as they came. The error per step is what a step adds to the total
+energy H beyond the work W of the loads; of the angular momentum only the vertical component L2 has
+to stay once the yaw torque is over, because the tower holds the other two. The dashed line is the
+solver tolerance of the (first) run times its largest energy or momentum.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import OK
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("folders", metavar="OUT", nargs="+", help="output folders, at most six")
+    parser.add_argument(
+        "-o", "--out", metavar="FOLDER", help="where to write; default: the first output folder"
+    )
+    parser.add_argument(
+        "--format",
+        metavar="FORMAT",
+        nargs="+",
+        choices=("png", "pdf", "svg"),
+        default=["png", "pdf"],
+        help="png, pdf, svg; default: png pdf",
+    )
+    parser.add_argument(
+        "--together", action="store_true", help="all diagrams in one figure, diagrams.png"
+    )
+    parser.add_argument(
+        "--angles", choices=("rad", "deg"), default="deg", help="unit of angles; default: deg"
+    )
+    parser.add_argument(
+        "--tolerance",
+        metavar="X",
+        type=float,
+        help="height of the dashed line in kJ and kNms instead, for example 1e-7, that of the "
+        "figures of the paper",
+    )
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Draw and print the paths of the figures."""
+    from turbine_fenicsx.foundation.parallel import on_rank0
+
+    paths = on_rank0(comm, lambda: _draw(options))
+    if comm.rank == 0:
+        print(*paths, sep="\n", flush=True)
+    return OK
+
+
+def _draw(options: argparse.Namespace) -> list[str]:
+    """Draw all figures."""
+    from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.postprocessing.output_folder import (
+        read_histories,
+        solver_tolerance,
+        target_folder,
+    )
+    from turbine_fenicsx.postprocessing.plots import draw, figures
+
+    if options.tolerance is not None and not 0.0 < options.tolerance < float("inf"):
+        raise InputError(f"--tolerance {options.tolerance:g}: must be greater than 0")
+    runs = read_histories(options.folders)
+    relative = solver_tolerance(options.folders[0])
+    out = target_folder(options.out or options.folders[0])
+    wanted = figures(runs)
+    if options.together:
+        wanted = {"diagrams": tuple(panel for panels in wanted.values() for panel in panels)}
+    try:
+        return [
+            str(path)
+            for name, panels in wanted.items()
+            for path in draw(
+                runs,
+                panels,
+                [out / f"{name}.{suffix}" for suffix in options.format],
+                tolerance=options.tolerance,
+                relative_tolerance=relative,
+                degrees=options.angles == "deg",
+            )
+        ]
+    except ImportError as error:
+        raise InputError(str(error)) from None

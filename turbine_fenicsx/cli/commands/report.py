@@ -1,0 +1,67 @@
+"""Write one HTML page about a run that opens from disk without a network.
+
+Case, mesh, diagrams, pictures, tables and versions, all from the output folder and all inside the
+page. What a run has not written, or cannot be drawn here, is left out with a sentence in the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import OK
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("folder", metavar="OUT", help="output folder")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", help="the page (.html); default: OUT/report.html"
+    )
+    parser.add_argument(
+        "--times",
+        metavar="T,T,...",
+        help="times of the pictures in s; default: four of the whole run",
+    )
+    parser.add_argument(
+        "--scale",
+        metavar="S",
+        type=float,
+        default=1.0,
+        help="factor of the deformation in the pictures, see render --help",
+    )
+    parser.add_argument("--no-pictures", action="store_true", help="leave the pictures out")
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Write the page and print its path."""
+    from turbine_fenicsx.foundation.parallel import on_rank0
+
+    path = on_rank0(comm, lambda: _write(options))
+    if comm.rank == 0:
+        print(path, flush=True)
+    return OK
+
+
+def _write(options: argparse.Namespace) -> str:
+    """Write the page."""
+    from turbine_fenicsx.cli.commands._numbers import numbers
+    from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.postprocessing.output_folder import need_folder, target_folder
+    from turbine_fenicsx.postprocessing.report import report
+    from turbine_fenicsx.turbine.case.description import describe_case
+
+    times = None if options.times is None else numbers("--times", options.times)
+    if not 0.0 <= options.scale < float("inf"):
+        raise InputError(f"--scale {options.scale:g}: must be a positive number")
+    if options.out is not None and Path(options.out).suffix != ".html":
+        raise InputError(f"--out {options.out}: the name of a page ends in .html")
+    path = Path(options.out or need_folder(options.folder) / "report.html")
+    target_folder(path.parent)
+    page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {str(path)!r}: {error.strerror}") from None
+    return str(path)

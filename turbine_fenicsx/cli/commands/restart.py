@@ -1,0 +1,36 @@
+"""Go on with a run from its last checkpoint."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import (
+    add_force,
+    add_overrides,
+    add_progress,
+    need_dolfinx,
+)
+from turbine_fenicsx.cli.commands._running import carried_out, style
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("out", metavar="OUT", help="output folder of the run")
+    add_overrides(parser)
+    add_force(parser)
+    add_progress(parser)
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Go on and print a short table."""
+    need_dolfinx()
+    from turbine_fenicsx.turbine.run import restart_case
+
+    return carried_out(
+        options,
+        comm,
+        lambda stop: restart_case(
+            options.out, comm, options.overrides, style(options), stop, options.force
+        ),
+    )

@@ -1,0 +1,50 @@
+"""Run a case."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import (
+    add_case,
+    add_force,
+    add_progress,
+    load_case,
+    need_dolfinx,
+)
+from turbine_fenicsx.cli.commands._running import carried_out, style
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    add_case(parser)
+    parser.add_argument("-o", "--out", metavar="OUT", required=True, help="output folder")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace the results of an earlier run in OUT"
+    )
+    add_force(parser)
+    add_progress(parser)
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Run the case and print a short table."""
+    case = load_case(options, comm)
+    need_dolfinx()
+    from turbine_fenicsx.turbine.run import run_case
+
+    return carried_out(
+        options,
+        comm,
+        lambda stop: (
+            case,
+            run_case(
+                case,
+                options.out,
+                comm,
+                style(options),
+                stop=stop,
+                force=options.force,
+                overwrite=options.overwrite,
+            ),
+        ),
+    )

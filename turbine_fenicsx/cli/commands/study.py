@@ -1,0 +1,115 @@
+"""Run a study: one case with many changes, in parallel, with one table at the end."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import (
+    NOT_CONVERGED,
+    OK,
+    add_overrides,
+    add_progress,
+    fail,
+    need_dolfinx,
+)
+from turbine_fenicsx.cli.commands._running import style
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("study", metavar="STUDY", help="study file (TOML)")
+    parser.add_argument(
+        "-o", "--out", metavar="OUT", help="output folder, out/NAME for a study file NAME.toml"
+    )
+    parser.add_argument("-j", "--processes", metavar="N", type=int, help="how many runs at a time")
+    parser.add_argument(
+        "--list", action="store_true", help="only list the runs and which of them are finished"
+    )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace results of other cases in these folders"
+    )
+    add_overrides(parser)
+    add_progress(parser)
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Run what is not finished and print tables."""
+    from turbine_fenicsx.foundation.errors import InputError
+
+    if comm.size > 1:
+        raise InputError(
+            "start a study without mpirun; `ranks = N` in the study file gives N ranks to each run"
+        )
+    need_dolfinx()
+    from turbine_fenicsx.study.file import Study
+    from turbine_fenicsx.study.run import run_study
+
+    study = Study.load(options.study)
+    if options.processes is not None:
+        if options.processes < 1:
+            raise InputError(f"--processes {options.processes}: must be at least 1")
+        study = study.model_copy(update={"processes": options.processes})
+    out = Path(options.out or Path("out") / Path(options.study).stem)
+    if options.list:
+        _list(study, out, options.overrides)
+        return OK
+    result = run_study(study, out, options.overrides, style(options), options.overwrite)
+    names = ["study.csv"]
+    if study.convergence is not None:
+        names += ["convergence.csv", *_picture(study, result, out)]
+    if not options.quiet:
+        _print_orders(result.series)
+        done, total = len(result.results), len(result.runs)
+        print(f"{done} of {total} runs finished; results {out}/: {', '.join(names)}", flush=True)
+    if result.failed:
+        lines = [f"run {name!r} failed, {reason}" for name, reason in result.failed.items()]
+        return fail(comm, "\n".join(lines), NOT_CONVERGED)
+    return OK
+
+
+def _list(study: Any, out: Path, overrides: list[str]) -> None:
+    """Print the names of all runs and what there is to do."""
+    from turbine_fenicsx.study.plan import plan
+    from turbine_fenicsx.study.results import is_finished, is_interrupted
+
+    for planned in plan(study, overrides):
+        folder = out / planned.name
+        state = "to go on" if is_interrupted(planned, folder) else "to run"
+        print(f"{'finished' if is_finished(planned, folder) else state:<9} {planned.name}")
+    sys.stdout.flush()
+
+
+def _print_orders(series: list[Any]) -> None:
+    """Print a table for each series, with the fitted order below it."""
+    import numpy as np
+
+    from turbine_fenicsx.study.convergence import report
+    from turbine_fenicsx.study.results import lines_of
+
+    for s in series:
+        if s.label:
+            print(s.label)
+        print("\n".join(lines_of(report(s))))
+        if not np.isfinite(s.order):
+            print("observed order: cannot be told, the errors follow no power of the size\n")
+            continue
+        note = ", the finest run, whose own error makes the order too high" if s.finest else ""
+        print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}\n")
+
+
+def _picture(study: Any, result: Any, out: Path) -> list[str]:
+    """Draw the errors; without matplotlib say so."""
+    from turbine_fenicsx.study.picture import plot_convergence
+
+    key = study.convergence.key
+    numbers = isinstance(result.runs[0].value(key), tuple)
+    size = f"1 / mean of {key}" if numbers else key
+    try:
+        plot_convergence(result.series, size, study.title, out / "convergence.png")
+    except ImportError:
+        print("no picture: matplotlib is not installed", file=sys.stderr)
+        return []
+    return ["convergence.png"]

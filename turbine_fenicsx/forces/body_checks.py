@@ -1,0 +1,28 @@
+"""Checks of the bodies that users give to force elements and loads: one sentence each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+
+
+def check_body(name: str, body: Any) -> None:
+    """Raise a TypeError unless a body is a rigid one."""
+    if not isinstance(body, RigidBody):
+        raise TypeError(f"{name!r} needs a rigid body, but {getattr(body, 'name', body)!r} is none")
+
+
+def check_ends(name: str, first: Any, second: Any) -> None:
+    """Raise an error unless two ends are on different rigid bodies, one of which may be the ground.
+
+    Raises:
+        TypeError: if one is neither a rigid body nor None.
+        ValueError: if both are the same.
+    """
+    for body in (first, second):
+        if body is not None:
+            check_body(name, body)
+    if first is second:
+        where = "the ground" if first is None else repr(first.name)
+        raise ValueError(f"both ends of {name!r} are on {where}")

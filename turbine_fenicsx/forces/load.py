@@ -1,0 +1,78 @@
+"""What every load is to the rest of the code.
+
+A load that depends on time alone is a `Load`; one on a flexible body is a `SurfaceLoad` or a
+`NodeForce`; one on a rigid body that follows its motion is a force element
+(`turbine_fenicsx.forces.element.Element`) of kind "external".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.types import Array
+
+
+@dataclass
+class Forces:
+    """Generalised forces at one time, collected from all loads.
+
+    Args:
+        coordinates: Forces on the coordinates of each rigid body, each of shape (12,) [N, N m].
+        torques: Torque or force on each joint coordinate by name [N m, N].
+        acceleration: Acceleration of gravity that acts on all masses, shape (3,) [m/s^2].
+    """
+
+    coordinates: Mapping[RigidBody, Array]
+    torques: dict[str, float]
+    acceleration: Array = field(default_factory=lambda: np.zeros(3))
+
+
+@runtime_checkable
+class Load(Protocol):
+    """Something that drives the system, whatever its motion.
+
+    The step evaluates loads at t_{n+1/2}; the work of forces and torques over a step is exactly
+    force times increment of the coordinate. Gravity counts as potential energy instead. A load
+    may have a ``name``, under which its work is reported.
+    """
+
+    def add_to(self, forces: Forces, time: float) -> None:
+        """Add this load at the given time [s]; raises ValueError for an unknown joint or body."""
+
+
+@runtime_checkable
+class SurfaceLoad(Protocol):
+    """A load on a part of the surface of a flexible body."""
+
+    @property
+    def name(self) -> str:
+        """Name under which its work is reported."""
+
+    @property
+    def flexible(self) -> FlexibleBody:
+        """The body."""
+
+    @property
+    def facets(self) -> npt.NDArray[np.int32]:
+        """Facets of the surface, indices local to this rank (ghosts allowed)."""
+
+    @property
+    def function(self) -> Callable[[float], float]:
+        """Factor as a function of time [s]."""
+
+    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
+        """Force per reference area [N/m^2] as a UFL vector.
+
+        Args:
+            F: Deformation gradient at the middle of the step.
+            N: Outward normal in the initial configuration.
+            factor: Value of the function of time, a UFL constant.
+            parameter: Turns numbers and arrays into UFL constants.
+        """

@@ -1,0 +1,43 @@
+"""Force on a node of a flexible body."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces.time_functions import ALWAYS
+from turbine_fenicsx.foundation.checks import check_function, check_vectors
+
+
+@dataclass(frozen=True, eq=False)
+class NodeForce:
+    """A force with a direction fixed in space on the node nearest to a point.
+
+    In a continuum a force on a point has an infinite displacement as the mesh is refined; where
+    that matters, take a `SurfaceTraction`.
+
+    Args:
+        name: Name under which its work is reported.
+        flexible: The body.
+        point: Point in the initial configuration [m], shape (3,).
+        force: Force [N], shape (3,).
+        function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: if point or force are not three numbers.
+        TypeError: for what is no function of time.
+    """
+
+    name: str
+    flexible: FlexibleBody
+    point: npt.ArrayLike
+    force: npt.ArrayLike
+    function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point, force=self.force)
+        check_function(self.name, self.function)

@@ -1,0 +1,47 @@
+"""Pressure on the surface of a flexible body, a follower load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces.time_functions import ALWAYS
+from turbine_fenicsx.foundation.checks import check_function, check_number
+
+
+@dataclass(frozen=True, eq=False)
+class Pressure:
+    """A force -p n per present area, n the present normal: -p cof(F) N per reference area.
+
+    Args:
+        name: Name under which its work is reported.
+        flexible: The body.
+        facets: Facets of the surface, indices local to this rank (ghosts allowed).
+        pressure: p [N/m^2], positive inwards.
+        function: Factor as a function of time [s].
+
+    Raises:
+        ValueError: for a pressure that is no number.
+        TypeError: for what is no function of time.
+    """
+
+    name: str
+    flexible: FlexibleBody
+    facets: npt.NDArray[np.int32]
+    pressure: float
+    function: Callable[[float], float] = ALWAYS
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_number(f"pressure of {self.name!r}", self.pressure)
+        check_function(self.name, self.function)
+
+    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
+        """-factor p cof(F) N."""
+        return -factor * parameter(self.pressure) * ufl.det(F) * ufl.inv(F).T * N

@@ -1,0 +1,1 @@
+"""Numbers, files and processes: what knows nothing of mechanics."""

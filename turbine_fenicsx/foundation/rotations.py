@@ -1,0 +1,72 @@
+"""Small helpers for directions and rotation matrices (numpy, no state)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.types import Array
+
+E1, E2, E3 = np.eye(3)
+"""Inertial basis; e2 is vertical, e3 the rotor axis of the turbine."""
+
+
+def unit(vector: npt.ArrayLike) -> Array:
+    """Unit vector along ``vector``.
+
+    Args:
+        vector: Shape (3,), not zero.
+
+    Returns:
+        Shape (3,).
+
+    Raises:
+        ValueError: if the vector is zero or does not have three entries.
+    """
+    v = np.asarray(vector, dtype=float)
+    if v.shape != (3,) or not 0.0 < np.linalg.norm(v) < np.inf:
+        raise ValueError(f"a direction needs three numbers, not all zero; got {vector!r}")
+    return v / np.linalg.norm(v)
+
+
+def rotation_about(axis: npt.ArrayLike, angle: float) -> Array:
+    """Rotation matrix exp(angle skew(axis)) (Rodrigues' formula).
+
+    Args:
+        axis: Direction, shape (3,).
+        angle: Angle [rad].
+
+    Returns:
+        Shape (3, 3), columns are the images of e1, e2, e3.
+    """
+    n = unit(axis)
+    K = skew(n)
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+
+
+def skew(w: npt.ArrayLike) -> Array:
+    """Return the matrix of the cross product with w, (3, 3): its product with v is w x v."""
+    x, y, z = np.asarray(w, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -> Array:
+    """Right-handed frame (t1, t2, n) with n along ``axis``.
+
+    Args:
+        axis: Direction of n, shape (3,).
+        towards: Direction that t1 points to as far as it is normal to n; any if None.
+
+    Returns:
+        Shape (3, 3), columns t1, t2, n.
+
+    Raises:
+        ValueError: if ``towards`` is parallel to ``axis``.
+    """
+    n = unit(axis)
+    hint = np.eye(3)[np.argmin(np.abs(n))] if towards is None else np.asarray(towards, dtype=float)
+    t1 = hint - (hint @ n) * n
+    if np.linalg.norm(t1) < 1e-9 * np.linalg.norm(hint):
+        raise ValueError(f"direction {towards!r} is parallel to the axis {axis!r}")
+    t1 = unit(t1)
+    return np.column_stack([t1, np.cross(n, t1), n])

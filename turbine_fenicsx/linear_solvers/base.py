@@ -1,0 +1,42 @@
+"""What every linear solver is to Newton's method."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from petsc4py import PETSc
+
+from turbine_fenicsx.system.restart_data import Memory
+
+
+class LinearSolver(Protocol):
+    """Solves, exactly or nearly, with the nested tangent of a step.
+
+    It is applied as the preconditioner of SNES' Krylov method, which by default takes it as exact
+    (``preonly``). All methods are collective.
+    """
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Krylov iterations since the start; a direct solve counts as one."""
+
+    def begin(self) -> None:
+        """A new Newton iteration begins: the step holds the state at t_n and the first guess."""
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Prepare for the tangent at the unknowns X."""
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one nested right-hand side."""
+
+    def end(self, converged: bool) -> None:
+        """The Newton iteration has ended."""
+
+    def remember(self) -> Memory:
+        """What later solves depend on, apart from the step; a new solver can `recall` it."""
+
+    def recall(self, memory: Memory) -> None:
+        """Go on like the solver that remembered this; nothing was solved yet."""
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""

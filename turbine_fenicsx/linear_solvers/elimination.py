@@ -1,0 +1,199 @@
+"""Exact elimination of contact nodes and coupling multipliers, with a sparse LU of the rest.
+
+A contact node follows its rigid body, u_c = P r - b_c with P = S^T B, so that contact
+displacements and multipliers drop out. With A_II the rows and columns of A_uu that belong to free
+nodes I, and Z = Y - A_II^{-1} (A_uu Y)_I the response of the flexible body to unit motions of its
+carriers (twelve columns each; any Y with Y_c = P_c gives the same Z, the motion of the whole body
+with its carrier is the one that leaves least to solve),
+
+    (K_r + P^T A_uu Z) r = b_r - P^T (A_uu w - b_u),   w = (A_II^{-1} (b_I + A_Ic b_c), -b_c),
+    u = w + Z r,                                       mu_c = (A_uu u - b_u)_c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.foundation.dense import ScaledFactor
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.blocks import StepBlocks
+from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
+from turbine_fenicsx.system.coupling_block import CouplingBlock
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.restart_data import Memory
+
+
+class Elimination:
+    """Direct solver of the nested tangent, factorised anew in each Newton iteration.
+
+    Args:
+        step: The step whose tangent is solved with.
+        prefix: Options prefix of the sparse factorisations.
+    """
+
+    def __init__(self, step: StepBlocks, prefix: str) -> None:
+        """Set up the eliminations of all flexible bodies."""
+        system = step.system
+        self._step = step
+        self._bodies = [
+            BodyElimination(f, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
+            for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
+        ]
+        self._reduced = ScaledFactor(np.zeros((0, 0)))
+        self._solves = 0
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Direct solves so far."""
+        return self._solves
+
+    def begin(self) -> None:
+        """Nothing is kept from step to step."""
+
+    def end(self, converged: bool) -> None:
+        """Nothing."""
+
+    def remember(self) -> Memory:
+        """Nothing."""
+        return Memory()
+
+    def recall(self, memory: Memory) -> None:
+        """Nothing."""
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Factorise A_II of each body at X and form the reduced matrix on rank 0."""
+        self._step.tangent(x)
+        reduced = self._step.rigid_tangent.copy()
+        for body in self._bodies:
+            body.factorise()
+            if reduced.size:
+                reduced[np.ix_(body.columns, body.columns)] += body.schur
+        self._reduced = ScaledFactor(reduced)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one nested right-hand side."""
+        self._solves += 1
+        b_u, b_c, b_r = self._step.split(b)
+        u, mu_c, r = self._step.split(x)
+        b_r.copy(r)
+        for body, b_u_k, b_c_k, w in zip(self._bodies, b_u, b_c, u, strict=True):
+            forces = body.eliminate(b_u_k.array_r, b_c_k.array_r, w.array)
+            if r.array_r.size:
+                r.array[body.columns] -= forces
+        motion = self._step.solve_rigid(self._reduced, r)
+        for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):
+            mu_k.array[:] = body.substitute(motion[body.columns], b_u_k.array_r, u_k.array)
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        for body in self._bodies:
+            body.destroy()
+
+
+class BodyElimination:
+    """The elimination of one flexible body, for the values of its tangent at `factorise`.
+
+    Args:
+        flexible: The flexible body; its ``tangent`` is A_uu.
+        coupling: Its couplings.
+        make_solver: Makes the solver for A_II from the matrix and its free nodes.
+
+    Attributes:
+        columns: Columns of r that belong to the carriers.
+        schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
+    """
+
+    def __init__(
+        self,
+        flexible: FlexibleBlock,
+        coupling: CouplingBlock,
+        make_solver: Callable[[PETSc.Mat, PETSc.IS], FreeSolver],
+    ) -> None:
+        """Find the free nodes and allocate the columns."""
+        self.columns = coupling.columns
+        self._B = coupling.B_local
+        self._A = flexible.tangent
+        self._comm = flexible.body.mesh.comm
+        self._contact = coupling.dofs
+        self._free = np.setdiff1d(np.arange(3 * flexible.n_owned), coupling.dofs)
+        first = self._A.getOwnershipRange()[0]
+        self._free_set = PETSc.IS().createGeneral(
+            (first + self._free).astype(PETSc.IntType), comm=self._comm
+        )
+        self._contact_set = PETSc.IS().createGeneral(
+            (first + self._contact).astype(PETSc.IntType), comm=self._comm
+        )
+        self._all = PETSc.IS().createStride(
+            3 * flexible.n_owned, first=first, step=1, comm=self._comm
+        )
+        self._A_II, self._A_Ic, self._A_c = (self._A.createSubMatrix(*p) for p in self._parts())
+        self._solver = make_solver(self._A_II, self._free_set)
+        self._b_I, self._x_I = self._A_II.createVecs()
+        self._u, self._Au = flexible.new_vector(), flexible.new_vector()
+        self._c, self._Ac = self._A_Ic.createVecRight(), self._A_c.createVecLeft()
+        self._start = coupling.rigid_extension(flexible.positions)
+        self._Z = np.zeros_like(self._start)
+        self.schur: Array = np.zeros((self.columns.size,) * 2)
+
+    @property
+    def iterations(self) -> int:
+        """Krylov iterations for the free nodes so far."""
+        return self._solver.iterations
+
+    def factorise(self) -> None:
+        """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
+        for part, sets in zip((self._A_II, self._A_Ic, self._A_c), self._parts(), strict=True):
+            self._A.createSubMatrix(*sets, submat=part)
+        self._solver.update()
+        self._Z[:] = self._start
+        schur = np.zeros_like(self.schur)
+        for k in range(self.columns.size):
+            self._u.array[:] = self._Z[:, k]
+            self._A.mult(self._u, self._Au)
+            self._b_I.array[:] = self._Au.array_r[self._free]
+            self._solver.solve(self._b_I, self._x_I)
+            self._Z[self._free, k] -= self._x_I.array_r
+            schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
+        self.schur = sum_over_ranks(self._comm, schur)
+
+    def eliminate(self, b_u: Array, b_c: Array, w: Array) -> Array:
+        """Compute w, overwritten, and P^T (A w - b_u), summed over all ranks."""
+        self._c.array[:] = b_c
+        self._b_I.array[:] = b_u[self._free]
+        self._A_Ic.multAdd(self._c, self._b_I, self._b_I)
+        self._solver.solve(self._b_I, self._x_I)
+        w[self._contact] = -b_c
+        w[self._free] = self._x_I.array_r
+        forces = self._contact_forces(w) - b_u[self._contact]
+        return sum_over_ranks(self._comm, self._B.T @ forces)
+
+    def substitute(self, motion: Array, b_u: Array, u: Array) -> Array:
+        """Add Z r to w in u, for the motion r of the carriers, and return the multipliers."""
+        u += self._Z @ motion
+        return self._contact_forces(u) - b_u[self._contact]
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        self._solver.destroy()
+        for matrix in (self._A_II, self._A_Ic, self._A_c):
+            matrix.destroy()
+        for vector in (self._b_I, self._x_I, self._u, self._Au, self._c, self._Ac):
+            vector.destroy()
+        for indices in (self._free_set, self._contact_set, self._all):
+            indices.destroy()
+
+    def _parts(self) -> list[tuple[PETSc.IS, PETSc.IS]]:
+        """Rows and columns of A_II, A_Ic and the contact rows of A_uu."""
+        free, contact = self._free_set, self._contact_set
+        return [(free, free), (free, contact), (contact, self._all)]
+
+    def _contact_forces(self, u: Array) -> Array:
+        """(A_uu u)_c, owned entries."""
+        self._u.array[:] = u
+        self._A_c.mult(self._u, self._Ac)
+        return self._Ac.array_r

@@ -1,0 +1,150 @@
+"""Solvers for the free nodes of one flexible body, and the plainest: a sparse factor by PETSc."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.foundation.types import Array
+
+EXTRA_WORKSPACE = 60
+"""Per cent by which MUMPS may exceed its estimate of the work space where pivots are delayed."""
+
+LARGEST_WORKSPACE = 100 * EXTRA_WORKSPACE
+"""Beyond this the matrix has no factor. Pivots are delayed by any number in small saddle points."""
+
+WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
+"""What MUMPS says, the same on all ranks, where more of it helps."""
+
+TRUSTED = 1e-4
+"""A factor is trusted if it solves for a known vector with this relative error."""
+
+
+class FreeSolver(Protocol):
+    """Solves with A_II. All methods are collective.
+
+    Attributes:
+        iterations: Krylov iterations so far; a direct solve counts as one.
+    """
+
+    iterations: int
+
+    def update(self) -> None:
+        """Prepare for the present values of the matrix."""
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side."""
+
+    def destroy(self) -> None:
+        """Free everything."""
+
+
+class SparseFactor:
+    """LU or Cholesky (L D L^T) factors of a distributed matrix that keeps its sparsity, by MUMPS.
+
+    Args:
+        matrix: The matrix.
+        prefix: Options prefix.
+        symmetric: Whether the matrix is symmetric, which halves work and memory.
+        package: Package of PETSc that factorises.
+    """
+
+    def __init__(
+        self, matrix: PETSc.Mat, prefix: str, symmetric: bool = False, package: str = "mumps"
+    ) -> None:
+        """Create the solver; nothing is factorised yet."""
+        self._ksp = PETSc.KSP().create(matrix.getComm())
+        self._ksp.setOptionsPrefix(prefix)
+        self._ksp.setType("preonly")
+        self._matrix = matrix
+        self._ksp.setOperators(matrix)
+        pc = self._ksp.getPC()
+        pc.setType("cholesky" if symmetric else "lu")
+        pc.setFactorSolverType(package)
+        self._ksp.setFromOptions()
+        self._extra = EXTRA_WORKSPACE
+        self._is_mumps = pc.getFactorSolverType() == "mumps"
+        self._reserve()
+        self.iterations = 0
+
+    def update(self) -> None:
+        """Factorise the present values of the matrix. Collective."""
+        self._ksp.setOperators(self._matrix)  # or setUp would leave it to the next solve
+        self._ksp.setUp()
+        while self._workspace_was_too_small() and self._extra < LARGEST_WORKSPACE:
+            self._extra *= 2
+            self._ksp.reset()  # PETSc keeps the error, and would never factorise again
+            self._ksp.setOperators(self._matrix)
+            self._reserve()
+            self._ksp.setUp()
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side. Collective."""
+        self._ksp.solve(b, x)
+        self.iterations += 1
+
+    def destroy(self) -> None:
+        """Free the factor. Collective."""
+        self._ksp.destroy()
+
+    def _reserve(self) -> None:
+        """Tell MUMPS how much more work space than estimated it may take."""
+        if self._is_mumps:
+            pc = self._ksp.getPC()
+            pc.setFactorSetUpSolverType()
+            pc.getFactorMatrix().setMumpsIcntl(14, self._extra)
+
+    def _workspace_was_too_small(self) -> bool:
+        """Whether MUMPS gave up for this reason."""
+        if not self._is_mumps:
+            return False
+        return self._ksp.getPC().getFactorMatrix().getMumpsInfog(1) in WORKSPACE_TOO_SMALL
+
+
+class DefiniteFactor(SparseFactor):
+    """L L^T of a symmetric positive definite matrix on one rank, by CHOLMOD.
+
+    Args:
+        matrix: The matrix.
+        prefix: Options prefix.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+        """Create the solver; nothing is factorised yet."""
+        matrix.setOption(PETSc.Mat.Option.SPD, True)
+        super().__init__(matrix, prefix, symmetric=True, package="cholmod")
+
+    def update(self) -> None:
+        """Factorise, and solve for a known vector: CHOLMOD does not report lost definiteness.
+
+        Raises:
+            LinAlgError: if the matrix is not positive definite.
+        """
+        x, b = self._matrix.createVecs()
+        x.set(1.0)
+        self._matrix.mult(x, b)
+        try:
+            super().update()
+            self.solve(b, x)
+            x.shift(-1.0)
+            definite = x.norm(PETSc.NormType.INFINITY) < TRUSTED
+        except PETSc.Error:
+            definite = False
+        x.destroy()
+        b.destroy()
+        if not definite:
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
+
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, shape (n, k)."""
+        B = np.asfortranarray(B)
+        X = np.zeros_like(B)
+        b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
+        self._ksp.getPC().getFactorMatrix().matSolve(b, x)
+        b.destroy()
+        x.destroy()
+        self.iterations += B.shape[1]
+        return X

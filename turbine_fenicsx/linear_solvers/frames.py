@@ -1,0 +1,114 @@
+"""Local rotations of a flexible body: the frames in which its stiffness hardly changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from petsc4py import PETSc
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
+
+
+class NodeFrames:
+    """Rotation R of the material around each node, from the polar decomposition F = R U.
+
+    F in a cell is the best affine map of its nodes; at a node it is the mean of its cells. The
+    rotations follow bending and twist along a slender body, not only its motion as a whole.
+
+    Args:
+        flexible: The flexible body.
+    """
+
+    def __init__(self, flexible: FlexibleBlock) -> None:
+        """Compute the weights of the best affine maps."""
+        self._flexible = flexible
+        n_cells = flexible.body.mesh.topology.index_map(3).size_local
+        n_nodes = len(flexible.local_positions)
+        self._cells = _compat.dofs_of_cells(flexible.space)[:n_cells]
+        X = flexible.local_positions[self._cells]
+        X = X - X.mean(axis=1, keepdims=True)
+        self._weights = X @ np.linalg.inv(np.swapaxes(X, 1, 2) @ X)
+        # Row a, column c: 1 if node a belongs to cell c.
+        owners = np.repeat(np.arange(n_cells), self._cells.shape[1])
+        entries = np.ones(owners.size), (self._cells.ravel(), owners)
+        self._cells_of_nodes = csr_matrix(entries, shape=(n_nodes, n_cells))
+        counts = np.repeat(np.diff(self._cells_of_nodes.indptr)[:, None].astype(float), 3, axis=1)
+        self._count = flexible.sum_at_owners(counts)[:, 0]
+
+    def rotations(
+        self, u: PETSc.Vec, du: PETSc.Vec | None = None, parts: tuple[float, ...] = (0.0,)
+    ) -> list[Array]:
+        """Rotations at the owned nodes.
+
+        Args:
+            u: Displacements [m].
+            du: Increments of which parts are added, if given.
+            parts: Those parts.
+
+        Returns:
+            For each part R, shape (3, 3, n_owned), the node last so that products run over long
+            rows.
+
+        Note:
+            Collective.
+        """
+        F, *dF = self._gradients([u] if du is None else [u, du])
+        F[::4] += 1.0
+        F = np.concatenate([F + sum(part * D for D in dF) for part in parts], axis=1)
+        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
+        return np.split(R, len(parts), axis=2)
+
+    def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
+        """Mean gradients of displacements around each owned node, shape (fields, 9, n_owned)."""
+        x = np.hstack([self._flexible.nodal_values(u) for u in displacements])
+        of_cells = np.swapaxes(x[self._cells], 1, 2) @ self._weights
+        total = self._cells_of_nodes @ of_cells.reshape(len(of_cells), 3 * x.shape[1])
+        parts = np.split(total, x.shape[1], axis=1)
+        mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
+        mean = np.ascontiguousarray((mean / self._count[:, None]).T)  # the rest runs along nodes
+        return mean.reshape(len(displacements), 9, mean.shape[1])
+
+
+def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
+    """Orthogonal factor of F = R U by Newton-Schulz iteration, for many F at once.
+
+    Args:
+        F: Shape (3, 3, n), not far from orthogonal.
+        tolerance: Accuracy of R. Each iteration squares the error; after five it is round-off for
+            stretches of up to a quarter, and no more are made.
+
+    Returns:
+        R, shape (3, 3, n).
+    """
+    R = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
+    for _ in range(5):
+        C = np.einsum("kin,kjn->ijn", R, R)
+        error = np.max(np.abs(C - np.eye(3)[:, :, None]), initial=0.0)
+        R = 1.5 * R - 0.5 * np.einsum("ikn,kjn->ijn", R, C)
+        if error**2 < tolerance:
+            break
+    return R
+
+
+def turn(R: Array, v: Array, inverse: bool = False) -> Array:
+    """Nodewise products R v, or R^T v.
+
+    Args:
+        R: Shape (3, 3, n).
+        v: Shape (3 n,), node by node.
+        inverse: Whether to multiply by the transpose.
+
+    Returns:
+        Shape (3 n,).
+    """
+    x = v.reshape(-1, 3)
+    out = np.empty_like(x)
+    for i in range(3):
+        a = R[:, i] if inverse else R[i]
+        out[:, i] = a[0] * x[:, 0] + a[1] * x[:, 1] + a[2] * x[:, 2]
+    return out.ravel()

@@ -1,0 +1,223 @@
+"""One factorisation for a whole run, applied in frames that turn with the material.
+
+What changes the tangent of a stiff body from step to step is almost only rotation. With R_l and
+R_r the rotations around each node at the middle and at the end of the step (the forces of the step
+act at the midpoint, the unknowns belong to the end), relative to the state where A was factorised,
+
+    A_uu  is nearly  R_l A R_r^T,
+
+so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
+carrier: then P, Z and the Schur complement just turn with it, and the coupling stays exact.
+`QuasiNewton` makes up for what the deformation changes beyond that.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.foundation.dense import ScaledFactor
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.blocks import StepBlocks
+from turbine_fenicsx.linear_solvers.elimination import BodyElimination
+from turbine_fenicsx.linear_solvers.factor import FreeSolver
+from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
+from turbine_fenicsx.system.coupling_block import CouplingBlock
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.restart_data import Memory
+
+log = logging.getLogger(__name__)
+
+SolverMaker = Callable[[FlexibleBlock, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
+
+
+class FrozenElimination:
+    """Elimination with a factor that is kept as long as it serves.
+
+    The factor belongs to the first state and step size; a new step size or `refresh` replaces it.
+
+    Args:
+        step: The step whose tangent is solved with.
+        make_solver: Makes the solver for A_II, which is symmetric, from the body, its couplings,
+            the matrix and the free degrees of freedom.
+    """
+
+    def __init__(self, step: StepBlocks, make_solver: SolverMaker) -> None:
+        """Nothing is factorised yet."""
+        system = step.system
+        self._step = step
+        self._bodies = [
+            _TurningBody(f, c, make_solver)
+            for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
+        ]
+        self._grids = [
+            np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
+        ]
+        self._dt = 0.0
+        self._factorised_at = Memory()
+        self._reduced = ScaledFactor(np.zeros((0, 0)))
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Krylov iterations for the free nodes of all bodies so far."""
+        return sum(body.iterations for body in self._bodies)
+
+    def begin(self) -> None:
+        """Turn the frames to the guess of the step; factorise for a new step size."""
+        if self._step.dt != self._dt:
+            self.refresh()
+        for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
+            body.turn_to(u, du, self._carrier_rotations(body.coupling, 0.5))
+
+    def update(self, x: PETSc.Vec) -> None:
+        """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
+        self._step.update_rigid_tangent(x)
+        reduced = self._step.rigid_tangent.copy()
+        if reduced.size:
+            for body, grid in zip(self._bodies, self._grids, strict=True):
+                reduced[grid] += body.schur
+        self._reduced = ScaledFactor(reduced)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one nested right-hand side with the turned factors."""
+        b_u, b_c, b_r = self._step.split(b)
+        u, mu_c, r = self._step.split(x)
+        b_r.copy(r)
+        for body, b_u_k, b_c_k in zip(self._bodies, b_u, b_c, strict=True):
+            forces = body.eliminate(b_u_k.array_r, b_c_k.array_r)
+            if r.array_r.size:
+                r.array[body.coupling.columns] -= forces
+        motion = self._step.solve_rigid(self._reduced, r)
+        for body, u_k, mu_k in zip(self._bodies, u, mu_c, strict=True):
+            u_k.array[:], mu_k.array[:] = body.substitute(motion[body.coupling.columns])
+
+    def refresh(self) -> None:
+        """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
+        log.info(
+            "new factor at t = %.6g s for steps of %.3g s", self._step.state.time, self._step.dt
+        )
+        self._factorise()
+
+    def _factorise(self) -> None:
+        """Factorise and remember where."""
+        state, self._dt = self._step.state, self._step.dt
+        displacements = tuple(u.array_r.reshape(-1, 3).copy() for u in state.u)
+        self._factorised_at = Memory({"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements})
+        for body, u in zip(self._bodies, self._step.state.u, strict=True):
+            body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
+
+    def remember(self) -> Memory:
+        """The state and step size that the factor belongs to."""
+        return self._factorised_at
+
+    def recall(self, memory: Memory) -> None:
+        """Factorise where the factor was made."""
+        if memory:
+            state = self._step.system.initial_state()
+            state.q = memory.arrays["q"]
+            for u, values in zip(state.u, memory.nodal.get("u", ()), strict=True):
+                u.array[:] = values.ravel()
+            self._step.begin(state, memory.numbers["dt"])
+            self._factorise()
+            state.destroy()
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        for body in self._bodies:
+            body.destroy()
+
+    def _guess(self) -> list[PETSc.Vec]:
+        """Displacement increments of the first guess."""
+        return self._step.split(self._step.x)[0]
+
+    def _carrier_rotations(self, coupling: CouplingBlock, part: float) -> Array:
+        """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
+        state, dt = self._step.state, self._step.dt
+        q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
+        directors = [q[body].reshape(4, 3)[1:].T for body in coupling.carriers]
+        rotations = [polar_rotation(d[:, :, None])[:, :, 0] for d in directors]
+        return np.array(rotations).reshape(-1, 3, 3)
+
+
+class _TurningBody:
+    """The frozen elimination of one flexible body and its frames.
+
+    Attributes:
+        coupling: The couplings of the body.
+        schur: The Schur complement, turned with the carriers.
+    """
+
+    def __init__(
+        self, flexible: FlexibleBlock, coupling: CouplingBlock, make_solver: SolverMaker
+    ) -> None:
+        """Set up frames and elimination."""
+        self.coupling = coupling
+        self._flexible = flexible
+        self._frames = NodeFrames(flexible)
+        self._elimination = BodyElimination(
+            flexible, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
+        )
+        self._at_rest = flexible.new_vector()
+        self._w = np.zeros(3 * flexible.n_owned)
+        identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
+        self._reference = self._left = self._right = identity
+        self._contact = identity[:, :, coupling.nodes]
+        self.schur: Array = np.zeros((0, 0))
+        self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
+
+    @property
+    def iterations(self) -> int:
+        """Krylov iterations for the free nodes so far."""
+        return self._elimination.iterations
+
+    def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
+        """Factorise the tangent at rest in u; the frames of this moment are the reference."""
+        self._flexible.assemble_tangent(self._at_rest)
+        self._elimination.factorise()
+        (self._reference,) = self._frames.rotations(u)
+        self._carriers_0 = carriers
+
+    def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
+        """Set the rotations between the factorised state and the present step."""
+        self._left, self._right = (
+            np.einsum("ikn,jkn->ijn", R, self._reference)
+            for R in self._frames.rotations(u, du, (0.5, 1.0))
+        )
+        self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
+        for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
+            R = np.eye(3)
+            if coupling.rigid is not None:
+                R = self._carriers[self.coupling.carriers.index(coupling.rigid)]
+            nodes = self.coupling.nodes[rows]
+            self._left[:, :, nodes] = self._right[:, :, nodes] = R[:, :, None]
+        self._contact = self._left[:, :, self.coupling.nodes]
+        R, n = self._carriers, len(self._carriers)
+        S = self._elimination.schur.reshape(n, 4, 3, n, 4, 3)
+        self.schur = np.einsum("aij,asjbtk,blk->asibtl", R, S, R).reshape(12 * n, 12 * n)
+
+    def eliminate(self, b_u: Array, b_c: Array) -> Array:
+        """Compute w in the frames, and the forces on the carriers in space."""
+        self._b_u = turn(self._left, b_u, inverse=True)
+        b_c = turn(self._contact, b_c, inverse=True)
+        forces = self._elimination.eliminate(self._b_u, b_c, self._w)
+        return self._turn_carriers(forces, self._carriers)
+
+    def substitute(self, motion: Array) -> tuple[Array, Array]:
+        """Displacements and multipliers in space for the motion of the carriers in space."""
+        in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers, 1, 2))
+        mu = self._elimination.substitute(in_frames, self._b_u, self._w)
+        return turn(self._right, self._w), turn(self._contact, mu)
+
+    def destroy(self) -> None:
+        """Free all PETSc objects."""
+        self._elimination.destroy()
+        self._at_rest.destroy()
+
+    @staticmethod
+    def _turn_carriers(vector: Array, R: Array) -> Array:
+        """Turn the four 3-vectors of each carrier."""
+        return np.einsum("aij,asj->asi", R, vector.reshape(len(R), 4, 3)).ravel()

@@ -1,0 +1,189 @@
+"""A sparse factor on each rank, joined at the few unknowns where ranks meet.
+
+S holds the unknowns of each rank that the matrix couples to a higher rank, i the others of a rank.
+Without S the ranks are independent, so that with W_i = A_ii^{-1} A_iS
+
+    (A_SS - sum_i A_Si W_i) x_S = b_S - sum_i A_Si A_ii^{-1} b_i,
+                            x_i = A_ii^{-1} b_i - W_i x_S:
+
+each rank solves once with its own factor, and S, a few cross-sections of a slender body, is solved
+for by all of them.
+
+W_i has a column for each unknown of S. By Saint-Venant's principle they look alike far from S:
+motions of whole cross-sections. With a slab s of rows next to S and the rows o beyond it
+
+    W_i = (W_s, 0) - A_ii^{-1} (0, A_os W_s),      W_s = A_ss^{-1} A_sS.
+
+The forces A_os W_s that S exerts beyond the slab therefore have a low rank, and only so many
+solutions with the large factor are needed.
+"""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_matrix
+
+from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.factor import DefiniteFactor
+
+Indices = npt.NDArray[np.int32]
+
+SLAB = 16
+"""Rows of the slab for each column of W_i: so many layers of a slender body."""
+
+NEGLIGIBLE = 1e-6
+"""Singular values of the forces beyond the slab below this part of the largest are left out."""
+
+WIDEST = 30
+"""Largest square of the size of S for each row of the matrix: slender bodies lie below 10."""
+
+
+def interface_rows(matrix: PETSc.Mat) -> Indices:
+    """Rows of this rank, counted from its first, that are coupled to a higher rank."""
+    first, last = matrix.getOwnershipRange()
+    indptr, columns, _ = matrix.getValuesCSR()
+    rows = np.repeat(np.arange(last - first, dtype=np.int32), np.diff(indptr))
+    return np.unique(rows[columns >= last])
+
+
+def worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
+    """Whether S is small, as it is in slender bodies, and no rank is without other rows."""
+    comm, others = matrix.getComm().tompi4py(), matrix.getLocalSize()[0] - interface.size
+    size = comm.allreduce(interface.size)
+    return bool(comm.allreduce(others, op=MPI.MIN) and size**2 <= WIDEST * matrix.getSize()[0])
+
+
+class Substructures:
+    """Solves with a distributed symmetric positive definite matrix that keeps its sparsity.
+
+    Solutions have a relative error of about `NEGLIGIBLE`.
+
+    Args:
+        matrix: The matrix.
+        interface: `interface_rows` of the matrix.
+        prefix: Options prefix of the factors.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, interface: Indices, prefix: str) -> None:
+        """Take the matrix apart; nothing is factorised yet."""
+        self._matrix, self._comm = matrix, matrix.getComm().tompi4py()
+        first, last = matrix.getOwnershipRange()
+        own = first + interface
+        everyone = self._comm.allgather(own)
+        start = sum(rows.size for rows in everyone[: self._comm.rank])
+        self._mine = slice(start, start + own.size)
+        self._S, self._i = interface, np.setdiff1d(np.arange(last - first), interface)
+        S_mine, i, S = map(_index_set, (own, first + self._i, np.concatenate(everyone)))
+        self._sets = [i, i, S_mine], [i, S, S]
+        self._parts = matrix.createSubMatrices(*self._sets)
+        self._prefix = prefix
+        self._factor = DefiniteFactor(self._parts[0], prefix)
+        self._b, self._x = self._parts[0].createVecs()
+        self.iterations = 0
+
+    def update(self) -> None:
+        """Factorise the present values of the matrix. Collective.
+
+        Raises:
+            LinAlgError: on all ranks, if the matrix is not positive definite.
+        """
+        self._parts = self._matrix.createSubMatrices(*self._sets, submats=self._parts)
+        try:
+            schur = self._eliminate()
+            definite = bool(np.all(np.isfinite(schur)))
+        except (PETSc.Error, np.linalg.LinAlgError):
+            definite = False
+        if not self._comm.allreduce(definite, op=MPI.LAND):
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
+        schur = from_rank0(self._comm, sum_over_ranks(self._comm, schur))
+        self._inverse = np.linalg.inv(schur)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side. Collective."""
+        self._b.array[:] = b.array_r[self._i]
+        self._factor.solve(self._b, self._x)
+        x_i = self._x.array
+        b_S = np.zeros(len(self._inverse))
+        b_S[self._mine] = b.array_r[self._S]
+        b_S[self._columns] -= self._A_Se @ x_i[self._edge]
+        x_S = self._inverse @ sum_over_ranks(self._comm, b_S)
+        near = x_S[self._columns]
+        x_i[self._slab] -= self._W_single @ near.astype(np.float32)
+        x_i -= self._far @ (self._modes @ near)
+        x.array[self._i], x.array[self._S] = x_i, x_S[self._mine]
+        self.iterations += 1
+
+    def destroy(self) -> None:
+        """Free everything."""
+        self._factor.destroy()
+        for thing in (*self._parts, self._b, self._x, *self._sets[0], *self._sets[1]):
+            thing.destroy()
+
+    def _eliminate(self) -> Array:
+        """Factorise, find W_i, and return this rank's part of the matrix of S."""
+        A_ii, A_iS, A_SS = (_csr(part) for part in self._parts)
+        self._factor.update()
+        self._columns = np.unique(A_iS.indices)
+        A_iS = A_iS[:, self._columns]
+        self._edge = np.flatnonzero(np.diff(A_iS.indptr))
+        self._A_Se = A_iS[self._edge].T.tocsr()
+        self._slab = _layers(A_ii, self._edge, SLAB * self._columns.size)
+        W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray(order="F"))
+        self._W_single = W.astype(np.float32)  # as accurate as the rest, and half the memory
+        self._far, self._modes = self._respond_beyond(A_ii, W)
+        schur = np.zeros((A_SS.shape[1],) * 2)
+        schur[self._mine] = A_SS.toarray()
+        W_e = W[np.searchsorted(self._slab, self._edge)] + self._far[self._edge] @ self._modes
+        schur[np.ix_(self._columns, self._columns)] -= self._A_Se @ W_e
+        return schur
+
+    def _respond(self, A_ss: csr_matrix, loads: Array) -> Array:
+        """A_ss^{-1} times some loads; the matrix is factorised for this alone."""
+        if not loads.size:
+            return loads
+        A = PETSc.Mat().createAIJ(
+            A_ss.shape, csr=(A_ss.indptr, A_ss.indices, A_ss.data), comm=PETSc.COMM_SELF
+        )
+        factor = DefiniteFactor(A, self._prefix)
+        factor.update()
+        response = factor.solve_many(loads)
+        factor.destroy()
+        A.destroy()
+        return response
+
+    def _respond_beyond(self, A_ii: csr_matrix, W: Array) -> tuple[Array, Array]:
+        """Factors of -A_ii^{-1} (0, A_os W_s), shapes (i, rank) and (rank, columns)."""
+        o = np.setdiff1d(np.arange(self._i.size), self._slab)
+        A_os = A_ii[self._slab][:, o].T.tocsr()
+        loaded = np.flatnonzero(np.diff(A_os.indptr))
+        U, s, V = np.linalg.svd(A_os[loaded] @ W, full_matrices=False)
+        rank = int(np.sum(s > NEGLIGIBLE * np.max(s, initial=0.0)))
+        loads = np.zeros((self._i.size, rank))
+        loads[o[loaded]] = -U[:, :rank] * s[:rank]
+        return self._factor.solve_many(loads) if rank else loads, V[:rank]
+
+
+def _index_set(rows: Indices) -> PETSc.IS:
+    """An index set of this rank alone."""
+    return PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+
+
+def _csr(matrix: PETSc.Mat) -> csr_matrix:
+    """Copy of a matrix of this rank alone."""
+    return csr_matrix(matrix.getValuesCSR()[::-1], matrix.getSize())
+
+
+def _layers(A: csr_matrix, rows: Indices, size: int) -> Indices:
+    """Rows and their neighbours, layer by layer until there are ``size`` of them; sorted."""
+    inside = np.zeros(A.shape[0], dtype=bool)
+    inside[rows] = True
+    while rows.size and np.count_nonzero(inside) < size:
+        neighbours = np.unique(A[rows].indices)
+        rows = neighbours[~inside[neighbours]]
+        inside[rows] = True
+    return np.flatnonzero(inside)

@@ -1,0 +1,219 @@
+"""Pictures and movies of the whole turbine, drawn from ``fields.xdmf`` alone.
+
+Drawing needs PyVista and a graphics library. Where that library is missing, VTK ends the process
+instead of raising, so that `turbine_fenicsx.postprocessing.scene` draws in a child process.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import scene
+from turbine_fenicsx.postprocessing.camera import VIEWS
+from turbine_fenicsx.postprocessing.output_folder import field_parts, field_times
+
+_MPI_VARIABLES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_", "HYDRA_")
+_MOST_FRAMES_PER_SECOND = 60.0
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model is drawn.
+
+    Args:
+        scalar: Point or cell field that colours it; of a vector its length. With None parts are
+            plain, as rigid ones always are under stress.
+        scale: Factor of the deformation of flexible parts relative to what carries them.
+        view: One of `turbine_fenicsx.postprocessing.camera.VIEWS`.
+        limits: Values at the ends of the colours, in the units of the legend; None takes zero and
+            what 99 % of all values are below that are drawn together, for stress body by body.
+        size: Width and height in pixels; movies need even numbers.
+        coloured: Names of the parts or bodies that have colours, with ``*`` for any letters; none
+            for all that have the field.
+        smooth: Whether fields of cells are averaged at the points.
+        edges: Whether the edges of the mesh are drawn.
+    """
+
+    scalar: str | None = "von_mises_stress"
+    scale: float = 1.0
+    view: str = "oblique"
+    limits: tuple[float, float] | None = None
+    size: tuple[int, int] = (1920, 1080)
+    coloured: tuple[str, ...] = ()
+    smooth: bool = True
+    edges: bool = False
+
+
+def render_turbine(
+    fields_xdmf: str | os.PathLike[str],
+    png: str | os.PathLike[str],
+    time: float | None = None,
+    look: Look = Look(),
+) -> Path:
+    """Draw the turbine at one time.
+
+    Args:
+        fields_xdmf: Field output of a run.
+        png: Picture to write.
+        time: Time [s], the nearest one written is drawn; the last one if None.
+        look: How it is drawn.
+
+    Returns:
+        ``png``.
+
+    Raises:
+        InputError: if the picture cannot be drawn.
+    """
+    times = field_times(fields_xdmf)
+    step = len(times) - 1 if time is None else nearest_step(times, time)
+    _draw(fields_xdmf, [(step, os.fspath(png))], None, look)
+    return Path(png)
+
+
+def render_times(
+    fields_xdmf: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    times: Sequence[float] | None = None,
+    look: Look = Look(),
+    done: Callable[[], object] = lambda: None,
+) -> list[Path]:
+    """Draw the turbine at several times, all on the same scale of colours.
+
+    Args:
+        fields_xdmf: Field output of a run.
+        folder: Where to write ``turbine_t5.png``, named after the nearest time written.
+        times: Times [s]; the last one if None.
+        look: How it is drawn.
+        done: Called after each picture.
+
+    Returns:
+        The pictures; one for times with the same nearest time.
+
+    Raises:
+        InputError: if a time is outside of the run or the pictures cannot be drawn.
+    """
+    written = field_times(fields_xdmf)
+    steps = [nearest_step(written, t) for t in (written[-1:] if times is None else times)]
+    pictures = {step: Path(folder) / f"turbine_t{written[step]:.6g}.png" for step in steps}
+    _draw(fields_xdmf, [(i, str(path)) for i, path in pictures.items()], None, look, done)
+    return list(pictures.values())
+
+
+def movie_steps(times: Sequence[float], speed: float) -> tuple[list[int], float]:
+    """Which times a movie shows, and how many frames a second.
+
+    Args:
+        times: Times written [s].
+        speed: Simulated seconds in a second of the movie.
+
+    Raises:
+        InputError: if there are less than two times.
+    """
+    if len(times) < 2:
+        raise InputError("a movie needs fields at two times or more; set output.fields_every")
+    rate = speed * (len(times) - 1) / (times[-1] - times[0])
+    stride = max(1, int(np.ceil(rate / _MOST_FRAMES_PER_SECOND - 1e-9)))
+    return list(range(0, len(times), stride)), rate / stride
+
+
+def render_movie(
+    fields_xdmf: str | os.PathLike[str],
+    mp4: str | os.PathLike[str],
+    speed: float = 1.0,
+    look: Look = Look(),
+    done: Callable[[], object] = lambda: None,
+) -> Path:
+    """Make a movie of all times written.
+
+    Args:
+        fields_xdmf: Field output of a run.
+        mp4: Movie to write.
+        speed: Simulated seconds in a second of the movie.
+        look: How it is drawn.
+        done: Called after each frame.
+
+    Returns:
+        ``mp4``.
+
+    Raises:
+        InputError: if the movie cannot be made.
+    """
+    steps, rate = movie_steps(list(field_times(fields_xdmf)), speed)
+    _draw(fields_xdmf, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
+    return Path(mp4)
+
+
+def nearest_step(times: Any, wanted: float) -> int:
+    """Number of the time written that is nearest to a wanted one [s].
+
+    Raises:
+        InputError: if it is outside of the run.
+    """
+    slack = 1e-6 * max(abs(times[-1]), 1e-3)
+    if not times[0] - slack <= wanted <= times[-1] + slack:
+        raise InputError(
+            f"t = {wanted:g} s is outside of the run, whose fields are from {times[0]:g} s to "
+            f"{times[-1]:g} s"
+        )
+    return int(np.abs(times - wanted).argmin())
+
+
+def _draw(
+    fields_xdmf: str | os.PathLike[str],
+    pictures: Sequence[tuple[int, str]],
+    movie: dict[str, Any] | None,
+    look: Look,
+    done: Callable[[], object] = lambda: None,
+) -> None:
+    """Let the child process draw.
+
+    Raises:
+        InputError: if it cannot.
+    """
+    if look.view not in VIEWS:
+        raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")
+    job = {
+        "fields": os.fspath(fields_xdmf),
+        "parts": field_parts(fields_xdmf).to_text(),
+        "pictures": list(pictures),
+        "movie": movie,
+    }
+    env = {k: v for k, v in os.environ.items() if not k.startswith(_MPI_VARIABLES)}
+    package = str(Path(scene.__file__).parents[1])
+    env["PYTHONPATH"] = os.pathsep.join(filter(None, [env.get("PYTHONPATH"), package]))
+    # files, since writing to a pipe whose reader has died raises a signal that PETSc does not like
+    with tempfile.TemporaryFile("w+") as order, tempfile.TemporaryFile("w+") as complaints:
+        json.dump(job | asdict(look), order)
+        order.seek(0)
+        child = subprocess.Popen(
+            [sys.executable, "-P", "-m", scene.__name__],
+            env=env,
+            stdin=order,
+            stdout=subprocess.PIPE,
+            stderr=complaints,
+            text=True,
+        )
+        with child:
+            assert child.stdout is not None
+            for _ in child.stdout:
+                done()
+        code = child.returncode
+        complaints.seek(0)
+        lines = complaints.read().strip().splitlines() or [f"exit code {code}"]
+    target = pictures[0][1] if pictures else str(movie and movie["path"])
+    if code < 0:
+        raise InputError(
+            f"cannot draw {target}: PyVista ended with signal {-code}, probably because there is "
+            "no graphics library (on Debian: apt install libegl1) and no display either"
+        )
+    if code > 0:
+        raise InputError(f"cannot draw {target}: {lines[-1]}")

@@ -1,0 +1,212 @@
+"""How diagrams look: colours, lines, units with prefixes, legends.
+
+Colours tell quantities apart, line styles runs; where there is one quantity only, colours and
+markers tell runs apart as well.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Colours of Okabe and Ito, which colour-blind readers can tell apart."""
+
+LINE_STYLES = ("-", "--", ":", "-.", (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
+MARKERS = ("o", "s", "^", "D", "v", "P")
+STYLE = {
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-3, 5),
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.4,
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "legend.borderpad": 0.0,
+    "legend.borderaxespad": 0.3,
+    "legend.columnspacing": 1.0,
+    "legend.handlelength": 1.2,
+    "legend.handletextpad": 0.5,
+    "pdf.fonttype": 42,  # outlines of letters that journals accept
+    "savefig.dpi": 200,
+}
+_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+_LETTERS = 55
+"""How many letters stand beside each other above a panel; a sample of a colour takes five."""
+
+_UNITS = {"J": 12, "N m": 12, "N m s": 12, "m": 0}
+"""Units that take a prefix, and the exponent of the largest."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a run appears in a panel.
+
+    Args:
+        style: Line style.
+        marker: Marker of single points.
+        color: Colour where there is one quantity only.
+        alone: Whether it is the only run in the figure.
+        tolerance: Height of a line in panels of changes per step [kJ, kNms]; None for none.
+        relative_tolerance: The same as a part of the largest energy or momentum of the run.
+        degrees: Angles in degrees instead of radians.
+    """
+
+    style: Any = "-"
+    marker: str = "o"
+    color: str = PALETTE[0]
+    alone: bool = True
+    tolerance: float | None = None
+    relative_tolerance: float | None = None
+    degrees: bool = True
+
+
+def line(axes: Any, run: TimeSeries, y: NDArray[np.float64], look: Look, **how: Any) -> None:
+    """Draw a line over time; a single row, which would be invisible, becomes a point."""
+    marker = look.marker if np.count_nonzero(np.isfinite(y)) == 1 else ""
+    axes.plot(run["time_[s]"], y, linestyle=look.style, marker=marker, **how)
+
+
+def dots(
+    axes: Any,
+    run: TimeSeries,
+    values: NDArray[np.float64],
+    look: Look,
+    largest: float,
+    unit: str,
+    **how: Any,
+) -> None:
+    """Draw changes per step over many decades, and the tolerance; zeros are not shown.
+
+    Args:
+        axes: The panel.
+        run: The run.
+        values: Changes per step, shape (n_rows,).
+        look: How it appears.
+        largest: Largest energy or momentum of the run.
+        unit: Unit of all these.
+        **how: For Matplotlib.
+    """
+    shown = np.where(values > 0.0, values, np.nan)
+    axes.set_yscale("log")
+    axes.plot(run["time_[s]"], shown, linestyle="", marker=look.marker, ms=2.0, mew=0.0, **how)
+    if axes.texts:
+        return
+    if look.tolerance is not None:
+        words = f"tolerance {power(look.tolerance)} k{unit}"
+        _tolerance_line(axes, 1e3 * look.tolerance, words)
+    elif look.relative_tolerance is not None and largest > 0.0:
+        words = f"tolerance {power(look.relative_tolerance)} of the largest"
+        _tolerance_line(axes, look.relative_tolerance * largest, words)
+
+
+def _tolerance_line(axes: Any, level: float, words: str) -> None:
+    """A dashed line with words on it; the panel extends upwards until they have room."""
+    axes.axhline(level, color="#333333", lw=1.0, ls=(0, (6, 3)))
+    axes.annotate(
+        words,
+        (1.0, level),
+        (-2.0, 3.0),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        ha="right",
+        fontsize=9.0,
+    )
+
+
+def make_room(axes: Any) -> None:
+    """Extend a logarithmic panel upwards until the words on the tolerance line have room."""
+    if not axes.texts:
+        return
+    level = axes.texts[0].xy[1]
+    bottom, top = np.log10(axes.get_ylim())
+    axes.set_ylim(top=10.0 ** max(top, np.log10(level) + 0.1 * (top - bottom)))
+
+
+def power(x: float) -> str:
+    """A positive number as a power of ten."""
+    mantissa, exponent = f"{x:.3g}".split("e") if "e" in f"{x:.3g}" else (f"{x:.3g}", "")
+    if not exponent:
+        return mantissa
+    factor = "" if mantissa == "1" else rf"{mantissa} \times "
+    return f"${factor}10^{{{int(exponent)}}}$"
+
+
+def put_prefix_into_label(axes: Any) -> None:
+    """Very small or large numbers: a prefix of the unit in the label, or a power of ten."""
+    quantity, _, unit = axes.get_ylabel().removesuffix("]").rpartition("[")
+    largest = max(abs(y) for y in axes.get_ylim())
+    exponent = 3 * int(np.floor(np.log10(largest) / 3.0)) if largest > 0.0 else 0
+    if unit in _UNITS and min(_PREFIXES) <= exponent <= _UNITS[unit]:
+        new = _PREFIXES[exponent] + unit
+    elif 1e-3 <= largest < 1e5:
+        return
+    else:
+        new = f"$10^{{{exponent}}}$ {unit}"
+    factor = 10.0**exponent
+    axes.yaxis.set_major_formatter(lambda y, _: f"{y / factor:.6g}".replace("-", "\u2212"))
+    axes.set_ylabel(f"{quantity}[{new}]")
+
+
+def add_quantity_legend(axes: Any, names: Sequence[str]) -> None:
+    """Legend above the panel, right of its title: colours of quantities, but not of runs."""
+    from matplotlib.lines import Line2D
+
+    handles, labels = axes.get_legend_handles_labels()
+    unique = {n: handle for n, handle in zip(labels, handles, strict=True) if n not in names}
+    if len(unique) > 1:
+        shown = [re.sub(r"\\\w+|[${}_^]", "", name) for name in unique]
+        width = len(axes.get_title("left")) + sum(len(name) + 5 for name in shown)
+        rows = -(-width // _LETTERS)
+        axes.legend(
+            [Line2D([], [], color=handle.get_color(), lw=2.0) for handle in unique.values()],
+            list(unique),
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=-(-len(unique) // rows),
+        )
+
+
+def add_run_legend(figure: Any, runs: Sequence[TimeSeries], looks: Sequence[Look]) -> None:
+    """Legend at the top of the figure: line styles of runs, and markers where a panel has them."""
+    from matplotlib.lines import Line2D
+
+    names = [run.name for run in runs]
+    marked = any(shown.get_label() in names for axes in figure.axes for shown in axes.get_lines())
+    lines = [
+        Line2D(
+            [],
+            [],
+            color="#333333",
+            linestyle=look.style,
+            marker=look.marker if marked else "",
+            markerfacecolor=look.color,
+            markeredgecolor=look.color,
+            markersize=5.0,
+        )
+        for look in looks
+    ]
+    width, height = figure.get_size_inches()
+    entry = 0.65 + 0.075 * max(len(name) for name in names)  # about its width [in]
+    columns = int(np.clip(width / entry, 1, len(runs)))
+    # set as texts, since a label means something to Matplotlib: _ hides it, $ makes it a formula
+    legend = figure.legend(
+        lines, ["run"] * len(lines), loc="upper center", ncols=columns, handlelength=3.5
+    )
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_parse_math(False)
+        text.set_text(name)
+    above = 0.1 + 0.17 * -(-len(runs) // columns)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - above / height))

@@ -1,0 +1,168 @@
+"""Diagrams of runs, drawn from their ``history.csv`` alone.
+
+Which joint angles, tips and loads there are differs between models and is found in the header of
+the file. Matplotlib is an extra and is imported when a figure is drawn. Figures are made without
+pyplot, so that nothing global changes and no display is needed.
+"""
+
+import os
+import warnings
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import panels as p
+from turbine_fenicsx.postprocessing.output_folder import TimeSeries, read_history
+from turbine_fenicsx.postprocessing.panels import Panel
+from turbine_fenicsx.postprocessing.plot_style import (
+    LINE_STYLES,
+    MARKERS,
+    PALETTE,
+    STYLE,
+    Look,
+    add_quantity_legend,
+    add_run_legend,
+    make_room,
+    put_prefix_into_label,
+)
+
+__all__ = ["PALETTE", "PAPER_TOLERANCE", "Look", "Panel", "draw", "figures", "plot_summary"]
+
+PAPER_TOLERANCE = 1e-7
+"""Of the paper's Newton iterations; its figures compare changes per step with it [kJ, kNms]."""
+
+
+def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
+    """The diagrams that runs have something to show in: name of the figure to its panels."""
+
+    def some(start: str) -> bool:
+        return any(run.named(start) for run in runs)
+
+    found: dict[str, tuple[Panel, ...]] = {
+        "energy": (p.energies, p.small_energies, p.energy_steps, p.energy_error),
+        "angular_momentum": (p.angular_momentum, p.momentum_steps),
+    }
+    if all(p.is_turbine(run) for run in runs):
+        found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
+    elif some("angle_"):
+        found["angles"] = (p.joint_angles,)
+    if some("displacement_"):
+        found["displacements"] = (p.displacements,)
+    if some("tip_flap_"):
+        found["tip_deflections"] = (p.tip_flap, p.tip_edge)
+    elif some("tip_deflection_"):
+        found["tip_deflections"] = (p.tip_length,)
+    if some("root_moment_"):
+        found["root_moments"] = (p.root_flap, p.root_edge)
+    if all(run.named("tower_top_displacement_") for run in runs):
+        found["tower"] = (p.tower_top, p.tower_base)
+    return found
+
+
+def draw(
+    runs: Sequence[TimeSeries],
+    panels: Sequence[Panel],
+    paths: Iterable[str | os.PathLike[str]],
+    *,
+    tolerance: float | None = None,
+    relative_tolerance: float | None = None,
+    degrees: bool = True,
+) -> list[Path]:
+    """Draw runs on top of each other in panels, two side by side, and save the figure.
+
+    Args:
+        runs: Time series, at most six.
+        panels: Panels, for example from `figures`.
+        paths: Files to write; the suffix decides the format (png, pdf, svg).
+        tolerance: Height of a line in panels of changes per step [kJ, kNms], for example
+            `PAPER_TOLERANCE`; None for none.
+        relative_tolerance: The same as a part of the largest energy or momentum of the first run.
+        degrees: Angles in degrees instead of radians.
+
+    Returns:
+        The files.
+
+    Raises:
+        ImportError: if Matplotlib is missing.
+        InputError: if there are too many runs, a column is missing or a file cannot be written.
+    """
+    if len(runs) > len(PALETTE):
+        raise InputError(f"{len(runs)} runs are too many for one figure, {len(PALETTE)} fit")
+    try:
+        with warnings.catch_warnings():
+            # A second Matplotlib, from the system, makes the 3D axes unusable; none are used.
+            warnings.filterwarnings("ignore", message="Unable to import Axes3D")
+            import matplotlib
+            from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("figures need Matplotlib: pip install matplotlib") from None
+    looks = [
+        Look(style, marker, color, len(runs) == 1, tolerance, relative_tolerance, degrees)
+        for style, marker, color in zip(LINE_STYLES, MARKERS, PALETTE, strict=True)
+    ][: len(runs)]
+    with matplotlib.rc_context(STYLE):
+        figure = _compose(Figure, runs, panels, looks)
+        for path in paths:
+            try:
+                figure.savefig(path)
+            except OSError as error:
+                raise InputError(
+                    f"cannot write {os.fspath(path)!r}: {error.strerror or error}"
+                ) from None
+    return [Path(path) for path in paths]
+
+
+def _compose(
+    Figure: Any, runs: Sequence[TimeSeries], panels: Sequence[Panel], looks: Sequence[Look]
+) -> Any:
+    """A figure of panels, two side by side, with their axes and legends."""
+    n_columns = min(2, len(panels))
+    n_rows = -(-len(panels) // n_columns)
+    start = min(run["time_[s]"][0] for run in runs)
+    end = max(run["time_[s]"][-1] for run in runs)
+    figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
+    for i, panel in enumerate(panels):
+        axes = figure.add_subplot(n_rows, n_columns, i + 1)
+        for run, look in zip(runs, looks, strict=True):
+            panel(axes, run, look)
+        axes.set_xlabel("time [s]")
+        if end > start:
+            axes.set_xlim(start, end)
+        if axes.get_yscale() == "log":
+            make_room(axes)
+        else:
+            put_prefix_into_label(axes)
+        add_quantity_legend(axes, [run.name for run in runs])
+    if len(runs) > 1:
+        add_run_legend(figure, runs, looks)
+    return figure
+
+
+def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
+    """Draw what one looks at first: energies, rotor speed or angles, tips and root moments.
+
+    Args:
+        csv_path: The ``history.csv`` of the run.
+        png: Picture to write.
+
+    Returns:
+        ``png``.
+
+    Raises:
+        ImportError: if Matplotlib is missing.
+        InputError: if a file cannot be read or written, holds no rows or lacks a column.
+    """
+    run = read_history(csv_path)
+    shown: list[Panel] = [p.energies]
+    if p.is_turbine(run):
+        shown.append(p.rotor_speed)
+        if run.named("tip_flap_"):
+            shown += [p.tip_flap, p.root_flap]
+        elif run.named("angle_pitch_"):
+            shown += [p.rotor_angle, p.yaw_and_pitch]
+        else:
+            shown += [p.rotor_angle]
+    elif run.named("angle_"):
+        shown.append(p.joint_angles)
+    return draw([run], shown, [png])[0]

@@ -1,0 +1,1 @@
+"""Steps in a row, what watches them, and what is kept to go on."""

@@ -1,0 +1,282 @@
+"""Checkpoints: everything a run must remember, in one file that any number of ranks can read.
+
+Nodal values lie in the order of the ranks that wrote them, with the initial positions of the nodes
+beside them. The same ranks with the same partition take theirs back bit for bit; others find their
+nodes by position. A file is written under another name and renamed when it is complete and on the
+disk, so that the end of the program at any moment leaves the last ones intact; a checksum tells
+those that were damaged later.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.checkpoint_file import (
+    UnusableError,
+    list_checkpoints,
+    read_arrays,
+    read_head,
+    step_of,
+    write_checkpoint,
+)
+from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+
+log = logging.getLogger(__name__)
+
+KEPT = 2
+"""Number of checkpoints that are kept."""
+
+
+def remember_state(system: MultibodySystem, state: State) -> Memory:
+    """A state as named data; coupling forces become nodal values."""
+    forces = []
+    for block, coupling, force in zip(
+        system.flexible_blocks, system.coupling_blocks, state.coupling, strict=True
+    ):
+        nodal = np.zeros((block.n_owned, 3))
+        nodal[coupling.nodes] = force.array_r.reshape(-1, 3)
+        forces.append(nodal)
+    names = ("q", "q_dot", "angles", "angle_rates", "multipliers")
+    return Memory(
+        {"time": state.time},
+        {name: getattr(state, name).copy() for name in names},
+        {
+            "u": tuple(u.array_r.reshape(-1, 3).copy() for u in state.u),
+            "v": tuple(v.array_r.reshape(-1, 3).copy() for v in state.v),
+            "coupling": tuple(forces),
+        },
+    )
+
+
+def recall_state(system: MultibodySystem, memory: Memory) -> State:
+    """The state that was remembered."""
+    state = system.initial_state()
+    state.time = memory.numbers["time"]
+    for name, values in memory.arrays.items():
+        getattr(state, name)[:] = values
+    for name in ("u", "v"):
+        for vector, values in zip(getattr(state, name), memory.nodal.get(name, ()), strict=True):
+            vector.array[:] = values.ravel()
+    for coupling, force, values in zip(
+        system.coupling_blocks, state.coupling, memory.nodal.get("coupling", ()), strict=True
+    ):
+        force.array[:] = values[coupling.nodes].ravel()
+    return state
+
+
+class Checkpoints:
+    """The checkpoints of a run in a folder, numbered by step; the last two are kept.
+
+    Args:
+        system: The system.
+        folder: Folder for ``checkpoint_*.npz``.
+        labels: What a restarted run must agree in, for example versions and hashes.
+        every: Simulated time between two checkpoints [s]; 0 for none.
+        every_wall: Wall time between two checkpoints [s]; 0 for none.
+    """
+
+    def __init__(
+        self,
+        system: MultibodySystem,
+        folder: str | os.PathLike[str],
+        labels: Mapping[str, str] | None = None,
+        every: float = 0.0,
+        every_wall: float = 0.0,
+    ) -> None:
+        """Nothing is written yet."""
+        self._system, self._folder, self._labels = system, Path(folder), dict(labels or {})
+        self._every, self._every_wall = every or np.inf, every_wall or np.inf
+        self._time = self._wall = 0.0
+        self._written = -1
+
+    def due(self, time: float, wall_time: float) -> bool:
+        """Whether it is time for the next one; only rank 0's answer counts."""
+        passed = np.floor(time / self._every + 1e-9) > np.floor(self._time / self._every + 1e-9)
+        return bool(passed or wall_time - self._wall >= self._every_wall)
+
+    def write(self, index: int, time: float, wall_time: float, memory: Memory) -> None:
+        """Write a checkpoint unless that of this step exists. Collective.
+
+        Raises:
+            OSError: if it cannot be written, on all ranks; earlier ones are intact.
+        """
+        self._time, self._wall = time, wall_time
+        if index == self._written:
+            return
+        comm = self._system.comm
+        if self._written < 0:  # later on a missing folder was moved or deleted by somebody
+            on_rank0(comm, self._make_folder)
+        save(self._folder / f"checkpoint_{index:08d}.npz", self._system, memory, self._labels)
+        self._written = index
+        on_rank0(comm, lambda: self._remove(self._superseded(index)))
+
+    def clear(self) -> None:
+        """Remove the checkpoints of an earlier run. Collective."""
+        on_rank0(self._system.comm, lambda: self._remove(list_checkpoints(self._folder)))
+
+    def _superseded(self, index: int) -> list[Path]:
+        """Those of later steps, which were not gone on from, and older ones than the last two."""
+        files = list_checkpoints(self._folder)
+        later = [path for path in files if step_of(path) > index]
+        return later + files[len(later) + KEPT :]
+
+    def _make_folder(self) -> None:
+        """Make the folder."""
+        with naming("write", self._folder):
+            self._folder.mkdir(parents=True, exist_ok=True)
+
+    def _remove(self, files: list[Path]) -> None:
+        """Remove files, and what an earlier run left half written."""
+        for old in (*files, *self._folder.glob("checkpoint_*.tmp")):
+            with naming("write", old):
+                old.unlink(missing_ok=True)
+
+
+def save(path: Path, system: MultibodySystem, memory: Memory, labels: Mapping[str, str]) -> None:
+    """Write one checkpoint. Collective.
+
+    Raises:
+        OSError: if it cannot be written, on all ranks.
+    """
+    comm = system.comm
+    head = {"labels": dict(labels), "numbers": memory.numbers, "ranks": comm.size}
+    data: dict[str, Any] = {f"array.{name}": values for name, values in memory.arrays.items()}
+    for k, block in enumerate(system.flexible_blocks):
+        sizes = comm.gather(block.n_owned)
+        positions = _gather(comm, block.positions)
+        if comm.rank == 0:
+            data[f"sizes.{k}"], data[f"positions.{k}"] = np.array(sizes), positions
+    for name, bodies in memory.nodal.items():
+        for k, values in enumerate(bodies):
+            data[f"nodal.{name}.{k}"] = _gather(comm, values)
+
+    on_rank0(comm, lambda: write_checkpoint(path, head, data))
+
+
+def load_newest(
+    folder: str | os.PathLike[str],
+    system: MultibodySystem,
+    check: Callable[[dict[str, str]], None],
+    shortfalls: Callable[[Memory], list[str]] = lambda memory: [],
+) -> Memory:
+    """Read the newest intact checkpoint of a folder that the series of its run reach. Collective.
+
+    If they reach none, it is the newest intact one. A warning says what was passed over, and why.
+
+    Args:
+        folder: The folder.
+        system: The system, on any number of ranks.
+        check: Called with the labels; raises an `InputError` if they do not fit.
+        shortfalls: Called with the numbers of a checkpoint; says in a clause each what the series
+            lack of what they had when it was written.
+
+    Raises:
+        InputError: if there is none that can be used, or it belongs to another mesh.
+    """
+    comm = system.comm
+
+    def read() -> tuple[dict[str, Any], dict[str, Array]]:
+        path, head = _choose(folder, check, shortfalls)
+        return head, read_arrays(path)
+
+    head, data = on_rank0(comm, read)
+    memory = Memory(
+        head["numbers"],
+        {k.removeprefix("array."): v for k, v in data.items() if k.startswith("array.")},
+    )
+    order = [_order(data, k, block, comm, head["ranks"]) for k, block in _enumerated(system)]
+    names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in data if k.startswith("nodal.")}
+    for name in sorted(names):
+        memory.nodal[name] = tuple(
+            np.ascontiguousarray(data[f"nodal.{name}.{k}"][nodes]) for k, nodes in enumerate(order)
+        )
+    return memory
+
+
+def _enumerated(system: MultibodySystem) -> list[tuple[int, Any]]:
+    """The flexible blocks with their numbers."""
+    return list(enumerate(system.flexible_blocks))
+
+
+def _choose(
+    folder: str | os.PathLike[str],
+    check: Callable[[dict[str, str]], None],
+    shortfalls: Callable[[Memory], list[str]],
+) -> tuple[Path, dict[str, Any]]:
+    """The newest intact file that the series of the run reach, else the newest intact one."""
+    files = list_checkpoints(folder)
+    if not files:
+        raise InputError(f"there is no checkpoint in {os.fspath(folder)!r}")
+    reasons: list[str] = []
+    spare: tuple[Path, dict[str, Any], list[str]] | None = None
+    for path in files:
+        try:
+            head = read_head(path)
+        except UnusableError as error:
+            reasons.append(f"{path.name} {error}")
+            continue
+        check(head["labels"])
+        missing = shortfalls(Memory(head["numbers"]))
+        if not missing:
+            for reason in reasons:
+                log.warning("going on from %s: %s", path.name, reason)
+            return path, head
+        reasons += [f"{path.name} cannot be reached, {reason}" for reason in missing]
+        spare = spare or (path, head, missing)
+    if spare is None:
+        what = "; ".join(reasons)
+        raise InputError(f"no checkpoint in {os.fspath(folder)!r} can be used: {what}")
+    path, head, missing = spare
+    for reason in missing:
+        log.warning("going on from %s, but %s; the others are lost", path.name, reason)
+    return path, head
+
+
+def _order(data: dict[str, Array], k: int, block: Any, comm: MPI.Intracomm, ranks: int) -> Any:
+    """Which stored nodes are this rank's: a slice if nothing has changed, else by position."""
+    nothing = np.zeros(0)
+    sizes, X = data.get(f"sizes.{k}", nothing), data.get(f"positions.{k}", nothing)
+    fits = len(X) == comm.allreduce(block.n_owned)
+    same = False
+    mine: Any = slice(0, 0)
+    if fits and ranks == comm.size:
+        start = int(np.sum(sizes[: comm.rank]))
+        mine = slice(start, start + int(sizes[comm.rank]))
+        same = np.array_equal(X[mine], block.positions)
+    if comm.allreduce(same, op=MPI.LAND):
+        return mine
+    far = 0.0
+    if fits:
+        from scipy.spatial import cKDTree
+
+        distance, mine = cKDTree(X).query(block.positions)
+        far = float(np.max(distance, initial=0.0)) / max(1.0, float(np.max(np.abs(X))))
+    if not fits or comm.allreduce(far, op=MPI.MAX) > 1e-9:
+        raise InputError(f"the checkpoint belongs to another mesh of {block.body.name!r}")
+    return mine
+
+
+def _gather(comm: MPI.Intracomm, values: Array) -> Array:
+    """Rows of all ranks on rank 0, shape (n, 3); nothing on the others."""
+    values = np.ascontiguousarray(values, dtype=float)
+    sizes = comm.gather(values.size)
+    if comm.rank:
+        comm.Gatherv(values, None)
+        return np.zeros((0, 3))
+    whole = np.empty(sum(sizes or ()))
+    comm.Gatherv(values, (whole, sizes))
+    return whole.reshape(-1, 3)

@@ -1,0 +1,129 @@
+"""Deflection of points of flexible bodies relative to a rigid body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
+from turbine_fenicsx.foundation.checks import check_array, check_vectors
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
+from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.system.system import MultibodySystem
+
+
+@dataclass(frozen=True, eq=False)
+class Tip:
+    """A point to follow.
+
+    Args:
+        name: Column ``tip_deflection_NAME_[m]``.
+        body: Flexible body; its node nearest to the point is followed.
+        point: Initial position [m], shape (3,).
+        carrier: Rigid body whose frame the deflection is measured in; None is the ground.
+        axes: Axes of the components, fixed to the carrier; their initial directions as rows,
+            shape (3, 3). The directors of the carrier if None, e1, e2, e3 on the ground.
+    """
+
+    name: str
+    body: FlexibleBody
+    point: npt.ArrayLike
+    carrier: RigidBody | None
+    axes: npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        """Check the data."""
+        check_vectors(self.name, point=self.point)
+        if self.axes is not None:
+            check_array(f"axes of {self.name!r}", self.axes, (3, 3), "three rows of three numbers")
+
+
+class Tips:
+    """Deflections R^T (x - phi) - xi of points in the frames of their carriers.
+
+    Args:
+        system: The system.
+        tips: The points.
+        sums: Where the sums over the ranks are made; its own if None.
+
+    Raises:
+        ValueError: for a body or carrier that is not part of the system.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(
+        self, system: MultibodySystem, tips: Sequence[Tip], sums: SharedSum | None = None
+    ) -> None:
+        """Find the nodes and the ranks that own them."""
+        comm = system.comm
+        self.tips = tuple(tips)
+        self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []
+        for k, tip in enumerate(self.tips):
+            bodies: list[Any] = [tip.body] if tip.carrier is None else [tip.body, tip.carrier]
+            for body in bodies:
+                if body not in (*system.flexible_bodies, *system.rigid_bodies):
+                    raise ValueError(
+                        f"body {body.name!r} of tip {tip.name!r} is not among the parts"
+                    )
+            index = system.flexible_bodies.index(tip.body)
+            block = system.flexible_blocks[index]
+            distance = np.linalg.norm(block.positions - np.asarray(tip.point), axis=1)
+            node = int(np.argmin(distance)) if distance.size else -1
+            mine = (float(distance[node]) if distance.size else np.inf, comm.rank)
+            if comm.allreduce(mine, op=MPI.MINLOC)[1] == comm.rank:
+                X, axes, R = block.positions[node], np.eye(3), np.eye(3)
+                xi, q = X, None
+                if tip.carrier is not None:
+                    first = system.first_coordinate[tip.carrier]
+                    xi, q = tip.carrier.body_coordinates(X), slice(first, first + 12)
+                    R = np.asarray(tip.carrier.directors, dtype=float)
+                if tip.axes is not None:
+                    axes = np.asarray(tip.axes, dtype=float) @ R
+                dofs = slice(3 * node, 3 * node + 3)
+                self._mine.append((k, index, dofs, q, X, xi, axes))
+        self._sum = (sums or SharedSum(comm)).add(self._local)
+
+    def at(self, snapshot: Snapshot) -> Array:
+        """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
+        return self._sum(snapshot)
+
+    def _local(self, snapshot: Snapshot) -> Array:
+        """Deflections of the nodes of this rank, zero for the others."""
+        deflections = np.zeros((len(self.tips), 3))
+        state = snapshot.state
+        for k, index, dofs, coordinates, X, xi, axes in self._mine:
+            q = GROUND if coordinates is None else state.q[coordinates]
+            phi, *directors = q.reshape(4, 3)
+            x = X + state.u[index].array_r[dofs]
+            deflections[k] = axes @ (np.array(directors) @ (x - phi) - xi)
+        return deflections
+
+
+def tip_channel(tips: Tips) -> Channel:
+    """Lengths of the deflections."""
+    columns = tuple(f"tip_deflection_{tip.name}_[m]" for tip in tips.tips)
+    return Channel(columns, lambda s: np.linalg.norm(tips.at(s), axis=1).tolist())
+
+
+def stress_channel(system: MultibodySystem) -> Channel:
+    """Largest norm of the Cauchy stress at any cell centre. Collective."""
+
+    def values(s: Snapshot) -> list[float]:
+        norms = (
+            np.max(block.cauchy_stress_norm(u), initial=0.0)
+            for block, u in zip(system.flexible_blocks, s.state.u, strict=True)
+        )
+        return [float(system.comm.allreduce(max(norms, default=0.0), op=MPI.MAX))]
+
+    return Channel(("max_stress_[Pa]",), values)

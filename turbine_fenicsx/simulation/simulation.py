@@ -1,0 +1,362 @@
+"""The time loop: steps on a grid, refined where need be, watched by observers, ready to go on."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.foundation.checks import check_methods
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.threads import one_thread
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.checkpoint import Checkpoints, recall_state, remember_state
+from turbine_fenicsx.simulation.step_error import StepError
+from turbine_fenicsx.simulation.step_grid import StepGrid
+from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.start import check_start
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import Balance, MultibodySystem
+from turbine_fenicsx.time_stepping.solver import (
+    EnergyMomentumSolver,
+    SolverOptions,
+    StepFailure,
+    StepReport,
+)
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What observers see of an accepted step, and of the first state of a run. Equal on all ranks.
+
+    Args:
+        index: Number of accepted steps since t = 0.
+        state: The state; valid until the observer returns.
+        balance: Its energies and momenta.
+        works: Work of each of `MultibodySystem.work_names` since t = 0 [J].
+        dissipated: What each of `MultibodySystem.dissipation_names` dissipated since t = 0 [J].
+        energy_error: Total energy and dissipation minus initial energy and external work [J].
+        constraint_error: Largest violation of a constraint [m, -].
+        report: What the step took; None for the first state of a run, initial or resumed.
+        wall_time: Seconds since the start of the run, earlier parts included.
+        resumed: Whether this is the state a resumed run starts from, which was seen before.
+    """
+
+    index: int
+    state: State
+    balance: Balance
+    works: Array
+    dissipated: Array
+    energy_error: float
+    constraint_error: float
+    report: StepReport | None
+    wall_time: float
+    resumed: bool = False
+
+    @property
+    def external_work(self) -> float:
+        """Work of all loads but gravity since t = 0 [J]."""
+        return float(self.works.sum())
+
+
+class Observer(Protocol):
+    """Something that watches a run: time series, fields, progress. Called on all ranks."""
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Look at the first state and at each accepted step."""
+
+    def finish(self) -> None:
+        """The run has ended, normally or not."""
+
+
+@runtime_checkable
+class Remembering(Protocol):
+    """What an observer has beyond `Observer` if a checkpoint must agree with what it has written.
+
+    Attributes:
+        name: Under which checkpoints know it.
+    """
+
+    name: str
+
+    def remember(self) -> dict[str, Any]:
+        """Bring what was written to the disk, before a checkpoint counts. Called on all ranks.
+
+        Returns:
+            What a restart must know of it, such as the number of rows; whatever JSON can hold.
+
+        Raises:
+            OSError: if something is not on the disk, on all ranks.
+        """
+
+
+@dataclass
+class _Run:
+    """What changes during a run."""
+
+    state: State
+    grid: StepGrid
+    initial_energy: float
+    works: Array
+    dissipated: Array
+    index: int = 0
+    wall_before: float = 0.0
+
+
+class Simulation:
+    """Integrates a system from t = 0.
+
+    Args:
+        system: The system.
+        step: Time step dt [s], positive.
+        end: End time [s], not negative; the last step is shortened to meet it.
+        observers: Whoever watches.
+        options: Options of the step solver.
+        smallest_step: A step that fails is halved, down to this fraction of dt, and grows again
+            step by step.
+        step_error: Steps whose error exceeds its tolerance are halved too; None for none.
+        checkpoints: Where what a run must remember is written; None for none.
+        stop: Called after each step on all ranks; where one of them returns True, the run ends.
+        start: State at t = 0, such as an equilibrium or an `initial_motion`; the initial state of
+            the system if None.
+
+    Attributes:
+        solver: The step solver.
+        halvings: How many steps had to be halved.
+        stopped: Whether the run ended because it was asked to.
+
+    Raises:
+        ValueError: for a step or end time out of range, or a start state of another system.
+        TypeError: for an observer without its methods, or a start that is no state.
+    """
+
+    def __init__(
+        self,
+        system: MultibodySystem,
+        step: float,
+        end: float,
+        observers: Sequence[Observer] = (),
+        options: SolverOptions | None = None,
+        smallest_step: float = 2.0**-10,
+        step_error: StepError | None = None,
+        checkpoints: Checkpoints | None = None,
+        stop: Callable[[], bool] | None = None,
+        start: State | None = None,
+    ) -> None:
+        """Check the times and create the solver."""
+        if not 0.0 < step < np.inf:
+            raise ValueError(f"time.step must be positive, got {step:g} s")
+        if not 0.0 <= end < np.inf:
+            raise ValueError(f"time.end must not be negative, got {end:g} s")
+        self.system, self.step, self.end = system, step, end
+        self.observers = tuple(observers)
+        self.solver = EnergyMomentumSolver(system, options)
+        self.halvings, self.stopped = 0, False
+        self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
+        self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
+        for observer in self.observers:
+            check_methods("an observer", observer, ("observe", "finish"))
+        if start is not None:
+            check_start(system, start)
+        self._start = start
+
+    def run(self, memory: Memory | None = None) -> Snapshot:
+        """Integrate to the end time, or until it is asked to stop.
+
+        Args:
+            memory: What an earlier run remembered; it goes on from there.
+
+        Returns:
+            The last snapshot.
+
+        Raises:
+            StepFailure: if a step fails at the smallest size; all earlier steps were observed, and
+                a checkpoint was written.
+        """
+        start = time.perf_counter()
+        run = self._recall(memory) if memory else self._begin()
+        spare = run.state.copy()
+        snapshot = self._snapshot(run, None, start, resumed=bool(memory))
+        self.stopped = False
+        with ExitStack() as ending:
+            ending.enter_context(one_thread())
+            for observer in self.observers:
+                ending.callback(observer.finish)
+            self._notify(snapshot)
+            self._write_checkpoint(run, snapshot)
+            while not (run.grid.done or self.stopped):
+                try:
+                    report = self._make_step(run, spare)
+                except StepFailure:
+                    self._write_checkpoint(run, snapshot)
+                    raise
+                if report is None:
+                    continue
+                run.state, spare = spare, run.state
+                run.works = run.works + report.works
+                run.dissipated = run.dissipated + report.dissipated
+                run.index += 1
+                snapshot = self._snapshot(run, report, start)
+                self._notify(snapshot)
+                due = self._after_step(snapshot)
+                if due or self.stopped or run.grid.done:
+                    self._write_checkpoint(run, snapshot)
+        return snapshot
+
+    def _begin(self) -> _Run:
+        """Start at t = 0."""
+        self.halvings = 0
+        state = self.system.initial_state() if self._start is None else self._start.copy()
+        state.time = 0.0
+        grid = StepGrid(self.step, self.end, self._deepest)
+        if self._error is not None:
+            self._error.reset()
+            grid.level = self._deepest  # nothing is known of the first steps, which are small
+        works, dissipated = self.system.work_names, self.system.dissipation_names
+        return _Run(
+            state,
+            grid,
+            self.system.balance(state).total,
+            np.zeros(len(works)),
+            np.zeros(len(dissipated)),
+        )
+
+    def _make_step(self, run: _Run, out: State) -> StepReport | None:
+        """Try the next step; None if it must be tried again with half its length."""
+        dt, target = run.grid.dt, run.grid.target
+        try:
+            report = self.solver.advance(run.state, dt, out)
+        except StepFailure as failure:
+            self._refine(run, str(failure), "the loads, the stiffness and the mesh there")
+            return None
+        error = 0.0
+        if self._error is not None:
+            error = self._error.estimate(run.state, out, dt)
+            if error > 1.0:
+                self._refine(
+                    run,
+                    f"the step from t = {run.state.time:.6g} s by {dt:.3g} s has {error:.3g} times "
+                    "the allowed error",
+                    "time.angle_tolerance and time.displacement_tolerance",
+                )
+                return None
+            self._error.accept(dt)
+        out.time = target
+        run.grid.advance(grow=error <= StepError.GROW_BELOW)
+        return report
+
+    def _refine(self, run: _Run, reason: str, suspects: str) -> None:
+        """Halve the next step, or raise a StepFailure with advice if it is the smallest."""
+        if not run.grid.refine():
+            raise StepFailure(
+                f"{reason}. Steps are not halved below {run.grid.dt:.3g} s: try a smaller "
+                f"time.step, and look at {suspects}"
+            )
+        log.info("%s; now with half of it", reason)
+        self.halvings += 1
+
+    def _after_step(self, snapshot: Snapshot) -> bool:
+        """Agree on whether to stop, and on whether to write a checkpoint."""
+        stop = self._stop is not None and self._stop()
+        due = False
+        if self._checkpoints is not None and self.system.comm.rank == 0:
+            due = self._checkpoints.due(snapshot.state.time, snapshot.wall_time)
+        if self._stop is not None or self._checkpoints is not None:
+            stop, due = sum_over_ranks(self.system.comm, np.array([stop, due], dtype=float)) > 0.0
+        self.stopped = bool(stop)
+        return bool(due)
+
+    def _write_checkpoint(self, run: _Run, snapshot: Snapshot) -> None:
+        """Write what the run must remember."""
+        if self._checkpoints is not None:
+            with timing.event("output"):
+                index, wall_time = run.index, snapshot.wall_time
+                memory = self._remember(run, wall_time)
+                self._checkpoints.write(index, run.state.time, wall_time, memory)
+            log.info("checkpoint of step %d at t = %.6g s", index, run.state.time)
+
+    def _remember(self, run: _Run, wall_time: float) -> Memory:
+        """Everything the run depends on from here."""
+        grid = run.grid
+        memory = Memory(
+            {
+                "step": self.step,
+                "origin": grid.origin,
+                "cell": grid.cell,
+                "ticks": grid.ticks,
+                "level": grid.level,
+                "deepest": grid.deepest,
+                "index": run.index,
+                "initial_energy": run.initial_energy,
+                "halvings": self.halvings,
+                "wall_time": wall_time,
+            }
+        )
+        memory.arrays.update(works=run.works.copy(), dissipated=run.dissipated.copy())
+        memory.add("state", remember_state(self.system, run.state))
+        memory.add("solver", self.solver.remember())
+        if self._error is not None:
+            memory.add("error", self._error.remember())
+        for observer in self.observers:
+            if isinstance(observer, Remembering):
+                memory.add(f"observer.{observer.name}", Memory(observer.remember()))
+        return memory
+
+    def _recall(self, memory: Memory) -> _Run:
+        """Continue where an earlier run stopped."""
+        n, state = memory.numbers, recall_state(self.system, memory.part("state"))
+        position = (n["cell"], n["ticks"], n["level"], n["origin"])
+        grid = StepGrid(self.step, self.end, n["deepest"], *position)
+        if n["step"] != self.step or grid.time != state.time:  # or a former end between two steps
+            grid = StepGrid(self.step, self.end, self._deepest, origin=state.time)
+        self.halvings = n["halvings"]
+        self.solver.recall(memory.part("solver"))
+        if self._error is not None:
+            self._error.recall(memory.part("error"))
+        a = memory.arrays
+        return _Run(
+            state,
+            grid,
+            n["initial_energy"],
+            a["works"],
+            a["dissipated"],
+            n["index"],
+            n["wall_time"],
+        )
+
+    def _notify(self, snapshot: Snapshot) -> None:
+        """Show a snapshot to all observers."""
+        with timing.event("output"):
+            for observer in self.observers:
+                observer.observe(snapshot)
+
+    def _snapshot(
+        self, run: _Run, report: StepReport | None, start: float, resumed: bool = False
+    ) -> Snapshot:
+        """Collect what observers see."""
+        with timing.event("balance"):
+            balance = self.system.balance(run.state)
+            constraint_error = self.system.constraint_error(run.state)
+        return Snapshot(
+            index=run.index,
+            state=run.state,
+            balance=balance,
+            works=run.works,
+            dissipated=run.dissipated,
+            energy_error=balance.total
+            + float(run.dissipated.sum())
+            - run.initial_energy
+            - float(run.works.sum()),
+            constraint_error=constraint_error,
+            report=report,
+            wall_time=run.wall_before + time.perf_counter() - start,
+            resumed=resumed,
+        )

@@ -1,0 +1,1 @@
+"""The model: what parts make up a system, and its equations."""

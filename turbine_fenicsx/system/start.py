@@ -1,0 +1,180 @@
+"""Where a run starts: velocities that all parts can have together, and states that fit.
+
+The rates v of the rigid bodies at given rates b of joint coordinates are those that are nearest to
+the velocities v0 of the bodies,
+
+    (v - v0).M (v - v0)/2 -> min,    G v = 0,    T v = b,
+
+with the gradients G of the constraints and T of the joint coordinates. That is what impulses in the
+joints make of v0: momenta of what is free stay as they are, and from rest the kinetic energy is
+the least possible. Flexible bodies move as rigid ones with what they are coupled to: M counts their
+mass, and G ties the carriers of each together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from turbine_fenicsx.bodies.rigid_body import BodyFrame
+from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
+from turbine_fenicsx.foundation.redundancy import redundant_rows
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.rigid import Rigid
+from turbine_fenicsx.system.coupling_block import CouplingBlock
+from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.initial_velocity import initial_velocity
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+
+CONTRADICTION = 1e-9
+"""A rate may miss by this part of the largest what joints and the other rates make of it."""
+
+LARGEST_GAP = 1e-6
+"""A state that opens a constraint further than this [m, -] does not belong to the system."""
+
+
+def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State:
+    """The initial state with given rates of joint coordinates.
+
+    All bodies get velocities that joints, couplings and rates allow, the nearest to those they
+    were given (see above): what hangs on a joint that turns turns with it, and from rest the motion
+    with the least kinetic energy is taken where there is a choice.
+
+    Args:
+        system: The system.
+        rates: Rates by the names of joint coordinates [rad/s, m/s].
+
+    Returns:
+        A state at t = 0 for the ``start`` of a `Simulation`.
+
+    Raises:
+        ValueError: for an unknown joint coordinate, a rate that is no number, rates that contradict
+            each other or the joints, or a flexible body with a velocity field that does not fit.
+
+    Note:
+        Collective.
+    """
+    wanted = _checked_rates(system, rates)
+    state = system.initial_state()
+    q = state.q
+    ties = QuadraticMap(_ties(system), q.size).jacobian(q)
+    G, T = system.rigid_block.velocity_rows(q)
+    A = np.concatenate([G, ties, T[[system.angle_names.index(name) for name in wanted]]])
+    b = np.concatenate([np.zeros(len(G) + len(ties)), list(wanted.values())])
+    kept = np.setdiff1d(np.arange(len(A)), redundant_rows(A, 0))
+    state.q_dot = _nearest(_mass_matrix(system), A[kept], b[kept], state.q_dot)
+    state.angle_rates = T @ state.q_dot
+    reached = dict(zip(system.angle_names, state.angle_rates.tolist(), strict=True))
+    for name, rate in wanted.items():
+        if abs(reached[name] - rate) > CONTRADICTION * np.max(np.abs(b)):
+            raise ValueError(
+                f"the rate {rate:g} of {name!r} contradicts the joints and the other rates, which "
+                f"make it {reached[name]:g}"
+            )
+    for block, coupling, v in zip(
+        system.flexible_blocks, system.coupling_blocks, state.v, strict=True
+    ):
+        v.array[:] = initial_velocity(block, coupling, state.q_dot).ravel()
+        gap = coupling.B_local @ state.q_dot[coupling.columns] - v.array_r[coupling.dofs]
+        largest = [np.max(np.abs(x), initial=0.0) for x in (gap, v.array_r, state.q_dot)]
+        error, *sizes = np.max(system.comm.allgather(largest), axis=0)
+        if error > CONTRADICTION * max(sizes):
+            raise ValueError(
+                f"the velocity field of {block.body.name!r} contradicts the rates of the joints; "
+                "leave it out, and the body moves with what carries it"
+            )
+    return state
+
+
+def check_start(system: MultibodySystem, state: State) -> None:
+    """Check that a state belongs to a system.
+
+    Raises:
+        TypeError: for what is no state.
+        ValueError: for a state of another system, or one that breaks constraints; on all ranks.
+
+    Note:
+        Collective.
+    """
+    if not isinstance(state, State):
+        raise TypeError(
+            "a run starts from a State, such as the state of a snapshot, got a "
+            f"{type(state).__name__}"
+        )
+    mine = system.initial_state()
+    given, needed = _sizes(state), _sizes(mine)
+    mine.destroy()
+    if system.comm.allreduce(int(given != needed)):
+        raise ValueError("the start state belongs to another system, its sizes are different")
+    gap = system.constraint_error(state)
+    if not gap <= LARGEST_GAP:
+        raise ValueError(
+            f"the start state belongs to another system, it opens a constraint by {gap:.1e}"
+        )
+
+
+def _sizes(state: State) -> list[tuple[int, ...]]:
+    """Sizes of all parts of a state, on this rank and in all."""
+    arrays = (state.q, state.q_dot, state.angles, state.angle_rates, state.multipliers)
+    vectors = (state.u, state.v, state.coupling)
+    counts = [(len(group),) for group in vectors]
+    return [x.shape for x in arrays] + counts + [x.sizes for group in vectors for x in group]
+
+
+def _checked_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[str, float]:
+    """The rates as numbers; a ValueError for what is no rate of a joint coordinate."""
+    for name in rates:
+        if name not in system.angle_names:
+            known = sorted(system.angle_names)
+            raise ValueError(f"no joint coordinate {name!r}; there are {known}")
+    return {name: check_number(f"rate of {name!r}", rate) for name, rate in rates.items()}
+
+
+def _ties(system: MultibodySystem) -> list[Quadratic]:
+    """Constraints that keep the carriers of each flexible body together."""
+    found = []
+    frames = {body: BodyFrame(body, 4 * k) for k, body in enumerate(system.rigid_bodies)}
+    for block in system.coupling_blocks:
+        first, *others = dict.fromkeys(c.rigid for c in block.couplings) or [None]
+        for body in others:
+            a, b = (BodyFrame(None) if x is None else frames[x] for x in (first, body))
+            found += Rigid("tie", first, body, (0.0, 0.0, 0.0)).constraints(a, b)
+    return found
+
+
+def _mass_matrix(system: MultibodySystem) -> Array:
+    """Masses of the rigid bodies, and of the flexible ones as if they were part of a carrier."""
+    M = np.diag(system.rigid_block.masses)
+    for block, coupling in zip(system.flexible_blocks, system.coupling_blocks, strict=True):
+        if coupling.carriers:
+            grid = np.ix_(coupling.columns[:12], coupling.columns[:12])
+            M[grid] += np.kron(_carried_mass(block, coupling), np.eye(3))
+    return M
+
+
+def _carried_mass(block: FlexibleBlock, coupling: CouplingBlock) -> Array:
+    """Mass of a flexible body that moves with its first carrier, shape (4, 4). Collective."""
+    xi = coupling.carriers[0].body_coordinates(block.positions)
+    weights = np.column_stack([np.ones(len(xi)), xi])
+    field, momentum = block.new_vector(), block.new_vector()
+    mass = np.zeros((4, 4))
+    for k in range(4):
+        field.array[0::3] = weights[:, k]
+        block.momentum(field, momentum)
+        mass[k] = momentum.array_r[0::3] @ weights
+    for vector in (field, momentum):
+        vector.destroy()
+    return np.asarray(block.body.mesh.comm.allreduce(mass))
+
+
+def _nearest(M: Array, A: Array, b: Array, v0: Array) -> Array:
+    """The v with A v = b that is nearest to v0 in the norm of M; A has full rank."""
+    Q, R = np.linalg.qr(A.T, mode="complete")
+    rank = len(A)
+    v = v0 + Q[:, :rank] @ np.linalg.solve(R[:rank].T, b - A @ v0)
+    Z = Q[:, rank:]
+    # least squares, as directors without mass have none to weigh
+    return np.asarray(v - Z @ np.linalg.lstsq(Z.T @ M @ Z, Z.T @ (M @ (v - v0)), rcond=None)[0])

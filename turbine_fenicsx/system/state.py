@@ -1,0 +1,57 @@
+"""The state of a system at one time: everything that the next step depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from petsc4py import PETSc
+
+from turbine_fenicsx.foundation.types import Array
+
+
+@dataclass(eq=False)
+class State:
+    """State at t_n. Rigid parts are the same arrays on every rank, fields are distributed.
+
+    Args:
+        time: t_n [s].
+        q: Coordinates of all rigid bodies, shape (12 bodies,) [m, -].
+        q_dot: Their rates, shape (12 bodies,).
+        angles: Joint angles Theta, shape (n_angles,) [rad].
+        angle_rates: Mean rates of the last step, D/dt, shape (n_angles,) [rad/s]. (Velocities of
+            massless coordinates are never propagated.)
+        multipliers: Multipliers of rigid and joint constraints, then of the angles, of the last
+            step, at t_{n-1/2}.
+        u: Displacement of each flexible body [m].
+        v: Velocity of each flexible body [m/s].
+        coupling: Coupling forces on the contact nodes of each flexible body at t_{n-1/2} [N].
+    """
+
+    time: float
+    q: Array
+    q_dot: Array
+    angles: Array
+    angle_rates: Array
+    multipliers: Array
+    u: tuple[PETSc.Vec, ...]
+    v: tuple[PETSc.Vec, ...]
+    coupling: tuple[PETSc.Vec, ...]
+
+    def copy(self) -> State:
+        """An independent copy."""
+        return State(
+            time=self.time,
+            q=self.q.copy(),
+            q_dot=self.q_dot.copy(),
+            angles=self.angles.copy(),
+            angle_rates=self.angle_rates.copy(),
+            multipliers=self.multipliers.copy(),
+            u=tuple(x.copy() for x in self.u),
+            v=tuple(x.copy() for x in self.v),
+            coupling=tuple(x.copy() for x in self.coupling),
+        )
+
+    def destroy(self) -> None:
+        """Free the distributed vectors. Collective."""
+        for vector in (*self.u, *self.v, *self.coupling):
+            vector.destroy()

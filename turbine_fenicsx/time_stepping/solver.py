@@ -1,0 +1,349 @@
+"""Newton's method for one step: SNES over the nested blocks, converged block by block."""
+
+from __future__ import annotations
+
+import logging
+import weakref
+from dataclasses import dataclass, field
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, chosen_name
+from turbine_fenicsx.linear_solvers.base import LinearSolver
+from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.residual_place import describe_largest_residual
+
+log = logging.getLogger(__name__)
+
+FALLBACKS = {"frozen": "lu"}
+"""Exact linear solvers that take over where a step fails with an approximate one."""
+
+LAST_GAIN = 0.03
+"""Below the round-off of the elastic forces an iteration ends once a step gains less than this.
+
+Then what is left is noise. To end at once there costs a digit of the energy balance (1.6e-11 for
+1.2e-12 over the paper's stiff case); to wait until nothing is gained (0.5) takes half an iteration
+more a step for no digit.
+"""
+
+DIVERGENCE = 1e4
+"""An iteration whose residual grows by this factor is given up."""
+
+
+class StepFailure(RuntimeError):
+    """A step that did not converge; the message holds the reason in words."""
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What one step took.
+
+    Args:
+        newton_iterations: Newton iterations, failed attempts included.
+        krylov_iterations: Krylov iterations in them; a direct solve counts as one.
+        works: Work of each of `MultibodySystem.work_names` [J], zero for gravity.
+        dissipated: What each of `MultibodySystem.dissipation_names` dissipated [J].
+        residual: Largest relative residual of any block at the end.
+    """
+
+    newton_iterations: int
+    krylov_iterations: int
+    works: tuple[float, ...]
+    dissipated: tuple[float, ...]
+    residual: float
+
+    @property
+    def work(self) -> float:
+        """Work of all forces but gravity [J]."""
+        return sum(self.works)
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Options of the step solver.
+
+    Args:
+        preconditioner: Name of the linear solver, a key of `LINEAR_SOLVERS`, or "auto": "frozen",
+            and "iterative" for very many unknowns.
+        tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
+            each block; constraints take a hundredth of it.
+        stagnation: A residual that no longer decreases is taken as round-off if it is below this,
+            or below the estimated round-off of the elastic forces.
+        max_iterations: Largest number of Newton iterations.
+        prefix: Prefix of the PETSc options.
+
+    Raises:
+        ValueError: for an unknown linear solver or a tolerance outside (0, 1).
+    """
+
+    preconditioner: str = "auto"
+    tolerance: float = 1e-12
+    stagnation: float = 1e-9
+    max_iterations: int = 30
+    prefix: str = "tfx_"
+
+    def __post_init__(self) -> None:
+        """Check the options."""
+        if self.preconditioner not in ("auto", *LINEAR_SOLVERS):
+            raise ValueError(
+                f"solver.preconditioner must be one of {['auto', *sorted(LINEAR_SOLVERS)]}, "
+                f"got {self.preconditioner!r}"
+            )
+        if not 0.0 < self.tolerance < 1.0:
+            raise ValueError(f"solver.tolerance must lie between 0 and 1, got {self.tolerance}")
+
+
+class EnergyMomentumSolver:
+    """Advances a system by energy-momentum steps.
+
+    Args:
+        system: The system.
+        options: Tolerances and linear solver.
+
+    Attributes:
+        step: The blocks of the step.
+        preconditioner: Name of the linear solver in use.
+        fallbacks: How often another attempt had to take over for one that failed.
+        snes: The PETSc solver; options with the prefix apply.
+        destroy: Frees all PETSc objects; collective; at the latest when the program ends.
+    """
+
+    def __init__(self, system: MultibodySystem, options: SolverOptions | None = None) -> None:
+        """Create the SNES."""
+        self.options = options = options or SolverOptions()
+        self.step = step = EnergyMomentumStep(system)
+        self.preconditioner = chosen_name(options.preconditioner, step)
+        self._solvers = _LinearSolvers(step, options.prefix, self.preconditioner)
+        # without flexible bodies all but "monolithic" are the same
+        known = FALLBACKS if system.flexible_bodies else {}
+        exact = known.get(self.preconditioner, self.preconditioner)
+        self._attempts = Attempts(self.preconditioner, exact)
+        self.fallbacks = 0
+        self._past = Extrapolation()
+        self._convergence = BlockwiseConvergence(step, options)
+        self.snes = snes = PETSc.SNES().create(system.comm)
+        snes.setOptionsPrefix(options.prefix)
+        snes.setType("newtonls")
+        snes.setFunction(evaluate_residual, step.residual_vector, kargs={"step": step})
+        snes.setJacobian(
+            evaluate_tangent,
+            step.tangent_matrix,
+            kargs={"linear_solvers": self._solvers},
+        )
+        snes.setConvergenceTest(self._convergence)
+        snes.setTolerances(max_it=options.max_iterations)
+        ksp = snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        pc.setType("python")
+        pc.setPythonContext(self._solvers)
+        _set_from_options(snes, {"snes_linesearch_type": "basic"})
+        # Factors must go before MPI does, also when a script just ends.
+        self.destroy = weakref.finalize(self, _destroy, self._solvers, snes)
+
+    def advance(self, state: State, dt: float, out: State) -> StepReport:
+        """One step from ``state`` to t + dt.
+
+        Newton starts from x_n + dt v_n; if that fails, again with the exact tangent in place of a
+        frozen one, and then from x_n. Without flexible bodies, whose vibrations cannot be foreseen
+        so far, it first starts from the `Extrapolation` of the last steps, if there are enough.
+
+        Args:
+            state: State at t_n, not changed.
+            dt: Step [s].
+            out: Another state, overwritten with the one at t_{n+1}.
+
+        Returns:
+            What the step took.
+
+        Raises:
+            StepFailure: if Newton's method fails from both starts; ``out`` is then unchanged.
+        """
+        newton = krylov = 0
+        failures: list[Failure] = []
+        self.step.begin(state, dt)
+        attempts = self._attempts.order()
+        r = self._past.guess(state.time, dt)
+        guesses = [None] * len(attempts) if r is None else [r, *[None] * len(attempts)]
+        if r is not None:
+            attempts = [attempts[0], *attempts]
+        for attempt, guess in zip(attempts, guesses, strict=True):
+            self._log_fallback(state.time, dt, failures, attempt)
+            self.step.guess(attempt.moves_on, guess)
+            linear_solver = self._solvers.use(attempt.solver)
+            with timing.event("linear set-up"):
+                linear_solver.begin()
+            self._convergence.begin(approximate=attempt.solver in FALLBACKS)
+            before = linear_solver.krylov_iterations
+            self.snes.solve(None, self.step.x)
+            iterations = self.snes.getIterationNumber()
+            newton += iterations
+            krylov += linear_solver.krylov_iterations - before
+            reason = self.snes.getConvergedReason()
+            accepted = reason > 0 and self.step.accepted()
+            linear_solver.end(accepted)
+            if accepted:
+                self._attempts.learn(attempt)
+                self.fallbacks += len(failures)
+                works, dissipated = self.step.finish(out)
+                if not self.step.system.flexible_bodies:
+                    self._past.add(state.time, dt, self.step.rigid_unknowns())
+                residual = self._convergence.history[-1] * self.options.tolerance
+                done = tuple(works.tolist()), tuple(dissipated.tolist())
+                return StepReport(newton, krylov, *done, residual)
+            self._past.forget()
+            failures.append(Failure(attempt, reason, iterations))
+        place = describe_largest_residual(self.step, self.snes.getFunction()[0])
+        raise StepFailure(
+            f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: {tell(failures)}"
+            + (f"; the residual is largest in {place}" if place and reason <= 0 else "")
+        )
+
+    def _log_fallback(
+        self, time: float, dt: float, failures: list[Failure], attempt: Attempt
+    ) -> None:
+        """Say which attempt takes over, if one has failed."""
+        if failures:
+            log.info(
+                "the step from t = %.6g s by %.3g s: %s with %s; now %s",
+                time,
+                dt,
+                failures[-1].cause,
+                failures[-1].attempt,
+                attempt,
+            )
+
+    def remember(self) -> Memory:
+        """What later steps depend on, apart from the state."""
+        memory = Memory({"name": self.preconditioner, "fallbacks": self.fallbacks})
+        memory.add("attempts", self._attempts.remember())
+        memory.add("linear", self._solvers.use(self.preconditioner).remember())
+        memory.add("past", self._past.remember())
+        return memory
+
+    def recall(self, memory: Memory) -> None:
+        """Go on like the solver that remembered this; with another linear solver, start anew."""
+        self.fallbacks = memory.numbers.get("fallbacks", 0)
+        if memory.numbers.get("name") == self.preconditioner:
+            self._attempts.recall(memory.part("attempts"))
+            self._solvers.use(self.preconditioner).recall(memory.part("linear"))
+        self._past.recall(memory.part("past"))
+
+
+def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:
+    """Free the PETSc objects of a solver."""
+    linear_solvers.destroy()
+    snes.destroy()
+
+
+@dataclass
+class BlockwiseConvergence:
+    """Convergence by the largest relative residual of the blocks, in units of its tolerance."""
+
+    step: EnergyMomentumStep
+    options: SolverOptions
+    history: list[float] = field(default_factory=list)
+    stagnation: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Lay out the tolerances like `EnergyMomentumStep.relative_residuals`."""
+        n = len(self.step.system.flexible_blocks)
+        balance, constraint = self.options.tolerance, 0.01 * self.options.tolerance
+        self._tolerances = np.array(
+            [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
+        )
+
+    def begin(self, approximate: bool) -> None:
+        """A new iteration begins; with an approximate tangent slow ones look like round-off."""
+        self.history.clear()
+        self.stagnation = (0.02 if approximate else 1.0) * self.options.stagnation
+
+    def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
+        """SNES convergence test."""
+        reasons = PETSc.SNES.ConvergedReason
+        relative = self.step.relative_residuals(snes.getFunction()[0]) / self._tolerances
+        worst, beyond_round_off = (float(x) for x in relative.max(axis=1))
+        self.history.append(worst)
+        if not np.isfinite(worst):
+            return _compat.NOT_A_NUMBER
+        if worst <= 1.0:
+            return int(reasons.CONVERGED_FNORM_RELATIVE)
+        if beyond_round_off <= 1.0 and worst > LAST_GAIN * min(self.history[:-1], default=np.inf):
+            return int(reasons.CONVERGED_SNORM_RELATIVE)
+        stagnant = iteration >= 4 and worst > 0.5 * max(self.history[-5:-1])
+        if stagnant and worst * self.options.tolerance <= self.stagnation:
+            return int(reasons.CONVERGED_SNORM_RELATIVE)
+        if worst > DIVERGENCE * self.history[0]:
+            return int(reasons.DIVERGED_DTOL)
+        if iteration >= self.options.max_iterations:
+            return int(reasons.DIVERGED_MAX_IT)
+        return 0
+
+
+def evaluate_residual(
+    snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: EnergyMomentumStep
+) -> None:
+    """SNES function: residual of the step."""
+    with timing.event("residual"):
+        step.residual(x, F)
+
+
+def evaluate_tangent(
+    snes: PETSc.SNES,
+    x: PETSc.Vec,
+    J: PETSc.Mat,
+    P: PETSc.Mat,
+    linear_solvers: _LinearSolvers,
+) -> None:
+    """SNES Jacobian: the linear solver is prepared for the tangent at x."""
+    with timing.event("linear set-up"):
+        linear_solvers.current.update(x)
+
+
+def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
+    """Apply the user's options over defaults, which leave no trace in PETSc's database."""
+    options = PETSc.Options(snes.getOptionsPrefix())
+    mine = [key for key in defaults if not options.hasName(key)]
+    for key in mine:
+        options[key] = defaults[key]
+    snes.setFromOptions()
+    for key in mine:
+        options.delValue(key)
+
+
+class _LinearSolvers:
+    """The linear solvers of a step by name, made when first used; PETSc's python preconditioner."""
+
+    def __init__(self, step: EnergyMomentumStep, prefix: str, name: str) -> None:
+        """Make the first one."""
+        self._step, self._prefix = step, prefix
+        self._made: dict[str, LinearSolver] = {}
+        self.current = self.use(name)
+
+    def use(self, name: str) -> LinearSolver:
+        """Switch to a linear solver."""
+        if name not in self._made:
+            self._made[name] = LINEAR_SOLVERS[name](self._step, self._prefix)
+        self.current = self._made[name]
+        return self.current
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side."""
+        with timing.event("linear solve"):
+            self.current.solve(b, x)
+
+    def destroy(self, pc: PETSc.PC | None = None) -> None:
+        """Free all PETSc objects; PETSc calls this too."""
+        for linear_solver in self._made.values():
+            linear_solver.destroy()
+        self._made.clear()

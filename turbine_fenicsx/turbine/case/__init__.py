@@ -1,0 +1,1 @@
+"""The case file: its tables, units, mistakes, and what it will cost."""

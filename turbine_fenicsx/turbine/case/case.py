@@ -1,0 +1,157 @@
+"""Case files: one TOML file describes one run."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.case.consistency import contradictions, without_effect
+from turbine_fenicsx.turbine.case.doubts import doubts
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, mistakes_in, shown, without
+from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
+
+
+class Case(Tables):
+    """One run."""
+
+    @staticmethod
+    def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Case:
+        """Read a case file.
+
+        Args:
+            path: TOML file.
+            overrides: Changes such as ``"time.end=1.0"``.
+
+        Returns:
+            The case; ``mesh.file`` is made relative to the case file.
+
+        Raises:
+            InputError: with one sentence for every mistake.
+        """
+        return Draft.load(path, overrides).finished()
+
+    @staticmethod
+    def parse(data: Mapping[str, Any]) -> Case:
+        """Make a case from nested tables.
+
+        Args:
+            data: The tables.
+
+        Raises:
+            InputError: with one sentence for every mistake.
+        """
+        return Draft.parse(data).finished()
+
+    @property
+    def warnings(self) -> list[str]:
+        """One sentence for every key that is set but has no effect, and for every likely slip."""
+        return [*without_effect(self), *doubts(self)]
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A case that may hold mistakes.
+
+    Args:
+        case: The case, with defaults in the place of what is wrong.
+        mistakes: All mistakes.
+    """
+
+    case: Case
+    mistakes: tuple[Mistake, ...]
+
+    @property
+    def tables(self) -> set[str]:
+        """The outermost tables that hold mistakes."""
+        return {mistake.key[0] if mistake.key else "" for mistake in self.mistakes}
+
+    def finished(self) -> Case:
+        """The case, or an InputError with one sentence for every mistake."""
+        if self.mistakes:
+            raise InputError("\n".join(dict.fromkeys(m.sentence for m in self.mistakes)))
+        return self.case
+
+    @staticmethod
+    def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Draft:
+        """Read a case file, see `Case.load`.
+
+        Raises:
+            InputError: if the file cannot be read or is no TOML.
+        """
+        data = read_toml(path, "case file")
+        found = []
+        for override in overrides:
+            try:
+                _override(data, override)
+            except InputError as error:
+                found.append(Mistake((), str(error)))
+        mesh = data.get("mesh")
+        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+            mesh["file"] = str(Path(path).parent / mesh["file"])
+        draft = Draft.parse(data)
+        return Draft(draft.case, (*found, *draft.mistakes, *_mesh_file(draft.case)))
+
+    @staticmethod
+    def parse(data: Mapping[str, Any]) -> Draft:
+        """Make a draft from nested tables."""
+        found: list[Mistake] = []
+        try:
+            case = Case.model_validate(data)
+        except ValidationError as error:
+            found = mistakes_in(error, data, Tables)
+            wrong = {mistake.key for mistake in found}
+            case = Case() if () in wrong else Case.model_validate(without(data, wrong))
+        return Draft(case, (*found, *contradictions(case, {m.key for m in found})))
+
+
+def changed(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
+    """A case from nested tables with changes such as ``"time.end=1.0"``.
+
+    Raises:
+        InputError: with one sentence for every mistake.
+    """
+    tables = copy.deepcopy(dict(data))
+    for override in overrides:
+        _override(tables, override)
+    return Case.parse(tables)
+
+
+def _override(data: dict[str, Any], override: str) -> None:
+    """Apply one ``key=value`` to nested tables."""
+    key, separator, text = override.partition("=")
+    names = [name.strip() for name in key.split(".")]
+    if not separator or not all(names):
+        raise InputError(f"cannot read {shown(override)}: write --set section.key=value")
+    try:
+        tables = parse_toml(f"value = {text}")
+        value = tables["value"] if len(tables) == 1 else text.strip()
+    except ValueError:
+        value = text.strip()
+    table = data
+    for name in names[:-1]:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise InputError(f"cannot set {shown(key.strip())}: {shown(name)} is not a table")
+    table[names[-1]] = value
+
+
+def _mesh_file(case: Case) -> list[Mistake]:
+    """What a first look at the mesh file shows."""
+    if case.mesh.file is None or case.turbine.model == "rigid":
+        return []
+    from turbine_fenicsx.meshing.read import check_header
+
+    try:
+        check_header(Path(case.mesh.file))
+    except ValueError as error:
+        key: Key = ("mesh", "file")
+        return [Mistake(key, f"mesh.file: {error}")]
+    return []

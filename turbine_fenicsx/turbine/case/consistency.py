@@ -1,0 +1,291 @@
+"""What the keys of a case have to do with each other: contradictions, and keys without effect.
+
+A contradiction is a mistake. A key that is set but has no effect in the chosen model is only worth
+a warning: cases are varied with ``--set turbine.model=rigid``, and a file may hold the constants of
+two materials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from math import pi, prod, tan
+
+import numpy as np
+
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, shown
+from turbine_fenicsx.turbine.case.tables import Section, Tables
+
+MAX_STEPS = 1e9
+"""Steps of a run; a million times as many as the paper's."""
+
+MAX_UNKNOWNS = 2**31
+"""Displacements of a mesh; PETSc counts with 32 bits."""
+
+
+def contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
+    """Mistakes that take more than one key to see.
+
+    Args:
+        case: The tables, with defaults in the place of what is wrong by itself.
+        wrong: The keys that are wrong by themselves; nothing is said that depends on them.
+    """
+    found = []
+    for names, check in _CHECKS:
+        keys = [tuple(name.split(".")) for name in names]
+        if any(_overlap(key, bad) for key in keys for bad in wrong):
+            continue
+        sentence = check(case)
+        if sentence:
+            found.append(Mistake(keys[0], sentence))
+            wrong = wrong | {keys[0]}
+    return found
+
+
+def _overlap(a: Key, b: Key) -> bool:
+    """Whether one of two keys is, or is inside of, the other."""
+    return all(x == y for x, y in zip(a, b, strict=False))
+
+
+def _stations(case: Tables) -> str:
+    """Stations increase from 0 to 1."""
+    s = case.blade.stations
+    if len(s) >= 2 and (s[0], s[-1]) == (0.0, 1.0) and all(a < b for a, b in pairwise(s)):
+        return ""
+    return (
+        f"blade.stations = {shown(s)}: expected increasing fractions of the span that begin with 0 "
+        "and end with 1, for example [0, 0.2, 1]"
+    )
+
+
+def _chord(case: Tables) -> str:
+    """One chord a station."""
+    return _widths("chord", case.blade.chord, case)
+
+
+def _thickness(case: Tables) -> str:
+    """One thickness a station."""
+    return _widths("thickness", case.blade.thickness, case)
+
+
+def _widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
+    """As many widths as stations."""
+    n = len(case.blade.stations)
+    if len(widths) == n:
+        return ""
+    return (
+        f"blade.{name} = {shown(widths)}: expected one width for each of the {n} blade.stations, "
+        f"got {len(widths)}"
+    )
+
+
+def _clearance(case: Tables) -> str:
+    """The roots of three built-in blades do not overlap."""
+    b = case.blade
+    width = max(b.chord[0], b.thickness[0])
+    needed = width / 2.0 / tan(pi / 3.0)
+    if case.turbine.model == "rigid" or case.mesh.file or b.hub_radius >= needed:
+        return ""
+    return (
+        f"blade.hub_radius = {b.hub_radius:g}: three blades that are {width:g} m wide at the root "
+        f"overlap, expected at least {needed:.4g} m"
+    )
+
+
+def _size(case: Tables) -> str:
+    """The mesh is not too large to be counted."""
+    m, b = case.mesh, case.blade
+    if case.turbine.model == "rigid" or m.file:
+        return ""
+    if m.cell == "tetrahedron":
+        # imported here, so that no other case needs MPI
+        from turbine_fenicsx.meshing import BladeGeometry, MeshOptions
+        from turbine_fenicsx.turbine.case.size import size_of_options
+
+        options = MeshOptions(m.cell, elements=m.elements, size=m.size)
+        nodes = float(size_of_options(BladeGeometry(**b.model_dump()), options, m.degree).nodes)
+    else:
+        widths = (max(b.chord), max(b.thickness), b.length)
+        numbers = [w / m.size for w in widths] if m.size else m.elements
+        nodes = 3.0 * prod(m.degree * n + 1.0 for n in numbers)
+    if 3.0 * nodes < MAX_UNKNOWNS:
+        return ""
+    key, value = ("size", f"{m.size:g}") if m.size else ("elements", shown(list(m.elements)))
+    return (
+        f"mesh.{key} = {value}: gives some {3.0 * nodes:.1e} displacements, expected fewer than "
+        f"{MAX_UNKNOWNS:.1e}"
+    )
+
+
+def _tower_wall(case: Tables) -> str:
+    """The tower is hollow."""
+    t = case.tower
+    inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
+    if not t.flexible or t.wall < inner:
+        return ""
+    return (
+        f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
+        "smaller diameter"
+    )
+
+
+def _tower_size(case: Tables) -> str:
+    """The tower is a tube, and not too large to be counted."""
+    t = case.tower
+    if not t.flexible:
+        return ""
+    around, through, along = (t.degree * n for n in t.elements)
+    if t.elements[0] < 3:
+        return f"tower.elements = {shown(list(t.elements))}: expected 3 or more around the tower"
+    displacements = 3.0 * around * (through + 1.0) * (along + 1.0)
+    if displacements < MAX_UNKNOWNS:
+        return ""
+    return (
+        f"tower.elements = {shown(list(t.elements))}: gives some {displacements:.1e} "
+        f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
+    )
+
+
+def _spring(case: Tables) -> str:
+    """A spring drive has a spring or a damper."""
+    p = case.pitch
+    if not _pitch_bearings(case) or p.drive != "spring" or p.stiffness > 0.0 or p.damping > 0.0:
+        return ""
+    return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
+
+
+def _pitch_bearings(case: Tables) -> bool:
+    """Whether the blades can turn about their spans."""
+    return case.turbine.model == "rigid" or case.pitch.bearings
+
+
+def _curved(case: Tables) -> str:
+    """Displacements can follow the shape of the cells, or a rotation would store energy."""
+    m = case.mesh
+    if case.turbine.model == "rigid" or m.file or m.geometry_degree <= m.degree:
+        return ""
+    return (
+        f"mesh.geometry_degree = {m.geometry_degree}: expected at most mesh.degree = "
+        f"{m.degree}, or a rigid rotation would store energy"
+    )
+
+
+def _steps(case: Tables) -> str:
+    """The number of steps is not absurd."""
+    t = case.time
+    if t.end <= MAX_STEPS * t.step:
+        return ""
+    return (
+        f"time.step = {t.step:g}: takes more than {MAX_STEPS:.0e} steps to time.end = {t.end:g} s"
+    )
+
+
+def _material(case: Tables) -> str:
+    """The material is positive definite."""
+    if case.turbine.model == "rigid":
+        return ""
+    try:
+        with np.errstate(all="raise"):
+            case.material.make(("a1", "a2", "a3"))
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+        if str(error).startswith("material"):
+            return str(error)
+        names = ", ".join(_CONSTANTS[case.material.law])
+        return f"material is not positive definite: {names} are out of range"
+    return ""
+
+
+_MATERIAL = ("law", "young", "shear", "poisson", "first_lame", "shear_modulus")
+"""Keys of the stiffness."""
+
+_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
+    (("blade.stations",), _stations),
+    (("blade.chord", "blade.stations"), _chord),
+    (("blade.thickness", "blade.stations"), _thickness),
+    (("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file"), _clearance),
+    (("mesh", "blade"), _size),
+    (("mesh.geometry_degree", "mesh.degree"), _curved),
+    (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _tower_wall),
+    (("tower.elements", "tower.degree"), _tower_size),
+    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _spring),
+    (("time.step", "time.end"), _steps),
+    (tuple(f"material.{name}" for name in _MATERIAL), _material),
+)
+"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
+
+_CONSTANTS = {
+    "transversely_isotropic": ("young", "shear", "poisson"),
+    "transversely_isotropic_finite": ("young", "shear", "poisson"),
+    "st_venant_kirchhoff": ("first_lame", "shear_modulus"),
+    "neo_hooke": ("first_lame", "shear_modulus"),
+}
+
+
+def without_effect(case: Tables) -> list[str]:
+    """One sentence for every key that is set but changes nothing.
+
+    Args:
+        case: A valid case.
+    """
+    sentences = []
+    for table, names, reason in idle_keys(case):
+        section: Section = case
+        for name in filter(None, table.split(".")):
+            section = getattr(section, name)
+        for name in sorted(section.model_fields_set & set(names)):
+            sentences.append(f"{f'{table}.{name}'.lstrip('.')} has no effect {reason}")
+    return sentences
+
+
+def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Table, its keys without effect, and the reason.
+
+    Args:
+        case: A valid case.
+    """
+    m, law = case.mesh, case.material.law
+    if case.turbine.model == "rigid":
+        yield "", ("mesh", "material"), 'with turbine.model = "rigid"'
+    else:
+        yield "turbine", ("blade", "blade_arm"), 'with turbine.model = "hybrid"'
+        idle = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])
+        yield "material", tuple(idle), f'with material.law = "{law}"'
+        if m.file:
+            names = ("cell", "elements", "size", "geometry_degree")
+            yield "mesh", names, "beside mesh.file"
+            yield "blade", ("stations", "chord", "thickness"), "on the run beside mesh.file"
+        elif m.size:
+            yield "mesh", ("elements",), "beside mesh.size"
+    yield from _idle_pitch(case)
+    if case.turbine.model == "rigid" and not case.tower.flexible:
+        yield "turbine", ("numerical_dissipation",), "without flexible parts"
+    if not case.tower.flexible:
+        yield (
+            "tower",
+            tuple(set(type(case.tower).model_fields) - {"flexible"}),
+            ("without tower.flexible = true"),
+        )
+    loads = case.loads
+    if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
+        yield "loads", ("duration",), "without a torque"
+
+
+def _idle_pitch(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """The same of the pitch bearings."""
+    pitch = case.pitch
+    if not _pitch_bearings(case):
+        others = set(type(pitch).model_fields) - {"bearings"}
+        yield "pitch", tuple(others), "without pitch.bearings = true"
+        yield "loads", ("pitch_torque",), "without pitch.bearings = true"
+        return
+    if case.turbine.model == "rigid":
+        rings = ("bearings", "ring_mass", "ring_euler")
+        yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
+    drives = {"spring": ("stiffness", "damping"), "prescribed": ("angle", "start", "duration")}
+    for drive, names in drives.items():
+        if pitch.drive != drive:
+            yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
+    if pitch.drive == "prescribed":
+        yield "loads", ("pitch_torque",), 'with pitch.drive = "prescribed"'
+        if pitch.angle == 0.0:
+            yield "pitch", ("start", "duration"), "with pitch.angle = 0"

@@ -1,0 +1,235 @@
+"""What a run will take: unknowns, time, memory, disk; from formulas, without building anything.
+
+Times are fits to measured ones, see `COST`. They are within a factor of two there, for the
+iterative solver of three; another machine is faster or slower by a factor of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, log10
+
+from turbine_fenicsx.turbine.case.size import N_BLADES, MeshSize, size_of_tower
+from turbine_fenicsx.turbine.case.tables import Tables
+
+MACHINE = "cores of an AMD EPYC"
+
+MEASURED_RANKS = 2
+"""Times of more ranks than this are only carried on."""
+
+COST = {
+    "frozen": (0.005, 4.0e-7, 1.22),
+    "iterative": (0.01, 8.8e-7, 1.20),
+    "lu": (0.06, 2.8e-7, 1.57),
+    "monolithic": (0.06, 3.1e-7, 1.57),
+}
+"""Seconds of a step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
+
+Fitted to measurements on the machine above with 1053, 11025, 70713 and 220545 displacements: 0.006,
+0.035, 0.33 and 1.3 s ("frozen"); -, 0.06, 0.59 and 2.2 s ("iterative"); 0.07, 0.6, 11 s and -
+("lu"). Fields are written every fifth step.
+"""
+
+RIGID_STEP = 0.0026
+"""Seconds of a step of the rigid turbine."""
+
+PROGRAM = 0.17e9
+"""Memory of a rank without unknowns [B]."""
+
+QUADRATIC_HEXAHEDRA = 1.8
+"""Memory of theirs in that of as many displacements of other cells: their rows are longer."""
+
+SHARED = 1.35
+"""Memory of several ranks in that of one: two ranks take it at 302 000 displacements."""
+
+ALONE = 0.09
+"""Share of a step that several ranks do not share, from 1.83 times the speed on two ranks."""
+
+VERTEX = 400.0
+"""Memory of a vertex, or a cell, while a mesh is made [B]."""
+
+CHECKPOINT = 5.0
+"""Numbers that a checkpoint keeps for each displacement."""
+
+SURFACES = {"hybrid": (1584, 1488), "rigid": (3528, 3360)}
+"""Points and faces of the pictures of the rigid parts in the field output."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a run will take.
+
+    Args:
+        unknowns: Number of unknowns by block, named as in ``summary.json``.
+        exact: Whether these are counted.
+        preconditioner: The linear solver that will be used.
+        steps: Number of steps.
+        step_seconds: Wall time of a step [s].
+        set_up_seconds: Wall time before the first step [s].
+        memory: Memory of all ranks [B].
+        disk: Size of the output folder [B].
+        ranks: Number of ranks.
+    """
+
+    unknowns: dict[str, int]
+    exact: bool
+    preconditioner: str
+    steps: float
+    step_seconds: float
+    set_up_seconds: float
+    memory: float
+    disk: float
+    ranks: int = 1
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the run [s]."""
+        return self.set_up_seconds + self.steps * self.step_seconds
+
+    def too_large(self, available: float) -> str:
+        """A sentence if the run needs more memory than there is, else nothing.
+
+        Args:
+            available: Memory of the machines [B].
+        """
+        if self.memory <= available:
+            return ""
+        direct = self.preconditioner != "iterative"
+        way_out = '; solver.preconditioner = "iterative" needs less' if direct else ""
+        return (
+            f"the run needs about {in_bytes(self.memory)} of memory, this machine has "
+            f"{in_bytes(available)}{way_out}"
+        )
+
+    def __str__(self) -> str:
+        """A few lines for people."""
+        about = "" if self.exact else "about "
+        blocks = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in self.unknowns.items())
+        factor = "three" if self.preconditioner == "iterative" else "two"
+        ranks = f"{self.ranks} rank{'s' * (self.ranks > 1)}"
+        each = f", {in_bytes(self.memory / self.ranks)} on each rank" if self.ranks > 1 else ""
+        sure = f"within a factor of {factor} on {MACHINE}"
+        if self.ranks > MEASURED_RANKS:
+            sure = f"carried on from measurements on {MEASURED_RANKS} ranks"
+        return "\n".join(
+            [
+                f"unknowns: {about}{sum(self.unknowns.values())} ({blocks})",
+                f"preconditioner: {self.preconditioner}",
+                f"run time: about {_time(self.seconds)} for {self.steps:.7g} steps of "
+                f"{_time(self.step_seconds)} on {ranks}, {sure}",
+                f"memory: about {in_bytes(self.memory)}{each}; disk: about {in_bytes(self.disk)}",
+            ]
+        )
+
+
+def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
+    """Estimate what a case will take.
+
+    Args:
+        case: The case.
+        size: Size of the mesh of its blades; None for the rigid turbine.
+        ranks: Number of ranks.
+    """
+    from turbine_fenicsx.linear_solvers import LARGEST_FACTOR
+
+    tower = size_of_tower(case.tower) if case.tower.flexible else None
+    meshes = [mesh for mesh in (size, tower) if mesh]
+    n_pitch = N_BLADES if case.pitch.bearings or size is None else 0
+    n_bodies, n_joints = 2 + n_pitch + (1 if tower else 0), 2 + n_pitch
+    n_drives = n_pitch if case.pitch.drive == "prescribed" else 0
+    displacements = sum(3 * mesh.nodes for mesh in meshes)
+    name = case.solver.preconditioner
+    if name == "auto":
+        largest = max((3 * mesh.nodes for mesh in meshes), default=0)
+        name = "iterative" if largest >= LARGEST_FACTOR else "frozen"
+    constant, factor, power = COST[name]
+    digits = -log10(case.solver.tolerance)
+    step = (constant + factor * displacements**power) * (0.7 + 0.3 * max(digits - 8.0, 0.0) / 4.0)
+    set_up = 1.5 + 4.0 * (displacements / 7e4) ** 1.2
+    share = ALONE + (1.0 - ALONE) / ranks
+    if not meshes:
+        step, set_up, share = RIGID_STEP, 1.0, 1.0
+    steps = float(ceil(case.time.end / case.time.step * (1.0 - 1e-9)))
+    outputs, one, always = _field_bytes(case, "hybrid" if size else "rigid", meshes, steps)
+    return Estimate(
+        {
+            "displacements": displacements,
+            "coupling_multipliers": sum(3 * mesh.root_nodes for mesh in meshes),
+            "rigid_coordinates": 12 * n_bodies,
+            "joint_angles": n_joints,
+            "rigid_and_joint_multipliers": 6 * n_bodies + (5 + 1) * n_joints + n_drives,
+        },
+        all(mesh.exact for mesh in meshes),
+        name,
+        steps,
+        step * share,
+        set_up * share,
+        ranks * PROGRAM + _memory(name, meshes) * (SHARED if ranks > 1 else 1.0),
+        outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
+        ranks,
+    )
+
+
+def checkpoint_bytes(displacements: int) -> float:
+    """Size of the two checkpoints that are kept [B]."""
+    return 2.0 * (8.0 * CHECKPOINT * displacements + 12e3)
+
+
+def mesh_memory(size: MeshSize) -> float:
+    """Memory of the rank that makes a mesh [B]."""
+    return PROGRAM + VERTEX * max(size.vertices, size.cells)
+
+
+def _memory(solver: str, meshes: list[MeshSize]) -> float:
+    """Memory of all that depends on the meshes, on one rank [B]."""
+    found = 0.0
+    for mesh in meshes:
+        n = 3.0 * mesh.nodes
+        quadratic = mesh.nodes > 2 * mesh.vertices
+        longer = QUADRATIC_HEXAHEDRA if quadratic and mesh.cell == "hexahedron" else 1.0
+        found += longer * (3.0e3 * n if solver == "iterative" else 630.0 * n**1.2)
+    return found
+
+
+def _field_bytes(
+    case: Tables, model: str, meshes: list[MeshSize], steps: float
+) -> tuple[float, float, float]:
+    """Number of field outputs, bytes of each, and bytes that are written once."""
+    every = case.output.fields_every
+    if every == 0.0:
+        return 0.0, 0.0, 0.0
+    points, faces = SURFACES[model]
+    cells, topology = faces, 6 * 4 * faces
+    for mesh in meshes:
+        points, cells = points + mesh.vertices, cells + mesh.cells
+        topology += 4 * mesh.cells * ((8 if mesh.cell == "hexahedron" else 4) + 2)
+    outputs = min(1.0 + ceil(case.time.end / every * (1.0 - 1e-9)), steps + 1.0)
+    topology += 4 * points  # what is coupled to what
+    # coordinates in double precision, displacement, velocity; two stresses, fibre
+    return outputs, float(points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900), float(topology)
+
+
+def _time(seconds: float) -> str:
+    """A time with a unit that suits it."""
+    for limit, divisor, unit in (
+        (1.0, 1e-3, "ms"),
+        (120.0, 1.0, "s"),
+        (7200.0, 60.0, "min"),
+        (172800.0, 3600.0, "h"),
+    ):
+        if seconds < limit:
+            return f"{_rounded(seconds / divisor)} {unit}"
+    return f"{_rounded(seconds / 86400.0)} days"
+
+
+def in_bytes(size: float) -> str:
+    """A size with a unit that suits it."""
+    for divisor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if size >= divisor:
+            return f"{_rounded(size / divisor)} {unit}"
+    return f"{_rounded(size / 1e3)} kB"
+
+
+def _rounded(number: float) -> str:
+    """Two digits, without an exponent where that can be read."""
+    return f"{float(f'{number:.1e}'):.6g}"

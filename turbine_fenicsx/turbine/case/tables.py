@@ -1,0 +1,294 @@
+"""The tables of a case file, their keys, defaults and ranges.
+
+A new key is a line here; a new table is a class and a line in `Tables`. What belongs to a value is
+in its type: unit, range, choices. What several keys have to do with each other is in
+`turbine_fenicsx.turbine.case.consistency`.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from turbine_fenicsx.turbine.case.parameters import PRINTED_ARMS, Inertia, TurbineParameters
+from turbine_fenicsx.turbine.case.quantities import (
+    Acceleration,
+    Density,
+    EulerMoment,
+    Kilograms,
+    Metres,
+    Number,
+    Pascal,
+    Radians,
+    Seconds,
+    Torque,
+    TorsionalDamping,
+    TorsionalStiffness,
+    Unit,
+    Viscosity,
+    Whole,
+    to_si,
+    whole,
+)
+
+HUGE = 1e30
+"""No number of a case is larger, so that products of a few of them are finite."""
+
+Positive = Field(gt=0.0, le=HUGE)
+NotNegative = Field(ge=0.0, le=HUGE)
+Finite = Field(ge=-HUGE, le=HUGE)
+_DEFAULTS = TurbineParameters()
+
+
+class Section(BaseModel):
+    """A table of a case file; unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TimeCase(Section):
+    """Time step and end of the run [s].
+
+    With a tolerance, steps whose estimated error exceeds it are halved, and grow again up to
+    ``step``: of directions of rigid bodies [rad], of displacements [m].
+    """
+
+    step: Annotated[Seconds, Positive] = 0.02
+    end: Annotated[Seconds, NotNegative] = 12.0
+    angle_tolerance: Annotated[Number, Positive] | None = None
+    displacement_tolerance: Annotated[Metres, Positive] | None = None
+
+
+Moment = Annotated[EulerMoment, Positive]
+
+
+class NacelleCase(Section):
+    """Mass [kg] and Euler values [kg m^2] of the nacelle."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+
+
+class HubCase(NacelleCase):
+    """The same of the hub."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+
+
+class RigidBladeCase(NacelleCase):
+    """The same of a rigid blade."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
+
+
+def _arm(value: Any) -> Any:
+    """Either "printed" or a positive length [m]."""
+    if value == "printed":
+        return value
+    try:
+        arm = to_si(value, "m")
+    except ValueError:
+        arm = 0.0
+    if not 0.0 < arm <= HUGE:
+        raise ValueError('expected "printed" or a length greater than 0, for example "29.25 m"')
+    return arm
+
+
+class TurbineCase(Section):
+    """Rigid parts; ``model`` decides whether the blades are rigid or flexible.
+
+    ``numerical_dissipation`` damps high frequencies of flexible parts and conserves momenta.
+    """
+
+    model: Literal["rigid", "hybrid"] = "hybrid"
+    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm), Unit("m")] = "printed"
+    angle_form: Literal["regular", "paper"] = "regular"
+    numerical_dissipation: Annotated[Number, NotNegative] = 0.0
+    hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
+    nacelle: NacelleCase = NacelleCase()
+    hub: HubCase = HubCase()
+    blade: RigidBladeCase = RigidBladeCase()
+
+    def parameters(self) -> TurbineParameters:
+        """The parameters for the builders."""
+        arms = PRINTED_ARMS if self.blade_arm == "printed" else (float(self.blade_arm),) * 3
+        parts = {
+            name: Inertia(part.mass, part.euler)
+            for name, part in (("nacelle", self.nacelle), ("hub", self.hub), ("blade", self.blade))
+        }
+        return TurbineParameters(hub_distance=self.hub_distance, blade_arms=arms, **parts)
+
+
+class BladeCase(Section):
+    """Shape of a blade, see `turbine_fenicsx.meshing.BladeGeometry`."""
+
+    hub_radius: Annotated[Metres, Positive] = 2.25
+    length: Annotated[Metres, Positive] = 54.0
+    stations: tuple[Annotated[Number, NotNegative], ...] = (0.0, 0.2, 1.0)
+    chord: tuple[Annotated[Metres, Positive], ...] = (1.8, 3.0, 0.6)
+    thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
+
+
+Degree = Annotated[Literal[1, 2], BeforeValidator(whole)]
+Count = Annotated[Whole, Field(ge=1, le=100_000)]
+
+
+class MeshCase(Section):
+    """Mesh of the blades; ``file`` takes a mesh of one's own instead."""
+
+    cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
+    elements: tuple[Count, Count, Count] = (2, 2, 12)
+    size: Annotated[Metres, Positive] | None = None
+    degree: Degree = 1
+    geometry_degree: Degree = 1
+    file: str | None = None
+
+
+Stiffness = Annotated[Pascal, Finite]
+Ratio = Annotated[Number, Finite]
+
+
+class MaterialCase(Section):
+    """Material of the blades: law, its constants [Pa, -], density [kg/m^3] and viscosity [Pa s].
+
+    ``"transversely_isotropic_finite"`` has the stiffness of ``"transversely_isotropic"`` at rest
+    and resists being crushed; it takes the shear modulus 23 from the others. Viscosities damp the
+    blades, see `turbine_fenicsx.materials.KelvinVoigt`.
+    """
+
+    law: Literal[
+        "transversely_isotropic",
+        "transversely_isotropic_finite",
+        "st_venant_kirchhoff",
+        "neo_hooke",
+    ] = "transversely_isotropic"
+    density: Annotated[Density, Positive] = 1500.0
+    young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
+    shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
+    poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
+    first_lame: Stiffness = 3.9e9
+    shear_modulus: Stiffness = 0.975e9
+    shear_viscosity: Annotated[Viscosity, NotNegative] = 0.0
+    bulk_viscosity: Annotated[Viscosity, NotNegative] = 0.0
+
+    def make(self, frame: tuple[Any, Any, Any]) -> Any:
+        """The material with the given axes."""
+        from turbine_fenicsx.materials import KelvinVoigt
+
+        elastic = self._elastic(frame)
+        if self.shear_viscosity == self.bulk_viscosity == 0.0:
+            return elastic
+        return KelvinVoigt(elastic, self.shear_viscosity, self.bulk_viscosity)
+
+    def _elastic(self, frame: tuple[Any, Any, Any]) -> Any:
+        """The material without viscosity."""
+        from turbine_fenicsx import materials as m
+
+        if self.law == "transversely_isotropic":
+            return m.OrthotropicSVK(self.young, self.shear, self.poisson, frame)
+        if self.law == "transversely_isotropic_finite":
+            for name, i, j in (("young", 1, 2), ("shear", 0, 1), ("poisson", 0, 1)):
+                values = getattr(self, name)
+                if values[i] != values[j]:
+                    raise ValueError(
+                        f"material.{name} = {list(values)}: expected entries {i + 1} and {j + 1} "
+                        f'to be equal with material.law = "{self.law}"'
+                    )
+            (E1, E2, _), (n12, _, n23) = self.young, self.poisson
+            return m.TransverselyIsotropic(E1, E2, self.shear[0], n12, n23, frame[0])
+        law = m.StVenantKirchhoff if self.law == "st_venant_kirchhoff" else m.NeoHooke
+        return law(self.first_lame, self.shear_modulus)
+
+
+Flag = Annotated[bool, Field(strict=True)]
+
+
+class PitchCase(Section):
+    """Pitch bearings: what turns the blades about their spans.
+
+    The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
+    ring between hub and root of each blade. With the drive ``"prescribed"`` all blades turn by
+    ``angle`` in ``duration``, smoothly.
+    """
+
+    bearings: Flag = False
+    ring_mass: Annotated[Kilograms, Positive] = 1000.0
+    ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
+    drive: Literal["free", "spring", "prescribed"] = "free"
+    stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
+    damping: Annotated[TorsionalDamping, NotNegative] = 0.0
+    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    start: Annotated[Seconds, NotNegative] = 0.0
+    duration: Annotated[Seconds, Positive] = 5.0
+
+
+class TowerCase(Section):
+    """Tower: a hollow cone of hexahedra below the yaw bearing, clamped to the ground.
+
+    A rigid body at its top, of the mass and Euler values in e1, e2, e3 given here, carries the yaw
+    bearing. With ``flexible = false`` the yaw bearing stands on the ground.
+    """
+
+    flexible: Flag = False
+    height: Annotated[Metres, Positive] = 80.0
+    bottom_diameter: Annotated[Metres, Positive] = 6.0
+    top_diameter: Annotated[Metres, Positive] = 4.0
+    wall: Annotated[Metres, Positive] = 0.04
+    elements: tuple[Count, Count, Count] = (8, 1, 8)
+    degree: Degree = 2
+    young: Annotated[Pascal, Positive] = 210e9
+    poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
+    density: Annotated[Density, Positive] = 7850.0
+    top_mass: Annotated[Kilograms, Positive] = 2000.0
+    top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
+
+
+class LoadsCase(Section):
+    """Gravity, and hat functions of torque on rotor, yaw and pitch bearings, eq. (60)."""
+
+    gravity: Annotated[Acceleration, NotNegative] = 9.81
+    rotor_torque: Annotated[Torque, Finite] = 0.0
+    yaw_torque: Annotated[Torque, Finite] = 0.0
+    pitch_torque: Annotated[Torque, Finite] = 0.0
+    duration: Annotated[Seconds, Positive] = 3.0
+
+
+class SolverCase(Section):
+    """Solver of the step."""
+
+    preconditioner: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
+    tolerance: Annotated[Number, Field(gt=0.0, lt=1.0)] = 1e-12
+    max_iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 30
+
+
+class OutputCase(Section):
+    """Output; 0 = never.
+
+    ``fields_every`` is the simulated time between two outputs of fields, ``checkpoint_every`` that
+    between two checkpoints; ``checkpoint_wall_time`` is the wall time between them. There always is
+    one at the start and at the end.
+    """
+
+    fields_every: Annotated[Seconds, NotNegative] = 0.1
+    checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
+    checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
+
+
+class Tables(Section):
+    """All tables of a case file."""
+
+    title: str = ""
+    time: TimeCase = TimeCase()
+    turbine: TurbineCase = TurbineCase()
+    blade: BladeCase = BladeCase()
+    mesh: MeshCase = MeshCase()
+    material: MaterialCase = MaterialCase()
+    pitch: PitchCase = PitchCase()
+    tower: TowerCase = TowerCase()
+    loads: LoadsCase = LoadsCase()
+    solver: SolverCase = SolverCase()
+    output: OutputCase = OutputCase()
