@@ -7,70 +7,17 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
 
-# From the pure formulas to the application; a module imports from layers above its own in this
-# list, and within its own layer.
+# From numbers to the application; a room imports from layers above its own in this list, and from
+# rooms of its own layer, without circles.
 LAYERS = [
-    {
-        "errors",
-        "files",
-        "parallel",
-        "parts",
-        "conventions",
-        "rotations",
-        "checks",
-        "time_functions",
-        "_compat",
-        "form_cache",
-        "interrupts",
-        "timing",
-        "threads",
-        "versions",
-    },
-    {
-        "dense",
-        "extrapolation",
-        "redundancy",
-        "quadratic",
-        "kinematics",
-        "cell_fields",
-        "state",
-        "meshing",
-        "memory",
-        "facets",
-        "step_grid",
-    },
-    {"materials"},
-    {"discrete_gradients"},
-    {"rigid_body", "flexible_body"},
-    {"rigid_surface", "joints", "elements"},
-    {"loads"},
-    {"surface_forms"},
-    {"force_round_off"},
-    {"flexible_block"},
-    {"coupling", "rigid_block"},
-    {"initial_velocity"},
+    {"foundation", "_compat"},
+    {"materials", "bodies", "joints", "forces", "meshing", "postprocessing"},
     {"system"},
-    {"start"},
-    {"energy_momentum"},
-    {"linear", "residual_place", "attempts"},
-    {"solver"},
-    {"statics"},
-    {"checkpoint", "checkpoint_file", "step_error", "folder_lock"},
+    {"linear_solvers"},
+    {"time_stepping", "analysis"},
     {"simulation"},
-    {"observers"},
-    {"output_folder", "deformation"},
-    {"colours", "field_reader"},
-    {"camera"},
-    {"backdrop"},
-    {"scene"},
-    {"plot_style"},
-    {"panels"},
-    {"plots", "pictures"},
-    {"report"},
     {"turbine"},
-    {"study"},
-    {"commands"},
-    {"cli"},
+    {"study", "cli"},
 ]
 # Starts and names of the package itself; the latter imports lazily and is imported by nobody but
 # for its version number.
@@ -78,8 +25,8 @@ APART = {"__init__", "__main__"}
 MODULES = {p: p.relative_to(PACKAGE) for p in sorted(PACKAGE.rglob("*.py"))}
 
 
-def layer_name(path):
-    """Top-level module or subpackage of a file."""
+def room(path):
+    """Folder or module at the top of the package that a file belongs to."""
     return Path(path.parts[0]).stem
 
 
@@ -99,17 +46,24 @@ def parse(path):
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
-def test_every_module_has_a_layer():
-    names = {layer_name(p) for p in MODULES.values()} - APART
+def test_every_room_has_a_layer():
+    names = {room(p) for p in MODULES.values()} - APART
     listed = [name for layer in LAYERS for name in layer]
     assert len(listed) == len(set(listed))
     assert names == set(listed)
 
 
+def test_unit_tests_stand_in_the_rooms_of_the_package():
+    tests = PACKAGE.parent / "tests" / "unit"
+    rooms = {p.parent.relative_to(tests) for p in tests.rglob("test_*.py")}
+    assert [str(r) for r in sorted(rooms) if not (PACKAGE / r / "__init__.py").exists()] == []
+    assert Path(".") not in rooms
+
+
 @pytest.mark.parametrize("path", MODULES, ids=[str(p) for p in MODULES.values()])
 def test_module_imports_only_from_layers_above(path):
     depth = {name: k for k, layer in enumerate(LAYERS) for name in layer}
-    mine = layer_name(MODULES[path])
+    mine = room(MODULES[path])
     if mine in APART:
         return
     for name in imports_of(parse(path)):
@@ -120,23 +74,20 @@ def test_module_imports_only_from_layers_above(path):
         if target in depth:  # else a public name of the package itself, see below
             assert depth[target] <= depth[mine], f"{mine} imports {name} from a layer below"
         else:
-            assert target == "__version__" or mine in ("cli", "commands")
+            assert target == "__version__" or mine == "cli"
 
 
-def test_no_two_modules_import_each_other():
-    names = {
-        ".".join(p.with_suffix("").parts).removesuffix(".__init__"): f for f, p in MODULES.items()
-    }
-    graph = {}
-    for name, path in names.items():
-        found = set()
-        for imported in imports_of(ast.Module(parse(path).body, [])):
-            inner = imported.removeprefix(f"{PACKAGE.name}.")
-            while inner and inner not in names:
-                inner = inner.rpartition(".")[0]
-            if inner and inner != name and imported.startswith(PACKAGE.name):
-                found.add(inner)
-        graph[name] = found
+def own_imports(path, names):
+    """Modules of the package that a file imports when it is imported."""
+    for imported in imports_of(ast.Module(parse(path).body, [])):
+        inner = imported.removeprefix(f"{PACKAGE.name}.")
+        while inner and inner not in names:
+            inner = inner.rpartition(".")[0]
+        if inner and imported.startswith(PACKAGE.name):
+            yield inner
+
+
+def assert_no_circle(graph):
     done: set[str] = set()
 
     def visit(name, trail):
@@ -148,6 +99,19 @@ def test_no_two_modules_import_each_other():
 
     for name in graph:
         visit(name, ())
+
+
+def test_neither_modules_nor_rooms_import_each_other():
+    names = {
+        ".".join(p.with_suffix("").parts).removesuffix(".__init__"): f for f, p in MODULES.items()
+    }
+    modules = {name: set(own_imports(path, names)) - {name} for name, path in names.items()}
+    assert_no_circle(modules)
+    rooms: dict[str, set[str]] = {}
+    for name, imported in modules.items():
+        mine = name.split(".")[0]
+        rooms.setdefault(mine, set()).update({i.split(".")[0] for i in imported} - {mine})
+    assert_no_circle(rooms)
 
 
 def test_no_file_is_longer_than_500_lines():
@@ -163,7 +127,7 @@ def test_only_the_command_line_takes_the_world_communicator():
             name = getattr(node, "attr", getattr(node, "id", getattr(node, "name", None)))
             if name in ("COMM_WORLD", "Get_world"):
                 users.add(str(short))
-    assert users == {"cli.py"}
+    assert users == {"cli/main.py"}
 
 
 FENICS = ("dolfinx", "ufl", "basix", "ffcx", "petsc4py", "mpi4py", "gmsh")

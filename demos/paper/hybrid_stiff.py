@@ -17,13 +17,13 @@ from turbine_fenicsx import (
     RigidBody,
     Simulation,
 )
+from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.meshing import BladeGeometry, MeshOptions, RotorLayout, cached_mesh, load_msh
 from turbine_fenicsx.simulation.observers.history import (
     angle_channel,
     energy_channel,
     numerics_channel,
 )
-from turbine_fenicsx.turbine.hybrid import frame_fields
 
 E2, E3 = np.eye(3)[1:]
 

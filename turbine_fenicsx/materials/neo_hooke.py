@@ -8,7 +8,7 @@ from typing import Any
 
 import ufl
 
-from turbine_fenicsx.materials.st_venant_kirchhoff import check_lame
+from turbine_fenicsx.materials.lame import check_lame
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -26,6 +25,7 @@ from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.forces.load import SurfaceLoad
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.foundation.types import Array
@@ -332,11 +332,8 @@ class FlexibleBlock:
 
     def _node_at(self, point: Any) -> slice:
         """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
-        distance = np.linalg.norm(self.positions - np.asarray(point, dtype=float), axis=1)
-        node = int(np.argmin(distance)) if distance.size else 0
-        mine = (float(distance[node]) if distance.size else np.inf, self.body.mesh.comm.rank)
-        owner = self.body.mesh.comm.allreduce(mine, op=MPI.MINLOC)[1]
-        return slice(3 * node, 3 * node + (3 if owner == self.body.mesh.comm.rank else 0))
+        node = nearest_node(self.body.mesh.comm, self.positions, point)
+        return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)
 
     def _assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form and copy the owned entries."""

@@ -25,7 +25,7 @@ from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.observers.tips import Tips, tip_channel
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import Turbine, rotor_layout
 from turbine_fenicsx.turbine.pitch import BEARINGS

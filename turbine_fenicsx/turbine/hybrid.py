@@ -6,44 +6,16 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.frame_fields import Frame, frame_fields
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.turbine.case.parameters import TurbineParameters
 from turbine_fenicsx.turbine.pitch import RootRings
 from turbine_fenicsx.turbine.rigid import nacelle_and_hub
-
-Frame = tuple[Any, Any, Any]
-"""Axes a1 (span), a2 (chord), a3 (thickness) as UFL vectors."""
-
-
-def frame_fields(mesh: Any, cell_tags: Any, frames: dict[int, Array]) -> Frame:
-    """One frame per tagged part of a mesh, as cellwise constant fields.
-
-    Args:
-        mesh: The mesh.
-        cell_tags: Cell tags of the parts.
-        frames: Axes as rows, shape (3, 3), by tag.
-
-    Returns:
-        The three axes as functions on the mesh.
-    """
-    space = _compat.cellwise_space(mesh, (3,))
-    dofs = _compat.dofs_of_cells(space)[:, 0]
-    axes = []
-    for k in range(3):
-        axis = fem.Function(space)
-        values = axis.x.array.reshape(-1, 3)
-        for tag, frame in frames.items():
-            values[dofs[cell_tags.indices[cell_tags.values == tag]]] = frame[k]
-        axis.x.scatter_forward()
-        axes.append(axis)
-    return axes[0], axes[1], axes[2]
 
 
 def hybrid_turbine(

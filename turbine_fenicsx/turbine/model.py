@@ -181,11 +181,6 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
     return Turbine(system, surfaces, tips, tuple(cell_parts), mesh, roots, tower)
 
 
-def pitch_bearings(case: Case) -> bool:
-    """Whether the blades can turn about their spans: always in the rigid turbine."""
-    return case.turbine.model == "rigid" or case.pitch.bearings
-
-
 def _hybrid_parts(case: Case, mesh: LoadedMesh, support: RigidBody | None) -> list[Any]:
     """Bodies, joints and couplings of the hybrid turbine."""
     layout, pitch = rotor_layout(case), case.pitch
@@ -213,7 +208,7 @@ def _loads_and_drives(case: Case) -> list[Any]:
     parts: list[Any] = [Gravity((0.0, -loads.gravity, 0.0))]
     for joint, peak in (("rotor", loads.rotor_torque), ("yaw", loads.yaw_torque)):
         parts.append(JointTorque(joint, Hat(peak, loads.duration)))
-    if pitch_bearings(case):
+    if case.has_pitch_bearings:
         parts += [*pitch_torques(loads), *pitch_drive(case.pitch)]
     return parts
 

@@ -35,7 +35,8 @@ from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
 from turbine_fenicsx.simulation.observers.tips import stress_channel
-from turbine_fenicsx.simulation.simulation import Observer, Simulation
+from turbine_fenicsx.simulation.simulation import Simulation
+from turbine_fenicsx.simulation.snapshot import Observer
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.restart_data import Memory
 from turbine_fenicsx.turbine.case.case import Case

@@ -9,7 +9,8 @@ import numpy as np
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.foundation.versions import versions
-from turbine_fenicsx.simulation.simulation import Simulation, Snapshot
+from turbine_fenicsx.simulation.simulation import Simulation
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.model import Turbine
 

@@ -14,6 +14,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, load_arrays, tower_arrays
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.turbine.case.tables import TowerCase
@@ -55,14 +56,6 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
         raise InputError(str(error)) from None
 
 
-def lame(young: float, poisson: float) -> tuple[float, float]:
-    """First Lame parameter and shear modulus [Pa] from Young's modulus [Pa] and Poisson's ratio."""
-    return (
-        young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
-        young / (2.0 * (1.0 + poisson)),
-    )
-
-
 def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
     """Build the tower of a case. Cells are curved if the displacement is quadratic. Collective.
 
@@ -82,7 +75,7 @@ def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
         )
     except (ValueError, OSError) as error:
         raise InputError(str(error)) from None
-    material = StVenantKirchhoff(*lame(case.young, case.poisson))
+    material = StVenantKirchhoff(*lame_constants(case.young, case.poisson))
     body = FlexibleBody("tower", mesh.mesh, material, case.density, case.degree)
     top = RigidBody("tower_top", case.top_mass, case.top_euler)
 

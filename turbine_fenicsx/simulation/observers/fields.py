@@ -19,7 +19,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_block import FlexibleBlock
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 
 

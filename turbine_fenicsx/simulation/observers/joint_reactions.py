@@ -28,7 +28,7 @@ from turbine_fenicsx.foundation.checks import check_array, check_vectors
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from turbine_fenicsx import __version__
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 
 HEAD = 8
 """Lines before the first row: free text, its fifth line the title; then names, then units."""

@@ -23,7 +23,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_block import FlexibleBlock
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem

@@ -8,7 +8,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 
 
 class Progress:

@@ -28,7 +28,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 
 _PACKAGE = logging.getLogger("turbine_fenicsx")
 log = logging.getLogger(__name__)

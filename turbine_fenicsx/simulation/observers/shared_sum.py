@@ -10,7 +10,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 
 
 class SharedSum:

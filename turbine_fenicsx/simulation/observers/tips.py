@@ -12,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.checks import check_array, check_vectors
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
-from turbine_fenicsx.simulation.simulation import Snapshot
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -78,10 +79,8 @@ class Tips:
                     )
             index = system.flexible_bodies.index(tip.body)
             block = system.flexible_blocks[index]
-            distance = np.linalg.norm(block.positions - np.asarray(tip.point), axis=1)
-            node = int(np.argmin(distance)) if distance.size else -1
-            mine = (float(distance[node]) if distance.size else np.inf, comm.rank)
-            if comm.allreduce(mine, op=MPI.MINLOC)[1] == comm.rank:
+            node = nearest_node(comm, block.positions, tip.point)
+            if node is not None:
                 X, axes, R = block.positions[node], np.eye(3), np.eye(3)
                 xi, q = X, None
                 if tip.carrier is not None:

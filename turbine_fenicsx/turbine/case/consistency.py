@@ -149,14 +149,9 @@ def _tower_size(case: Tables) -> str:
 def _spring(case: Tables) -> str:
     """A spring drive has a spring or a damper."""
     p = case.pitch
-    if not _pitch_bearings(case) or p.drive != "spring" or p.stiffness > 0.0 or p.damping > 0.0:
+    if not case.has_pitch_bearings or p.drive != "spring" or p.stiffness > 0.0 or p.damping > 0.0:
         return ""
     return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
-
-
-def _pitch_bearings(case: Tables) -> bool:
-    """Whether the blades can turn about their spans."""
-    return case.turbine.model == "rigid" or case.pitch.bearings
 
 
 def _curved(case: Tables) -> str:
@@ -273,7 +268,7 @@ def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
 def _idle_pitch(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
     """The same of the pitch bearings."""
     pitch = case.pitch
-    if not _pitch_bearings(case):
+    if not case.has_pitch_bearings:
         others = set(type(pitch).model_fields) - {"bearings"}
         yield "pitch", tuple(others), "without pitch.bearings = true"
         yield "loads", ("pitch_torque",), "without pitch.bearings = true"

@@ -292,3 +292,8 @@ class Tables(Section):
     loads: LoadsCase = LoadsCase()
     solver: SolverCase = SolverCase()
     output: OutputCase = OutputCase()
+
+    @property
+    def has_pitch_bearings(self) -> bool:
+        """Whether the blades can turn about their spans: always in the rigid turbine."""
+        return self.turbine.model == "rigid" or self.pitch.bearings

@@ -1,0 +1,55 @@
+"""What observers see of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import Balance
+from turbine_fenicsx.time_stepping.solver import StepReport
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What observers see of an accepted step, and of the first state of a run. Equal on all ranks.
+
+    Args:
+        index: Number of accepted steps since t = 0.
+        state: The state; valid until the observer returns.
+        balance: Its energies and momenta.
+        works: Work of each of `MultibodySystem.work_names` since t = 0 [J].
+        dissipated: What each of `MultibodySystem.dissipation_names` dissipated since t = 0 [J].
+        energy_error: Total energy and dissipation minus initial energy and external work [J].
+        constraint_error: Largest violation of a constraint [m, -].
+        report: What the step took; None for the first state of a run, initial or resumed.
+        wall_time: Seconds since the start of the run, earlier parts included.
+        resumed: Whether this is the state a resumed run starts from, which was seen before.
+    """
+
+    index: int
+    state: State
+    balance: Balance
+    works: Array
+    dissipated: Array
+    energy_error: float
+    constraint_error: float
+    report: StepReport | None
+    wall_time: float
+    resumed: bool = False
+
+    @property
+    def external_work(self) -> float:
+        """Work of all loads but gravity since t = 0 [J]."""
+        return float(self.works.sum())
+
+
+class Observer(Protocol):
+    """Something that watches a run: time series, fields, progress. Called on all ranks."""
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Look at the first state and at each accepted step."""
+
+    def finish(self) -> None:
+        """The run has ended, normally or not."""
