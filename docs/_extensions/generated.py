@@ -1,7 +1,7 @@
 """Parts of pages that are made from the package: ``<!-- generated: NAME ... -->`` in Markdown.
 
 ``case-tables`` and ``case-units`` come from the types in `turbine_fenicsx.turbine.case.tables`,
-``commands`` from the parsers of the command line, ``public-names`` and ``modules`` from the
+``commands`` from the parsers of the command line, ``public-names`` and ``room`` from the
 package and its docstrings.
 """
 
@@ -15,6 +15,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def _toml_text(value: Any) -> str:
 
 def case_units(_: str) -> str:
     """Units and prefixes."""
-    from turbine_fenicsx.turbine import quantities
+    from turbine_fenicsx.turbine.case import quantities
 
     units = ", ".join(f"`{name}`" for name in quantities._UNITS)
     powers = {name: str(n).translate(SUPERSCRIPT) for name, n in quantities._PREFIXES.items()}
@@ -227,34 +228,40 @@ def _homes(package: Any) -> Iterator[tuple[str, str]]:
         yield name, thing.__module__.removeprefix(f"{package.__name__}.")
 
 
-def modules(names: str) -> str:
-    """Sections for modules, given by name."""
+def room(name: str) -> str:
+    """Sections for a package and all its modules, by name."""
     parts = []
-    for name in names.split():
-        module = importlib.import_module(name)
+    for module in _modules(name.strip()):
         # a function of a package may be called like one of its modules
         inner = ", ".join(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", ())))
         exclude = f"   :exclude-members: {inner}\n" if inner else ""
-        text = f".. automodule:: {name}\n{exclude}"
-        parts.append(f"## `{name}`\n\n```{{eval-rst}}\n{text}```\n")
+        text = f".. automodule:: {module.__name__}\n{exclude}"
+        parts.append(f"## `{module.__name__}`\n\n```{{eval-rst}}\n{text}```\n")
     return "\n".join(parts)
+
+
+def _modules(name: str) -> list[ModuleType]:
+    """A package and its modules, those of inner packages included, by name."""
+    package = importlib.import_module(name)
+    inner = pkgutil.walk_packages(package.__path__, f"{name}.")
+    return [package, *(importlib.import_module(module.name) for module in inner)]
 
 
 GENERATORS: dict[str, Callable[[str], str]] = {
     "case-tables": case_tables,
     "case-units": case_units,
     "commands": commands,
-    "modules": modules,
     "public-names": public_names,
+    "room": room,
 }
 
 
 SOURCES = {
-    "case-tables": "turbine/*.py",
-    "case-units": "turbine/*.py",
-    "commands": "commands/*.py",
-    "modules": "",  # Sphinx sees these by itself
+    "case-tables": "turbine/case/*.py",
+    "case-units": "turbine/case/*.py",
+    "commands": "cli/commands/*.py",
     "public-names": "__init__.py",
+    "room": "",  # Sphinx sees these by itself
 }
 """Files of the package that a part is made from."""
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_energy_momentum import begun, loaded, wild_state, wild_unknowns
+from wild_steps import begun, loaded, wild_state, wild_unknowns
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody

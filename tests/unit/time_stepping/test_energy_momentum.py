@@ -6,13 +6,13 @@ where nothing vanishes by accident.
 
 import numpy as np
 import pytest
+from wild_steps import DT, T0, begun, loaded, wild_state, wild_unknowns
 
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
-DT, T0 = 0.05, 0.4
 HALF_DT2 = 0.5 * DT**2
 EPS = np.finfo(float).eps
 FORMS = ("regular", "paper")
@@ -23,50 +23,6 @@ KINDS = [
     ("tetrahedron", 2, "svk"),
 ]
 all_kinds = pytest.mark.parametrize(("cell", "degree", "law"), KINDS)
-
-
-def loaded(machine, form="regular", **options):
-    m = machine(spin=2.0, **options)
-    loads = [Gravity(), JointTorque("rotor", Hat(5.0)), JointTorque("yaw", Hat(-2.0))]
-    return m.system(*loads, angle_form=form)
-
-
-def fill(vector, seed, size):
-    """Numbers that look random, entry by entry from the global index."""
-    start, end = vector.getOwnershipRange()
-    vector.array[:] = size * np.sin(seed + 1.7 * np.arange(start, end) ** 2)
-
-
-def wild_state(system, seed=0):
-    """A state that fulfils no constraint."""
-    rng, state = np.random.default_rng(seed), system.initial_state()
-    state.time = T0
-    state.q += 0.1 * rng.normal(size=state.q.size)
-    state.q_dot += rng.normal(size=state.q.size)
-    state.angles += rng.uniform(-2, 2, state.angles.size)
-    state.angle_rates += rng.normal(size=state.angles.size)
-    state.multipliers += rng.normal(size=state.multipliers.size)
-    for k, vectors in enumerate((state.u, state.v, state.coupling)):
-        for vector in vectors:
-            fill(vector, seed + k, (0.02, 1.0, 3.0)[k])
-    return state
-
-
-def wild_unknowns(step, seed=10, sizes=(0.02, 0.1, 0.1)):
-    x = step.new_nested_vector()
-    for k, (part, size) in enumerate(zip(step.split(x), sizes, strict=True)):
-        for vector in part if isinstance(part, list) else [part]:
-            fill(vector, seed + k, size)
-    return x
-
-
-def begun(system, seed=0):
-    """A step begun from a wild state, with wild unknowns."""
-    step, state = EnergyMomentumStep(system), wild_state(system, seed)
-    step.begin(state, DT)
-    x = wild_unknowns(step)
-    x.copy(step.x)
-    return step, state
 
 
 def residual_at(step, x):
