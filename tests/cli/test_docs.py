@@ -174,17 +174,19 @@ def test_generated_parts_name_all_keys_and_commands():
     assert "| `-o, --out OUT` | output folder |" in commands
 
 
-def test_every_public_module_is_on_one_page():
+def test_every_room_of_the_package_has_a_page():
     package = ROOT / "turbine_fenicsx"
-    there = {
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for path in package.rglob("*.py")
-        if not path.name.startswith("_") or path.name == "__init__.py"
-    } - {"turbine_fenicsx"}
+    rooms = {f"turbine_fenicsx.{path.parent.name}" for path in package.glob("*/__init__.py")}
     marks = [mark for text in PAGES.values() for mark in generated().MARK.findall(text)]
-    listed = [name for kind, names in marks if kind == "modules" for name in names.split()]
-    assert len(listed) == len(set(listed))
-    assert set(listed) == there
+    assert sorted(name for kind, name in marks if kind == "room") == sorted(rooms)
+
+
+def test_page_of_a_room_holds_all_its_modules():
+    room = "turbine_fenicsx.simulation"
+    held = re.findall(r"^## `(.*)`$", generated().room(room), re.MULTILINE)
+    files = (ROOT / "turbine_fenicsx" / "simulation").rglob("*.py")
+    there = [".".join(p.relative_to(ROOT).with_suffix("").parts) for p in files]
+    assert sorted(held) == sorted(name.removesuffix(".__init__") for name in there)
 
 
 def test_links_between_pages_lead_somewhere():
