@@ -31,8 +31,8 @@ def attack(tries, random, folder):
     whole = newest.read_bytes()
 
     def read():
-        memory = load_newest(checkpoints, system, lambda labels: None)
-        return json.dumps(memory.numbers), memory.arrays
+        data = load_newest(checkpoints, system, lambda labels: None)
+        return json.dumps(data.numbers), data.arrays
 
     intact = read()
     newest.unlink()

@@ -174,10 +174,10 @@ class Works(Record):
         self.works, self.dissipated = works, dissipated
 
 
-def simulate(system, end=0.6, memory=None, checkpoints=None):
+def simulate(system, end=0.6, data=None, checkpoints=None):
     record = Works()
     simulation = Simulation(system, DT, end, [record], checkpoints=checkpoints)
-    last = simulation.run(memory)
+    last = simulation.run(data)
     simulation.solver.destroy()
     assert simulation.halvings == 0
     return record, last
@@ -235,23 +235,23 @@ def test_everything_is_the_same_on_all_ranks_together_and_on_each_alone():
 
 
 class Keeper:
-    """Stands for `Checkpoints`: keeps what is to be remembered after every step."""
+    """Stands for `Checkpoints`: keeps the restart data of every step."""
 
     def __init__(self):
-        self.memories = {}
+        self.saved = {}
 
     def due(self, time, wall_time):
         return True
 
-    def write(self, index, time, wall_time, memory):
-        self.memories[index] = copy.deepcopy(memory)
+    def write(self, index, time, wall_time, data):
+        self.saved[index] = copy.deepcopy(data)
 
 
 def test_everything_goes_on_bit_for_bit_after_a_restart():
     keeper = Keeper()
     whole, last = simulate(everything(), 0.2, checkpoints=keeper)
     for k in (1, 6):
-        part, again = simulate(everything(), 0.2, keeper.memories[k])
+        part, again = simulate(everything(), 0.2, keeper.saved[k])
         assert len(part.time) == len(whole.time) - k
         for name in ("total", "angles", "q", "multipliers", "energy_error"):
             assert np.array_equal(getattr(part, name), getattr(whole, name)[k:]), name

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 
 class LinearSolver(Protocol):
@@ -32,11 +32,11 @@ class LinearSolver(Protocol):
     def end(self, converged: bool) -> None:
         """The Newton iteration has ended."""
 
-    def remember(self) -> Memory:
-        """What later solves depend on, apart from the step; a new solver can `recall` it."""
+    def save(self) -> RestartData:
+        """What later solves depend on, apart from the step; a new solver can `restore` it."""
 
-    def recall(self, memory: Memory) -> None:
-        """Go on like the solver that remembered this; nothing was solved yet."""
+    def restore(self, data: RestartData) -> None:
+        """Go on like the solver that saved this; nothing was solved yet."""
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

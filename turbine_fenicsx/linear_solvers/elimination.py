@@ -25,7 +25,7 @@ from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_block import FlexibleBlock
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 
 class Elimination:
@@ -58,11 +58,11 @@ class Elimination:
     def end(self, converged: bool) -> None:
         """Nothing."""
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """Nothing."""
-        return Memory()
+        return RestartData()
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Nothing."""
 
     def update(self, x: PETSc.Vec) -> None:

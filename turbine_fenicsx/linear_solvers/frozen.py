@@ -28,7 +28,7 @@ from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_block import FlexibleBlock
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +58,7 @@ class FrozenElimination:
             np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
         ]
         self._dt = 0.0
-        self._factorised_at = Memory()
+        self._factorised_at = RestartData()
         self._reduced = ScaledFactor(np.zeros((0, 0)))
 
     @property
@@ -103,25 +103,27 @@ class FrozenElimination:
         self._factorise()
 
     def _factorise(self) -> None:
-        """Factorise and remember where."""
+        """Factorise, and note where."""
         state, self._dt = self._step.state, self._step.dt
         displacements = tuple(u.array_r.reshape(-1, 3).copy() for u in state.u)
-        self._factorised_at = Memory({"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements})
+        self._factorised_at = RestartData(
+            {"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements}
+        )
         for body, u in zip(self._bodies, self._step.state.u, strict=True):
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """The state and step size that the factor belongs to."""
         return self._factorised_at
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Factorise where the factor was made."""
-        if memory:
+        if data:
             state = self._step.system.initial_state()
-            state.q = memory.arrays["q"]
-            for u, values in zip(state.u, memory.nodal.get("u", ()), strict=True):
+            state.q = data.arrays["q"]
+            for u, values in zip(state.u, data.nodal.get("u", ()), strict=True):
                 u.array[:] = values.ravel()
-            self._step.begin(state, memory.numbers["dt"])
+            self._step.begin(state, data.numbers["dt"])
             self._factorise()
             state.destroy()
 

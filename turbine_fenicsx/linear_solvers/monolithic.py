@@ -8,7 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 
 class MonolithicLU:
@@ -37,11 +37,11 @@ class MonolithicLU:
     def end(self, converged: bool) -> None:
         """Nothing."""
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """Nothing."""
-        return Memory()
+        return RestartData()
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Nothing."""
 
     def update(self, x: PETSc.Vec) -> None:

@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 ORDINARY = 10
 """So many iterations a step are worth no new factor: others had as many at rest."""
@@ -90,16 +90,16 @@ class QuasiNewton:
         self._fewest = n if self._fewest is None else min(n, self._fewest)
         self._excess += max(n - max(self._fewest, ORDINARY), 0)
 
-    def remember(self) -> Memory:
-        """What the approximate solver remembers, and what decides when it is refreshed."""
-        memory = Memory({"excess": self._excess, "fewest": self._fewest})
-        memory.add("solver", self._solver.remember())
-        return memory
+    def save(self) -> RestartData:
+        """What the approximate solver saves, and what decides when it is refreshed."""
+        data = RestartData({"excess": self._excess, "fewest": self._fewest})
+        data.add("solver", self._solver.save())
+        return data
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Go on like another one."""
-        self._excess, self._fewest = memory.numbers["excess"], memory.numbers["fewest"]
-        self._solver.recall(memory.part("solver"))
+        self._excess, self._fewest = data.numbers["excess"], data.numbers["fewest"]
+        self._solver.restore(data.part("solver"))
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

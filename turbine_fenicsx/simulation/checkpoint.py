@@ -1,4 +1,4 @@
-"""Checkpoints: everything a run must remember, in one file that any number of ranks can read.
+"""Checkpoints: everything a run needs to go on, in one file that any number of ranks can read.
 
 Nodal values lie in the order of the ranks that wrote them, with the initial positions of the nodes
 beside them. The same ranks with the same partition take theirs back bit for bit; others find their
@@ -31,7 +31,7 @@ from turbine_fenicsx.simulation.checkpoint_file import (
     step_of,
     write_checkpoint,
 )
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -41,7 +41,7 @@ KEPT = 2
 """Number of checkpoints that are kept."""
 
 
-def remember_state(system: MultibodySystem, state: State) -> Memory:
+def save_state(system: MultibodySystem, state: State) -> RestartData:
     """A state as named data; coupling forces become nodal values."""
     forces = []
     for block, coupling, force in zip(
@@ -51,7 +51,7 @@ def remember_state(system: MultibodySystem, state: State) -> Memory:
         nodal[coupling.nodes] = force.array_r.reshape(-1, 3)
         forces.append(nodal)
     names = ("q", "q_dot", "angles", "angle_rates", "multipliers")
-    return Memory(
+    return RestartData(
         {"time": state.time},
         {name: getattr(state, name).copy() for name in names},
         {
@@ -62,17 +62,17 @@ def remember_state(system: MultibodySystem, state: State) -> Memory:
     )
 
 
-def recall_state(system: MultibodySystem, memory: Memory) -> State:
-    """The state that was remembered."""
+def restore_state(system: MultibodySystem, data: RestartData) -> State:
+    """The state that was saved."""
     state = system.initial_state()
-    state.time = memory.numbers["time"]
-    for name, values in memory.arrays.items():
+    state.time = data.numbers["time"]
+    for name, values in data.arrays.items():
         getattr(state, name)[:] = values
     for name in ("u", "v"):
-        for vector, values in zip(getattr(state, name), memory.nodal.get(name, ()), strict=True):
+        for vector, values in zip(getattr(state, name), data.nodal.get(name, ()), strict=True):
             vector.array[:] = values.ravel()
     for coupling, force, values in zip(
-        system.coupling_blocks, state.coupling, memory.nodal.get("coupling", ()), strict=True
+        system.coupling_blocks, state.coupling, data.nodal.get("coupling", ()), strict=True
     ):
         force.array[:] = values[coupling.nodes].ravel()
     return state
@@ -108,7 +108,7 @@ class Checkpoints:
         passed = np.floor(time / self._every + 1e-9) > np.floor(self._time / self._every + 1e-9)
         return bool(passed or wall_time - self._wall >= self._every_wall)
 
-    def write(self, index: int, time: float, wall_time: float, memory: Memory) -> None:
+    def write(self, index: int, time: float, wall_time: float, data: RestartData) -> None:
         """Write a checkpoint unless that of this step exists. Collective.
 
         Raises:
@@ -120,7 +120,9 @@ class Checkpoints:
         comm = self._system.comm
         if self._written < 0:  # later on a missing folder was moved or deleted by somebody
             on_rank0(comm, self._make_folder)
-        save(self._folder / f"checkpoint_{index:08d}.npz", self._system, memory, self._labels)
+        write_restart_data(
+            self._folder / f"checkpoint_{index:08d}.npz", self._system, data, self._labels
+        )
         self._written = index
         on_rank0(comm, lambda: self._remove(self._superseded(index)))
 
@@ -146,33 +148,35 @@ class Checkpoints:
                 old.unlink(missing_ok=True)
 
 
-def save(path: Path, system: MultibodySystem, memory: Memory, labels: Mapping[str, str]) -> None:
+def write_restart_data(
+    path: Path, system: MultibodySystem, data: RestartData, labels: Mapping[str, str]
+) -> None:
     """Write one checkpoint. Collective.
 
     Raises:
         OSError: if it cannot be written, on all ranks.
     """
     comm = system.comm
-    head = {"labels": dict(labels), "numbers": memory.numbers, "ranks": comm.size}
-    data: dict[str, Any] = {f"array.{name}": values for name, values in memory.arrays.items()}
+    head = {"labels": dict(labels), "numbers": data.numbers, "ranks": comm.size}
+    arrays: dict[str, Any] = {f"array.{name}": values for name, values in data.arrays.items()}
     for k, block in enumerate(system.flexible_blocks):
         sizes = comm.gather(block.n_owned)
         positions = _gather(comm, block.positions)
         if comm.rank == 0:
-            data[f"sizes.{k}"], data[f"positions.{k}"] = np.array(sizes), positions
-    for name, bodies in memory.nodal.items():
+            arrays[f"sizes.{k}"], arrays[f"positions.{k}"] = np.array(sizes), positions
+    for name, bodies in data.nodal.items():
         for k, values in enumerate(bodies):
-            data[f"nodal.{name}.{k}"] = _gather(comm, values)
+            arrays[f"nodal.{name}.{k}"] = _gather(comm, values)
 
-    on_rank0(comm, lambda: write_checkpoint(path, head, data))
+    on_rank0(comm, lambda: write_checkpoint(path, head, arrays))
 
 
 def load_newest(
     folder: str | os.PathLike[str],
     system: MultibodySystem,
     check: Callable[[dict[str, str]], None],
-    shortfalls: Callable[[Memory], list[str]] = lambda memory: [],
-) -> Memory:
+    shortfalls: Callable[[RestartData], list[str]] = lambda data: [],
+) -> RestartData:
     """Read the newest intact checkpoint of a folder that the series of its run reach. Collective.
 
     If they reach none, it is the newest intact one. A warning says what was passed over, and why.
@@ -193,18 +197,19 @@ def load_newest(
         path, head = _choose(folder, check, shortfalls)
         return head, read_arrays(path)
 
-    head, data = on_rank0(comm, read)
-    memory = Memory(
+    head, arrays = on_rank0(comm, read)
+    data = RestartData(
         head["numbers"],
-        {k.removeprefix("array."): v for k, v in data.items() if k.startswith("array.")},
+        {k.removeprefix("array."): v for k, v in arrays.items() if k.startswith("array.")},
     )
-    order = [_order(data, k, block, comm, head["ranks"]) for k, block in _enumerated(system)]
-    names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in data if k.startswith("nodal.")}
+    order = [_order(arrays, k, block, comm, head["ranks"]) for k, block in _enumerated(system)]
+    names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in arrays if k.startswith("nodal.")}
     for name in sorted(names):
-        memory.nodal[name] = tuple(
-            np.ascontiguousarray(data[f"nodal.{name}.{k}"][nodes]) for k, nodes in enumerate(order)
+        data.nodal[name] = tuple(
+            np.ascontiguousarray(arrays[f"nodal.{name}.{k}"][nodes])
+            for k, nodes in enumerate(order)
         )
-    return memory
+    return data
 
 
 def _enumerated(system: MultibodySystem) -> list[tuple[int, Any]]:
@@ -215,7 +220,7 @@ def _enumerated(system: MultibodySystem) -> list[tuple[int, Any]]:
 def _choose(
     folder: str | os.PathLike[str],
     check: Callable[[dict[str, str]], None],
-    shortfalls: Callable[[Memory], list[str]],
+    shortfalls: Callable[[RestartData], list[str]],
 ) -> tuple[Path, dict[str, Any]]:
     """The newest intact file that the series of the run reach, else the newest intact one."""
     files = list_checkpoints(folder)
@@ -230,7 +235,7 @@ def _choose(
             reasons.append(f"{path.name} {error}")
             continue
         check(head["labels"])
-        missing = shortfalls(Memory(head["numbers"]))
+        missing = shortfalls(RestartData(head["numbers"]))
         if not missing:
             for reason in reasons:
                 log.warning("going on from %s: %s", path.name, reason)

@@ -16,11 +16,11 @@ from turbine_fenicsx.foundation.checks import check_methods
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.checkpoint import Checkpoints, recall_state, remember_state
+from turbine_fenicsx.simulation.checkpoint import Checkpoints, restore_state, save_state
 from turbine_fenicsx.simulation.snapshot import Observer, Snapshot
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.simulation.step_grid import StepGrid
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -44,7 +44,7 @@ class Remembering(Protocol):
 
     name: str
 
-    def remember(self) -> dict[str, Any]:
+    def save(self) -> dict[str, Any]:
         """Bring what was written to the disk, before a checkpoint counts. Called on all ranks.
 
         Returns:
@@ -80,7 +80,7 @@ class Simulation:
         smallest_step: A step that fails is halved, down to this fraction of dt, and grows again
             step by step.
         step_error: Steps whose error exceeds its tolerance are halved too; None for none.
-        checkpoints: Where what a run must remember is written; None for none.
+        checkpoints: Where restart data are written; None for none.
         stop: Called after each step on all ranks; where one of them returns True, the run ends.
         start: State at t = 0, such as an equilibrium or an `initial_motion`; the initial state of
             the system if None.
@@ -125,11 +125,11 @@ class Simulation:
             check_start(system, start)
         self._start = start
 
-    def run(self, memory: Memory | None = None) -> Snapshot:
+    def run(self, data: RestartData | None = None) -> Snapshot:
         """Integrate to the end time, or until it is asked to stop.
 
         Args:
-            memory: What an earlier run remembered; it goes on from there.
+            data: What an earlier run saved; this one goes on from there.
 
         Returns:
             The last snapshot.
@@ -139,9 +139,9 @@ class Simulation:
                 a checkpoint was written.
         """
         start = time.perf_counter()
-        run = self._recall(memory) if memory else self._begin()
+        run = self._restore(data) if data else self._begin()
         spare = run.state.copy()
-        snapshot = self._snapshot(run, None, start, resumed=bool(memory))
+        snapshot = self._snapshot(run, None, start, resumed=bool(data))
         self.stopped = False
         with ExitStack() as ending:
             ending.enter_context(one_thread())
@@ -232,18 +232,18 @@ class Simulation:
         return bool(due)
 
     def _write_checkpoint(self, run: _Run, snapshot: Snapshot) -> None:
-        """Write what the run must remember."""
+        """Write what the run needs to go on."""
         if self._checkpoints is not None:
             with timing.event("output"):
                 index, wall_time = run.index, snapshot.wall_time
-                memory = self._remember(run, wall_time)
-                self._checkpoints.write(index, run.state.time, wall_time, memory)
+                data = self._save(run, wall_time)
+                self._checkpoints.write(index, run.state.time, wall_time, data)
             log.info("checkpoint of step %d at t = %.6g s", index, run.state.time)
 
-    def _remember(self, run: _Run, wall_time: float) -> Memory:
+    def _save(self, run: _Run, wall_time: float) -> RestartData:
         """Everything the run depends on from here."""
         grid = run.grid
-        memory = Memory(
+        data = RestartData(
             {
                 "step": self.step,
                 "origin": grid.origin,
@@ -257,28 +257,28 @@ class Simulation:
                 "wall_time": wall_time,
             }
         )
-        memory.arrays.update(works=run.works.copy(), dissipated=run.dissipated.copy())
-        memory.add("state", remember_state(self.system, run.state))
-        memory.add("solver", self.solver.remember())
+        data.arrays.update(works=run.works.copy(), dissipated=run.dissipated.copy())
+        data.add("state", save_state(self.system, run.state))
+        data.add("solver", self.solver.save())
         if self._error is not None:
-            memory.add("error", self._error.remember())
+            data.add("error", self._error.save())
         for observer in self.observers:
             if isinstance(observer, Remembering):
-                memory.add(f"observer.{observer.name}", Memory(observer.remember()))
-        return memory
+                data.add(f"observer.{observer.name}", RestartData(observer.save()))
+        return data
 
-    def _recall(self, memory: Memory) -> _Run:
+    def _restore(self, data: RestartData) -> _Run:
         """Continue where an earlier run stopped."""
-        n, state = memory.numbers, recall_state(self.system, memory.part("state"))
+        n, state = data.numbers, restore_state(self.system, data.part("state"))
         position = (n["cell"], n["ticks"], n["level"], n["origin"])
         grid = StepGrid(self.step, self.end, n["deepest"], *position)
         if n["step"] != self.step or grid.time != state.time:  # or a former end between two steps
             grid = StepGrid(self.step, self.end, self._deepest, origin=state.time)
         self.halvings = n["halvings"]
-        self.solver.recall(memory.part("solver"))
+        self.solver.restore(data.part("solver"))
         if self._error is not None:
-            self._error.recall(memory.part("error"))
-        a = memory.arrays
+            self._error.restore(data.part("error"))
+        a = data.arrays
         return _Run(
             state,
             grid,

@@ -17,7 +17,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 
 
@@ -83,19 +83,19 @@ class StepError:
         """Forget all steps."""
         self._last = []
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """Mean velocities of the last steps."""
-        memory = Memory()
+        data = RestartData()
         for k, (dt, (rigid, *flexible)) in enumerate(self._last):
             nodal = tuple(a.reshape(-1, 3).copy() for a in flexible)
-            memory.add(str(k), Memory({"dt": dt}, {"w": rigid.copy()}, {"w": nodal}))
-        return memory
+            data.add(str(k), RestartData({"dt": dt}, {"w": rigid.copy()}, {"w": nodal}))
+        return data
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Set the mean velocities of the last steps."""
         self.reset()
         for k in range(2):
-            m = memory.part(str(k))
+            m = data.part(str(k))
             if m:
                 self._last.append(
                     (m.numbers["dt"], (m.arrays["w"], *(a.ravel() for a in m.nodal.get("w", ()))))

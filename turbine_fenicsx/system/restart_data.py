@@ -1,4 +1,4 @@
-"""What a run must remember to go on as if it had never stopped, apart from files and formats."""
+"""What a run needs to go on as if it had never stopped, apart from files and formats."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from turbine_fenicsx.foundation.types import Array
 
 
 @dataclass
-class Memory:
+class RestartData:
     """Named data; parts of a program add theirs under names of their own.
 
     Args:
@@ -22,15 +22,15 @@ class Memory:
     arrays: dict[str, Array] = field(default_factory=dict)
     nodal: dict[str, tuple[Array, ...]] = field(default_factory=dict)
 
-    def add(self, name: str, other: Memory) -> None:
-        """Take in another memory; its entries become ``name.entry``."""
+    def add(self, name: str, other: RestartData) -> None:
+        """Add other data; their entries become ``name.entry``."""
         for mine, theirs in zip(self._parts(), other._parts(), strict=True):
             mine.update({f"{name}.{key}": value for key, value in theirs.items()})
 
-    def part(self, name: str) -> Memory:
-        """What was taken in under a name; empty if nothing was."""
+    def part(self, name: str) -> RestartData:
+        """What was added under a name; empty if nothing was."""
         start = f"{name}."
-        return Memory(
+        return RestartData(
             *(
                 {k.removeprefix(start): v for k, v in part.items() if k.startswith(start)}
                 for part in self._parts()

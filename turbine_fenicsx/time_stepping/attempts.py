@@ -18,7 +18,7 @@ from typing import NamedTuple
 from petsc4py import PETSc
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 LONGEST_WAIT = 31
 """Steps after which a solver that failed goes first again at the latest."""
@@ -72,13 +72,13 @@ class Attempts:
             self._wait = self._next_wait
             self._next_wait = min(2 * self._next_wait + 1, LONGEST_WAIT)
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """What was learnt."""
-        return Memory({"wait": self._wait, "next_wait": self._next_wait})
+        return RestartData({"wait": self._wait, "next_wait": self._next_wait})
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, data: RestartData) -> None:
         """Go on like another one."""
-        self._wait, self._next_wait = memory.numbers["wait"], memory.numbers["next_wait"]
+        self._wait, self._next_wait = data.numbers["wait"], data.numbers["next_wait"]
 
 
 class Failure(NamedTuple):

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 
 WEIGHTS: Array = np.array([4.0, -5.0, 0.0, 5.0, -4.0, 1.0])
 """Weights of r_{n-1}, r_{n-2}, ...: the coefficients of 1 - (1 - z)^5 (1 + z)."""
@@ -45,18 +45,18 @@ class Extrapolation:
         """Forget all steps, for what comes does not look like them."""
         self._last = []
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """The last steps; nothing if there are none."""
         if not self._last:
-            return Memory()
-        return Memory({"dt": self._dt, "end": self._end}, {"r": np.array(self._last)})
+            return RestartData()
+        return RestartData({"dt": self._dt, "end": self._end}, {"r": np.array(self._last)})
 
-    def recall(self, memory: Memory) -> None:
-        """Go on after the steps that were remembered."""
+    def restore(self, data: RestartData) -> None:
+        """Go on after the steps that were saved."""
         self.forget()
-        if memory:
-            self._dt, self._end = memory.numbers["dt"], memory.numbers["end"]
-            self._last = list(memory.arrays["r"])
+        if data:
+            self._dt, self._end = data.numbers["dt"], data.numbers["end"]
+            self._last = list(data.arrays["r"])
 
     def _follows(self, time: float, dt: float) -> bool:
         """Whether a step continues the last ones, but for round-off."""

@@ -15,7 +15,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, chosen_name
 from turbine_fenicsx.linear_solvers.base import LinearSolver
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
@@ -223,21 +223,21 @@ class EnergyMomentumSolver:
                 attempt,
             )
 
-    def remember(self) -> Memory:
+    def save(self) -> RestartData:
         """What later steps depend on, apart from the state."""
-        memory = Memory({"name": self.preconditioner, "fallbacks": self.fallbacks})
-        memory.add("attempts", self._attempts.remember())
-        memory.add("linear", self._solvers.use(self.preconditioner).remember())
-        memory.add("past", self._past.remember())
-        return memory
+        data = RestartData({"name": self.preconditioner, "fallbacks": self.fallbacks})
+        data.add("attempts", self._attempts.save())
+        data.add("linear", self._solvers.use(self.preconditioner).save())
+        data.add("past", self._past.save())
+        return data
 
-    def recall(self, memory: Memory) -> None:
-        """Go on like the solver that remembered this; with another linear solver, start anew."""
-        self.fallbacks = memory.numbers.get("fallbacks", 0)
-        if memory.numbers.get("name") == self.preconditioner:
-            self._attempts.recall(memory.part("attempts"))
-            self._solvers.use(self.preconditioner).recall(memory.part("linear"))
-        self._past.recall(memory.part("past"))
+    def restore(self, data: RestartData) -> None:
+        """Go on like the solver that saved this; with another linear solver, start anew."""
+        self.fallbacks = data.numbers.get("fallbacks", 0)
+        if data.numbers.get("name") == self.preconditioner:
+            self._attempts.restore(data.part("attempts"))
+            self._solvers.use(self.preconditioner).restore(data.part("linear"))
+        self._past.restore(data.part("past"))
 
 
 def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:

@@ -15,7 +15,7 @@ from turbine_fenicsx.simulation.observers.history import read_history_rows
 from turbine_fenicsx.simulation.observers.openfast import read_out_rows
 from turbine_fenicsx.simulation.observers.row_file import rows_until
 from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case, changed
 
@@ -25,7 +25,7 @@ FREE = ("title", "time", "solver", "output")
 
 def find_checkpoint(
     folder: Path, out: str | os.PathLike[str], system: MultibodySystem, labels: dict[str, str]
-) -> Memory:
+) -> RestartData:
     """The newest checkpoint of a run that is intact and that its series reach. Collective.
 
     Args:
@@ -47,24 +47,24 @@ def find_checkpoint(
                 )
 
     return load_newest(
-        folder / "checkpoints", system, check, lambda memory: list_shortfalls(folder, memory)
+        folder / "checkpoints", system, check, lambda data: list_shortfalls(folder, data)
     )
 
 
-def list_shortfalls(folder: Path, memory: Memory) -> list[str]:
+def list_shortfalls(folder: Path, data: RestartData) -> list[str]:
     """What the series in a folder lack of what they had when a checkpoint was written.
 
     Args:
         folder: Output folder of the run.
-        memory: What the checkpoint knows.
+        data: What the checkpoint knows.
 
     Returns:
         A clause for each series that does not reach the checkpoint.
     """
-    time = float(memory.numbers["state.time"])
+    time = float(data.numbers["state.time"])
     last = time + 1e-9 * max(1.0, abs(time))
     history, out, fields = (
-        memory.part(f"observer.{name}").numbers
+        data.part(f"observer.{name}").numbers
         for name in ("history.csv", "history.out", "fields.xdmf")
     )
     counts = []

@@ -38,7 +38,7 @@ from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Observer
 from turbine_fenicsx.simulation.step_error import StepError
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import (
     CONVENTIONS,
@@ -115,13 +115,13 @@ def run_case(
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm)
         labels = on_rank0(comm, lambda: label_case(case))
-        memory = find_checkpoint(folder, out, turbine.system, labels) if resume else None
+        data = find_checkpoint(folder, out, turbine.system, labels) if resume else None
         simulation, statistics = _prepare(
-            case, turbine, folder, comm, memory, labels, progress, observers, stop
+            case, turbine, folder, comm, data, labels, progress, observers, stop
         )
         timing.start()
         start = time.perf_counter()
-        simulation.run(memory)
+        simulation.run(data)
         seconds = time.perf_counter() - start
         result = summary(turbine, statistics, seconds, simulation)
         result["interrupted"] = simulation.stopped
@@ -188,7 +188,7 @@ def _prepare(
     turbine: Turbine,
     folder: Path,
     comm: MPI.Intracomm,
-    memory: Memory | None,
+    data: RestartData | None,
     labels: dict[str, str],
     progress: str,
     observers: Iterable[Observer],
@@ -196,7 +196,7 @@ def _prepare(
 ) -> tuple[Simulation, Statistics]:
     """Open all files and make the simulation."""
     end, every, system = case.time.end, case.output.fields_every, turbine.system
-    kept = None if memory is None else float(memory.numbers["state.time"])
+    kept = None if data is None else float(data.numbers["state.time"])
     checkpoints = Checkpoints(
         system,
         folder / "checkpoints",
@@ -204,7 +204,7 @@ def _prepare(
         case.output.checkpoint_every,
         case.output.checkpoint_wall_time,
     )
-    if memory is None:
+    if data is None:
         for each in (folder, folder / "checkpoints"):  # before anything is removed
             on_rank0(comm, partial(target_folder, each))
         on_rank0(comm, lambda: remove_run(folder))
@@ -214,8 +214,8 @@ def _prepare(
     sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
     history = folder / "history.csv"
     stress = every > 0.0
-    if memory is not None:  # the columns stay
-        stress = "max_stress_[Pa]" in memory.numbers["observer.history.csv.columns"]
+    if data is not None:  # the columns stay
+        stress = "max_stress_[Pa]" in data.numbers["observer.history.csv.columns"]
     watching: list[Observer] = [
         statistics,
         History(comm, history, channels(turbine, sensors, stress), kept),
@@ -233,8 +233,8 @@ def _prepare(
         parts = turbine.surfaces, turbine.parts, PART_NAMES
         watching.append(Fields(system, fields, every, end, *parts, keep_until=kept))
     watching += [Progress(comm, end, progress), StepLog(), *observers]
-    if memory is not None:
-        statistics.recall(memory.part("observer.statistics").numbers)
+    if data is not None:
+        statistics.restore(data.part("observer.statistics").numbers)
     simulation = Simulation(
         system,
         case.time.step,

@@ -48,11 +48,11 @@ class Statistics:
             self.krylov += snapshot.report.krylov_iterations
         self.last = snapshot
 
-    def remember(self) -> dict[str, Any]:
+    def save(self) -> dict[str, Any]:
         """What was seen so far."""
         return {name: getattr(self, name) for name in self._SUMS}
 
-    def recall(self, numbers: dict[str, Any]) -> None:
+    def restore(self, numbers: dict[str, Any]) -> None:
         """Take in what was seen before the run went on."""
         for name in self._SUMS:
             setattr(self, name, numbers[name])

@@ -19,9 +19,9 @@ from turbine_fenicsx.simulation.checkpoint import (
     KEPT,
     Checkpoints,
     load_newest,
-    recall_state,
-    remember_state,
-    save,
+    restore_state,
+    save_state,
+    write_restart_data,
 )
 from turbine_fenicsx.simulation.checkpoint_file import (
     list_checkpoints,
@@ -31,23 +31,23 @@ from turbine_fenicsx.simulation.checkpoint_file import (
 )
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 from turbine_fenicsx.time_stepping.solver import SolverOptions, StepFailure
 
 
 class Keeper:
-    """Stands for `Checkpoints`: keeps what is to be remembered after every step."""
+    """Stands for `Checkpoints`: keeps the restart data of every step."""
 
     def __init__(self):
-        self.memories = {}
+        self.saved = {}
 
     def due(self, time, wall_time):
         return True
 
-    def write(self, index, time, wall_time, memory):
-        self.memories[index] = copy.deepcopy(memory)
+    def write(self, index, time, wall_time, data):
+        self.saved[index] = copy.deepcopy(data)
 
 
 class Recorder:
@@ -97,29 +97,29 @@ def flexible(machine):
     return machine(spin=3.0).system(*loads)
 
 
-def simulate(system, memory=None, *, step=0.02, end=0.16, fails=None, **options):
-    """Run from the start or from a memory; returns the record, the memories and the simulation."""
+def simulate(system, data=None, *, step=0.02, end=0.16, fails=None, **options):
+    """Run from the start or from restart data; returns what it recorded and saved, and itself."""
     recorder, keeper = Recorder(), Keeper()
     options = {"checkpoints": keeper} | options
     simulation = Simulation(system, step, end, [recorder], **options)
     if fails is not None:
         simulation.solver = Fussy(simulation.solver, fails)
-    simulation.run(memory)
-    return recorder.seen, keeper.memories, simulation
+    simulation.run(data)
+    return recorder.seen, keeper.saved, simulation
 
 
 def goes_on_everywhere(system, make_options, every=1):
-    """A run, and the same from each of its checkpoints on. Returns the run and its memories."""
-    whole, memories, simulation = simulate(system, **make_options())
+    """A run, and the same from each of its checkpoints on. Returns the run and what it saved."""
+    whole, saved, simulation = simulate(system, **make_options())
     last = max(whole)
     for index in range(0, last + 1, every):
-        part, _, again = simulate(system, memories[index], **make_options())
+        part, _, again = simulate(system, saved[index], **make_options())
         assert sorted(part) == list(range(index, last + 1)), index
         for k, record in part.items():
             assert equal(record, whole[k]), (index, k)
         assert again.halvings == simulation.halvings
         again.solver.destroy()
-    return whole, memories, simulation
+    return whole, saved, simulation
 
 
 @pytest.mark.parametrize("name", ["frozen", "iterative", "lu", "monolithic"])
@@ -133,9 +133,9 @@ def test_a_run_goes_on_bit_for_bit_with_any_linear_solver(flexible, name):
 
 def test_a_run_goes_on_with_the_factor_it_had(flexible, monkeypatch):
     """The factor of a later state gives other digits: it must be the one of the whole run."""
-    whole, memories, _ = simulate(flexible)
-    monkeypatch.setattr(QuasiNewton, "recall", lambda self, memory: None)
-    part, *_ = simulate(flexible, memories[5])
+    whole, saved, _ = simulate(flexible)
+    monkeypatch.setattr(QuasiNewton, "restore", lambda self, data: None)
+    part, *_ = simulate(flexible, saved[5])
     assert not equal(part[6], whole[6])
 
 
@@ -151,14 +151,14 @@ def test_a_run_goes_on_bit_for_bit_after_and_before_a_refreshed_factor(flexible,
     monkeypatch.setattr(QuasiNewton, "begin", begin)
     monkeypatch.setattr(quasi_newton, "ORDINARY", 5)
     monkeypatch.setattr(quasi_newton, "RENEWAL", 3)
-    _, memories, _ = goes_on_everywhere(flexible, dict)
+    _, saved, _ = goes_on_everywhere(flexible, dict)
     assert 0 < sum(refreshed[:8]) < 8  # sometimes, but not always
-    due = [memories[k].numbers["solver.linear.excess"] >= 3 for k in range(1, 9)]
+    due = [saved[k].numbers["solver.linear.excess"] >= 3 for k in range(1, 9)]
     assert set(due) == {True, False}  # checkpoints just before a refresh, and others
 
 
 def test_a_run_goes_on_bit_for_bit_while_the_exact_solver_stands_in(flexible, monkeypatch):
-    """Which solver goes first, and for how long, is part of what a run remembers."""
+    """Which solver goes first, and for how long, is part of what a run saves."""
     real = FrozenElimination.solve
 
     def poor_solve(self, b, x):
@@ -167,9 +167,9 @@ def test_a_run_goes_on_bit_for_bit_while_the_exact_solver_stands_in(flexible, mo
             x.scale(-1e9)
 
     monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
-    _, memories, simulation = goes_on_everywhere(flexible, dict)
+    _, saved, simulation = goes_on_everywhere(flexible, dict)
     assert simulation.solver.fallbacks >= 2
-    waits = [memory.numbers["solver.attempts.wait"] for memory in memories.values()]
+    waits = [data.numbers["solver.attempts.wait"] for data in saved.values()]
     assert 0 < min(filter(None, waits)) and 0 in waits
 
 
@@ -177,10 +177,10 @@ def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
     def options():
         return {"fails": lambda t, dt: 0.045 < t < 0.12 and dt > 0.003, "end": 0.18}
 
-    _, memories, simulation = goes_on_everywhere(flexible, options, every=2)
+    _, saved, simulation = goes_on_everywhere(flexible, options, every=2)
     assert simulation.halvings >= 3
-    assert len({m.numbers["level"] for m in memories.values()}) >= 3
-    assert sum(m.numbers["ticks"] > 0 for m in memories.values()) >= 5
+    assert len({m.numbers["level"] for m in saved.values()}) >= 3
+    assert sum(m.numbers["ticks"] > 0 for m in saved.values()) >= 5
 
 
 @pytest.fixture
@@ -192,9 +192,9 @@ def rigid(comm, machine):
 
 
 def test_a_rigid_run_goes_on_bit_for_bit(rigid, monkeypatch):
-    whole, memories, _ = goes_on_everywhere(rigid, lambda: {"end": 0.3})
-    monkeypatch.setattr(Extrapolation, "recall", lambda self, memory: None)
-    part, *_ = simulate(rigid, memories[9], end=0.3)
+    whole, saved, _ = goes_on_everywhere(rigid, lambda: {"end": 0.3})
+    monkeypatch.setattr(Extrapolation, "restore", lambda self, data: None)
+    part, *_ = simulate(rigid, saved[9], end=0.3)
     assert not equal(part[10], whole[10])  # from another guess it would not be the same
 
 
@@ -207,8 +207,8 @@ def test_a_rigid_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(rigid):
 
 
 def test_a_rigid_run_goes_on_bit_for_bit_from_a_file(rigid, shared_tmp_path):
-    whole, memories, _ = simulate(rigid, end=0.3)
-    Checkpoints(rigid, shared_tmp_path).write(9, 0.18, 0.0, memories[9])
+    whole, saved, _ = simulate(rigid, end=0.3)
+    Checkpoints(rigid, shared_tmp_path).write(9, 0.18, 0.0, saved[9])
     part, *_ = simulate(rigid, load_newest(shared_tmp_path, rigid, lambda labels: None), end=0.3)
     assert all(equal(record, whole[k]) for k, record in part.items())
 
@@ -217,9 +217,9 @@ def test_a_run_goes_on_bit_for_bit_with_steps_that_follow_a_tolerance(comm, flex
     def options():
         return {"step_error": StepError(comm, 5e-5, 5e-5), "step": 0.04}
 
-    _, memories, _ = goes_on_everywhere(flexible, options, every=3)
-    assert len({m.numbers["level"] for m in memories.values()}) >= 2
-    assert sum(m.numbers["ticks"] > 0 for m in memories.values()) >= 5
+    _, saved, _ = goes_on_everywhere(flexible, options, every=3)
+    assert len({m.numbers["level"] for m in saved.values()}) >= 2
+    assert sum(m.numbers["ticks"] > 0 for m in saved.values()) >= 5
 
 
 @pytest.mark.parametrize("step", [0.02, 0.1])
@@ -229,16 +229,16 @@ def test_a_run_that_is_extended_is_as_long_from_the_start(comm, machine, step, n
     m = machine(spin=3.0)
     system = MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, Gravity()])
     whole, *_ = simulate(system, step=step, end=round(10 * step, 9))
-    first, memories, _ = simulate(system, step=step, end=round(n * step, 9))
-    rest, *_ = simulate(system, memories[n], step=step, end=round(10 * step, 9))
+    first, saved, _ = simulate(system, step=step, end=round(n * step, 9))
+    rest, *_ = simulate(system, saved[n], step=step, end=round(10 * step, 9))
     for k in range(11):
         for part in (first, rest):
             assert k not in part or equal(part[k], whole[k]), k
 
 
 def test_an_end_between_two_steps_can_be_extended(flexible):
-    first, memories, _ = simulate(flexible, end=0.05)
-    rest, *_ = simulate(flexible, memories[3], end=0.1)
+    first, saved, _ = simulate(flexible, end=0.05)
+    rest, *_ = simulate(flexible, saved[3], end=0.1)
     assert first[3][0][0] == 0.05
     times = [rest[k][0][0] for k in sorted(rest)]
     assert times == pytest.approx([0.05, 0.07, 0.09, 0.1], rel=1e-14)
@@ -247,24 +247,24 @@ def test_an_end_between_two_steps_can_be_extended(flexible):
 
 
 def test_the_step_can_change_when_a_run_goes_on(flexible):
-    _, memories, _ = simulate(flexible, end=0.06)
-    rest, *_ = simulate(flexible, memories[3], step=0.01, end=0.1)
+    _, saved, _ = simulate(flexible, end=0.06)
+    rest, *_ = simulate(flexible, saved[3], step=0.01, end=0.1)
     times = [rest[k][0][0] for k in sorted(rest)]
     assert times == pytest.approx([0.06, 0.07, 0.08, 0.09, 0.1], rel=1e-14)
     assert abs(rest[7][0][3]) <= 1e-10
 
 
 def test_the_linear_solver_can_change_when_a_run_goes_on(flexible):
-    whole, memories, _ = simulate(flexible)
+    whole, saved, _ = simulate(flexible)
     for name in ("frozen", "lu"):
-        rest, *_ = simulate(flexible, memories[4], options=SolverOptions(preconditioner=name))
+        rest, *_ = simulate(flexible, saved[4], options=SolverOptions(preconditioner=name))
         assert rest[8][1][0] == pytest.approx(whole[8][1][0], abs=1e-9)
 
 
 @pytest.mark.parametrize("end", [0.06, 0.03])
 def test_a_run_that_is_at_its_end_or_beyond_stays_there(flexible, end):
-    _, memories, _ = simulate(flexible, end=0.06)
-    rest, *_ = simulate(flexible, memories[3], end=end)
+    _, saved, _ = simulate(flexible, end=0.06)
+    rest, *_ = simulate(flexible, saved[3], end=end)
     assert sorted(rest) == [3]
     assert rest[3][0][0] == 0.06
 
@@ -278,8 +278,8 @@ def test_a_step_that_fails_leaves_a_checkpoint_of_the_last_good_one(flexible):
     simulation.solver = Fussy(simulation.solver, lambda t, dt: t > 0.05)
     with pytest.raises(StepFailure, match="Steps are not halved below"):
         simulation.run()
-    assert sorted(keeper.memories) == [0, max(recorder.seen)]
-    rest, _, again = simulate(flexible, keeper.memories[max(recorder.seen)], smallest_step=0.25)
+    assert sorted(keeper.saved) == [0, max(recorder.seen)]
+    rest, _, again = simulate(flexible, keeper.saved[max(recorder.seen)], smallest_step=0.25)
     assert rest[max(rest)][0][0] == 0.16
     assert again.halvings == 2  # those of the failed run
 
@@ -293,7 +293,7 @@ class TestFiles:
 
     @pytest.fixture
     def example(self, system):
-        """A state with a different number everywhere, as a memory."""
+        """A state with a different number everywhere, as restart data."""
         state = system.initial_state()
         random = np.random.default_rng(5 + system.comm.rank)
         for vector in (*state.u, *state.v, *state.coupling):
@@ -303,23 +303,23 @@ class TestFiles:
             values = getattr(state, name)
             values[:] = random.uniform(-1.0, 1.0, values.shape)
         state.time = 0.1 + 0.2  # not 0.3
-        memory = Memory({"index": 7, "work": 1.0 / 3.0})
-        memory.add("state", remember_state(system, state))
-        return memory
+        data = RestartData({"index": 7, "work": 1.0 / 3.0})
+        data.add("state", save_state(system, state))
+        return data
 
     def test_everything_comes_back_bit_for_bit(self, system, example, shared_tmp_path):
         Checkpoints(system, shared_tmp_path / "new" / "folder").write(7, 0.3, 1.0, example)
-        memory = load_newest(shared_tmp_path / "new" / "folder", system, lambda labels: None)
-        assert memory.numbers == example.numbers
-        assert memory.arrays.keys() == example.arrays.keys()
-        assert memory.nodal.keys() == example.nodal.keys()
+        data = load_newest(shared_tmp_path / "new" / "folder", system, lambda labels: None)
+        assert data.numbers == example.numbers
+        assert data.arrays.keys() == example.arrays.keys()
+        assert data.nodal.keys() == example.nodal.keys()
         for name, values in example.arrays.items():
-            assert np.array_equal(memory.arrays[name], values), name
+            assert np.array_equal(data.arrays[name], values), name
         for name, bodies in example.nodal.items():
-            for mine, theirs in zip(memory.nodal[name], bodies, strict=True):
+            for mine, theirs in zip(data.nodal[name], bodies, strict=True):
                 assert np.array_equal(mine, theirs), name
-        state = recall_state(system, memory.part("state"))
-        again = remember_state(system, state)
+        state = restore_state(system, data.part("state"))
+        again = save_state(system, state)
         assert again.numbers == {"time": 0.1 + 0.2}
         for name, bodies in again.nodal.items():
             assert all(map(np.array_equal, bodies, example.part("state").nodal[name])), name
@@ -328,21 +328,21 @@ class TestFiles:
         """Values are functions of the position. Rank 0 reads alone what all wrote, and all read
         what it wrote alone."""
 
-        def memory_of(system):
+        def nodal_data(system):
             X = system.flexible_blocks[0].positions
-            return Memory(nodal={"u": (np.sin(3.0 * X),), "v": (X**2 - X,)})
+            return RestartData(nodal={"u": (np.sin(3.0 * X),), "v": (X**2 - X,)})
 
         def check(system, folder):
             found = load_newest(folder, system, lambda labels: None)
-            for name, (values,) in memory_of(system).nodal.items():
+            for name, (values,) in nodal_data(system).nodal.items():
                 assert found.nodal[name][0] == pytest.approx(values, abs=1e-12), name
 
         all_ranks, alone = machine().system(), machine(comm=MPI.COMM_SELF).system()
         folder = shared_tmp_path / "all"
-        Checkpoints(all_ranks, folder).write(0, 0.0, 0.0, memory_of(all_ranks))
+        Checkpoints(all_ranks, folder).write(0, 0.0, 0.0, nodal_data(all_ranks))
         check(alone, folder)
         if comm.rank == 0:
-            Checkpoints(alone, shared_tmp_path / "one").write(0, 0.0, 0.0, memory_of(alone))
+            Checkpoints(alone, shared_tmp_path / "one").write(0, 0.0, 0.0, nodal_data(alone))
         comm.barrier()
         check(all_ranks, shared_tmp_path / "one")
 
@@ -358,9 +358,9 @@ class TestFiles:
                     data[name] = data[name][order]
             write_checkpoint(path, head, data)
         system.comm.barrier()
-        memory = load_newest(shared_tmp_path, system, lambda labels: None)
+        data = load_newest(shared_tmp_path, system, lambda labels: None)
         for name, (values,) in example.nodal.items():
-            assert np.array_equal(memory.nodal[name][0], values), name
+            assert np.array_equal(data.nodal[name][0], values), name
 
     def test_the_last_two_are_kept_and_nothing_else(self, system, example, shared_tmp_path):
         checkpoints = Checkpoints(system, shared_tmp_path)
@@ -397,7 +397,7 @@ class TestFiles:
     def test_a_newest_one_that_is_incomplete_is_passed_over(self, system, example, shared_tmp_path):
         checkpoints = Checkpoints(system, shared_tmp_path)
         checkpoints.write(1, 0.02, 0.0, example)
-        checkpoints.write(2, 0.04, 0.0, Memory({"index": 2}))
+        checkpoints.write(2, 0.04, 0.0, RestartData({"index": 2}))
         rank, path = system.comm.rank, shared_tmp_path / "checkpoint_00000002.npz"
         whole = system.comm.bcast(path.read_bytes() if rank == 0 else None)
         random = np.random.default_rng(2)
@@ -419,7 +419,7 @@ class TestFiles:
         """Wherever it is; numbers, names, the head and the checksum itself."""
         checkpoints = Checkpoints(system, shared_tmp_path)
         checkpoints.write(1, 0.02, 0.0, example)
-        checkpoints.write(2, 0.04, 0.0, Memory({"index": 2}))
+        checkpoints.write(2, 0.04, 0.0, RestartData({"index": 2}))
         rank, path = system.comm.rank, shared_tmp_path / "checkpoint_00000002.npz"
         whole = system.comm.bcast(path.read_bytes() if rank == 0 else None)
         random = np.random.default_rng(6)
@@ -531,7 +531,7 @@ class TestFiles:
         system = machine().system()
         block = system.flexible_blocks[0]
         Checkpoints(system, shared_tmp_path).write(
-            1, 0.0, 0.0, Memory({}, {}, {"u": (np.zeros((block.n_owned, 3)),)})
+            1, 0.0, 0.0, RestartData({}, {}, {"u": (np.zeros((block.n_owned, 3)),)})
         )
         if cell == "hexahedron":
             other = machine()
@@ -603,7 +603,7 @@ class TestFiles:
             replace(source, target)
 
         monkeypatch.setattr(os, "replace", spy)
-        save(shared_tmp_path / "checkpoint_00000001.npz", system, example, {})
+        write_restart_data(shared_tmp_path / "checkpoint_00000001.npz", system, example, {})
         if system.comm.rank == 0:
             ((names, existed),) = seen
             assert not existed
@@ -627,7 +627,7 @@ def test_checkpoints_are_due_after_simulated_time(flexible, tmp_path, every, tim
     for time in times:
         found.append(checkpoints.due(time, 1e9))
         if found[-1]:
-            checkpoints.write(0, time, 0.0, Memory())
+            checkpoints.write(0, time, 0.0, RestartData())
     assert found == expected
 
 
@@ -635,5 +635,5 @@ def test_checkpoints_are_due_after_wall_time(flexible, tmp_path):
     checkpoints = Checkpoints(flexible, tmp_path, every_wall=10.0)
     checkpoints._written = 0
     assert [checkpoints.due(0.0, t) for t in (0.0, 9.9, 10.1)] == [False, False, True]
-    checkpoints.write(0, 0.0, 10.1, Memory())
+    checkpoints.write(0, 0.0, 10.1, RestartData())
     assert [checkpoints.due(0.0, t) for t in (10.2, 20.0, 20.2)] == [False, False, True]

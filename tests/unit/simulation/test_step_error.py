@@ -197,11 +197,11 @@ def test_tolerances_must_be_positive(comm, name, tolerance):
         StepError(comm, **{name: tolerance})
 
 
-def test_what_is_remembered_gives_the_same_estimate(comm, machine):
+def test_what_is_saved_gives_the_same_estimate(comm, machine):
     states, _ = history(machine(spin=3.0).system(Gravity()), 0.02)
     first, second = taught(comm, states, 0.02, 1e-3, 1e-3), StepError(comm, 1e-3, 1e-3)
-    assert not second.remember()
-    second.recall(first.remember())
+    assert not second.save()
+    second.restore(first.save())
     for dt in (0.01, 0.03):
         found = [error.estimate(*states[-2:], dt) for error in (first, second)]
         assert found[0] == found[1] > 0.0

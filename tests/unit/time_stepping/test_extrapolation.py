@@ -8,7 +8,7 @@ from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Table
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.system.restart_data import Memory
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.extrapolation import WEIGHTS, Extrapolation
 from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions, StepFailure
@@ -76,11 +76,11 @@ def test_forgotten_steps_are_needed_anew():
 
 
 @pytest.mark.parametrize("steps", [0, 1, N - 1, N, N + 3])
-def test_what_is_remembered_gives_the_same_guesses_bit_for_bit(steps):
+def test_what_is_saved_gives_the_same_guesses_bit_for_bit(steps):
     rng = np.random.default_rng(3)
     past, time = known(steps, r=lambda n: rng.normal(size=7))
     again, _ = known(N)
-    again.recall(past.remember())
+    again.restore(past.save())
     for _ in range(N + 1):
         guesses = [p.guess(time, DT) for p in (past, again)]
         assert guesses[0] is guesses[1] is None or np.array_equal(*guesses)
@@ -115,7 +115,7 @@ class Run:
 
     def forget(self):
         """Go on from the state alone."""
-        self.solver.recall(Memory())
+        self.solver.restore(RestartData())
 
 
 def values(state):
@@ -198,11 +198,11 @@ def test_a_step_that_fails_leaves_no_past(comm):
     with pytest.raises(StepFailure):
         run.steps(1)
     assert run.solver._past.guess(run.state.time, DT) is None
-    assert not run.solver.remember().part("past")
+    assert not run.solver.save().part("past")
 
 
 def test_flexible_bodies_are_not_extrapolated(machine):
     run = Run(machine(spin=3.0).system())
     run.steps(N)
     assert run.solver._past.guess(run.state.time, DT) is None
-    assert not run.solver.remember().part("past")
+    assert not run.solver.save().part("past")

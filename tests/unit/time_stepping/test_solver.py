@@ -331,7 +331,7 @@ def test_exact_newton_takes_over_where_the_frozen_factor_fails(solve, machine, m
 
 
 def test_a_solver_that_fails_again_and_again_is_asked_less_and_less(solve, machine, monkeypatch):
-    """And the state of that is remembered."""
+    """And the state of that is saved."""
     system = loaded(machine(spin=3.0))
     asked = []
 
@@ -342,17 +342,17 @@ def test_a_solver_that_fails_again_and_again_is_asked_less_and_less(solve, machi
 
     monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
     state, out = system.initial_state(), system.initial_state()
-    solver, memory = solve(system, options("frozen")), None
+    solver, data = solve(system, options("frozen")), None
     for k in range(12):
         solver.advance(state, DT, out)
         state, out = out, state
         if k == 5:
-            memory = solver.remember()
+            data = solver.save()
     # the first is followed at once by a try with a new factor
     assert np.unique(np.round(np.array(asked) / DT)).tolist() == [0, 1, 3, 7]
     assert solver.fallbacks == 4
     other = solve(system, options("frozen"))
-    other.recall(memory)
+    other.restore(data)
     assert other.fallbacks == 3
     asked.clear()
     for _ in range(2):

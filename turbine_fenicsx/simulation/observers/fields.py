@@ -120,7 +120,7 @@ class Fields:
         self._next = (np.floor(t / self._every + 1e-9) + 1.0) * self._every
         self.write(snapshot.state)
 
-    def remember(self) -> dict[str, Any]:
+    def save(self) -> dict[str, Any]:
         """Bring the times to the disk; their number and the last one. Collective."""
         return {"times": self._series.sync(), "last_time": self._last}
 

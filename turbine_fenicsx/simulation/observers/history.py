@@ -94,7 +94,7 @@ class History:
         if not snapshot.resumed:
             self._file.write(",".join(_text(x) for x in row))
 
-    def remember(self) -> dict[str, Any]:
+    def save(self) -> dict[str, Any]:
         """Bring the rows to the disk; their number and the columns. Collective."""
         return {"rows": self._file.sync() - 1, "columns": self._columns}
 

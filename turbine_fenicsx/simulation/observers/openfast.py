@@ -83,7 +83,7 @@ class OpenFastOutput:
         if snapshot.report is not None:
             self._file.write(_line([f"{snapshot.state.time:.12g}", *(f"{x:.6E}" for x in values)]))
 
-    def remember(self) -> dict[str, Any]:
+    def save(self) -> dict[str, Any]:
         """Bring the rows to the disk; their number and that of the columns. Collective."""
         return {"rows": self._file.sync() - HEAD, "columns": self._width}
 

@@ -32,7 +32,7 @@ def lines(comm, path):
     return [re.sub(stamp, "", line) for line in text.splitlines()]
 
 
-def simulate(system, folder, end, memory=None, fails=None, append=False):
+def simulate(system, folder, end, data=None, fails=None, append=False):
     """Run 0.02 s steps, logged."""
     checkpoints = Checkpoints(system, folder / "checkpoints", every=0.04)
     simulation = Simulation(system, 0.02, end, [StepLog()], checkpoints=checkpoints)
@@ -46,7 +46,7 @@ def simulate(system, folder, end, memory=None, fails=None, append=False):
 
         simulation.solver.advance = fussy
     with logging_to(system.comm, folder / "run.log", append):
-        simulation.run(memory)
+        simulation.run(data)
 
 
 def test_every_step_and_every_checkpoint_has_a_line(comm, rotor, shared_tmp_path):
@@ -80,8 +80,8 @@ def test_a_run_that_goes_on_says_so_behind_what_was_there(comm, rotor, shared_tm
     simulate(rotor, shared_tmp_path, 0.04)
     before = lines(comm, shared_tmp_path / "run.log")
     comm.barrier()
-    memory = load_newest(shared_tmp_path / "checkpoints", rotor, lambda labels: None)
-    simulate(rotor, shared_tmp_path, 0.06, memory, append=True)
+    data = load_newest(shared_tmp_path / "checkpoints", rotor, lambda labels: None)
+    simulate(rotor, shared_tmp_path, 0.06, data, append=True)
     found = lines(comm, shared_tmp_path / "run.log")
     assert found[: len(before)] == before
     assert found[len(before)] == "resumed at t = 0.04 s"
