@@ -7,12 +7,75 @@ from __future__ import annotations
 
 import importlib
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 with suppress(ImportError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
     import dolfinx_solver  # noqa: F401
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:  # the types of the public names, for mypy and editors
+    from turbine_fenicsx.analysis.statics import equilibrium as equilibrium
+    from turbine_fenicsx.bodies.coupling import Coupling as Coupling
+    from turbine_fenicsx.bodies.flexible_body import FlexibleBody as FlexibleBody
+    from turbine_fenicsx.bodies.rigid_body import RigidBody as RigidBody
+    from turbine_fenicsx.forces import FollowerForce as FollowerForce
+    from turbine_fenicsx.forces import Gravity as Gravity
+    from turbine_fenicsx.forces import JointDamper as JointDamper
+    from turbine_fenicsx.forces import JointSpring as JointSpring
+    from turbine_fenicsx.forces import JointTorque as JointTorque
+    from turbine_fenicsx.forces import NodeForce as NodeForce
+    from turbine_fenicsx.forces import PointDamper as PointDamper
+    from turbine_fenicsx.forces import PointForce as PointForce
+    from turbine_fenicsx.forces import PointSpring as PointSpring
+    from turbine_fenicsx.forces import Pressure as Pressure
+    from turbine_fenicsx.forces import SurfaceTraction as SurfaceTraction
+    from turbine_fenicsx.forces import Torque as Torque
+    from turbine_fenicsx.forces.time_functions import Constant as Constant
+    from turbine_fenicsx.forces.time_functions import Hat as Hat
+    from turbine_fenicsx.forces.time_functions import Ramp as Ramp
+    from turbine_fenicsx.forces.time_functions import Sine as Sine
+    from turbine_fenicsx.forces.time_functions import Table as Table
+    from turbine_fenicsx.foundation.quadratic import AffineVector as AffineVector
+    from turbine_fenicsx.foundation.quadratic import Quadratic as Quadratic
+    from turbine_fenicsx.foundation.quadratic import dot as dot
+    from turbine_fenicsx.joints import Cylindrical as Cylindrical
+    from turbine_fenicsx.joints import Planar as Planar
+    from turbine_fenicsx.joints import PrescribedMotion as PrescribedMotion
+    from turbine_fenicsx.joints import Prismatic as Prismatic
+    from turbine_fenicsx.joints import Revolute as Revolute
+    from turbine_fenicsx.joints import Rigid as Rigid
+    from turbine_fenicsx.joints import Spherical as Spherical
+    from turbine_fenicsx.joints import Universal as Universal
+    from turbine_fenicsx.materials import KelvinVoigt as KelvinVoigt
+    from turbine_fenicsx.materials import MooneyRivlin as MooneyRivlin
+    from turbine_fenicsx.materials import NeoHooke as NeoHooke
+    from turbine_fenicsx.materials import OrthotropicSVK as OrthotropicSVK
+    from turbine_fenicsx.materials import StVenantKirchhoff as StVenantKirchhoff
+    from turbine_fenicsx.materials import TransverselyIsotropic as TransverselyIsotropic
+    from turbine_fenicsx.materials.cell_fields import cell_field as cell_field
+    from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
+    from turbine_fenicsx.simulation.observers.history import History as History
+    from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction as JointReaction
+    from turbine_fenicsx.simulation.observers.joint_reactions import (
+        JointReactions as JointReactions,
+    )
+    from turbine_fenicsx.simulation.observers.joint_reactions import joint_channel as joint_channel
+    from turbine_fenicsx.simulation.observers.points import Point as Point
+    from turbine_fenicsx.simulation.observers.points import Points as Points
+    from turbine_fenicsx.simulation.observers.points import point_channel as point_channel
+    from turbine_fenicsx.simulation.simulation import Simulation as Simulation
+    from turbine_fenicsx.system.start import initial_motion as initial_motion
+    from turbine_fenicsx.system.state import State as State
+    from turbine_fenicsx.system.system import Balance as Balance
+    from turbine_fenicsx.system.system import MultibodySystem as MultibodySystem
+    from turbine_fenicsx.time_stepping.energy_momentum import (
+        EnergyMomentumStep as EnergyMomentumStep,
+    )
+    from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver as EnergyMomentumSolver
+    from turbine_fenicsx.time_stepping.solver import SolverOptions as SolverOptions
+    from turbine_fenicsx.time_stepping.solver import StepFailure as StepFailure
+    from turbine_fenicsx.turbine.case.case import Case as Case
 
 _PUBLIC = {
     "AffineVector": "foundation.quadratic",
@@ -77,11 +140,13 @@ _PUBLIC = {
 __all__ = sorted(["__version__", *_PUBLIC])
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name on first use."""
-    if name not in _PUBLIC:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)
+if not TYPE_CHECKING:  # else every misspelt name would be there, with the type Any
+
+    def __getattr__(name: str) -> Any:
+        """Import a public name on first use."""
+        if name not in _PUBLIC:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)
 
 
 def __dir__() -> list[str]:
