@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 with suppress(ImportError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
     import dolfinx_solver  # noqa: F401
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.analysis.statics import equilibrium as equilibrium

@@ -1,16 +1,24 @@
 """What pip installs, and what the package needs before anything else."""
 
+import email
 import os
+import re
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
 from mpi4py import MPI
 
 import pytest
+import yaml
+
+from turbine_fenicsx import __version__
 
 ROOT = Path(__file__).parents[3]
+LICENSE = ROOT / "LICENSE"
+LICENCE = "LGPL-3.0-or-later"
 
 pytestmark = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="needs no more than one rank")
 
@@ -45,7 +53,7 @@ def test_dolfinx_from_pypi_is_asked_before_petsc4py_is_imported(tmp_path):
     (tmp_path / "dolfinx_solver.py").write_text(FIRST)
     path = os.pathsep.join([str(tmp_path), str(ROOT), os.environ.get("PYTHONPATH", "")])
     # these import petsc4py and nothing of mpi4py before; numpy must wait for its number of threads
-    for module in ("_compat", "state", "cli"):
+    for module in ("_compat", "system.state", "cli.main"):
         said = python("-c", f"import turbine_fenicsx.{module}", PYTHONPATH=path)
         assert said == "False False\n"
 
@@ -53,7 +61,7 @@ def test_dolfinx_from_pypi_is_asked_before_petsc4py_is_imported(tmp_path):
 def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     source = tmp_path / "source"
     source.mkdir()
-    for name in ("pyproject.toml", "README.md", "turbine_fenicsx", "demos"):
+    for name in ("pyproject.toml", "README.md", "LICENSE", "turbine_fenicsx", "demos"):
         subprocess.run(["cp", "-r", ROOT / name, source], check=True)
     before = sorted(source.rglob("*"))
     python(
@@ -69,6 +77,34 @@ def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     for folder in ("paper", "turbine"):  # the cases themselves, not the links to them
         for case in (ROOT / "demos" / folder).glob("*.toml"):
             assert held.read(f"turbine_fenicsx/demos/{case.name}") == case.read_bytes()
+    (metadata,) = (name for name in held.namelist() if name.endswith(".dist-info/METADATA"))
+    said = email.message_from_bytes(held.read(metadata))
+    assert (said["Version"], said["License-Expression"]) == (__version__, LICENCE)
+    assert said.get_all("License-File") == ["LICENSE"]
+    assert held.read(metadata.replace("METADATA", "licenses/LICENSE")) == LICENSE.read_bytes()
+
+
+def test_version_and_licence_are_the_same_wherever_they_stand():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    newest = re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
+    assert cited["version"] == newest[1] == __version__
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert cited["license"] == project["license"] == LICENCE
+    assert LICENCE in LICENSE.read_text(encoding="utf-8")
+
+
+def test_citation_holds_what_the_format_asks_for_and_the_paper():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors"} <= set(cited)
+    (paper,) = cited["references"]
+    assert [author["family-names"] for author in paper["authors"]] == [
+        *("Anders", "Uhlar", "Krüger", "Groß", "Weinberg")
+    ]
+    assert (paper["journal"], paper["volume"], paper["issue"], paper["year"]) == (
+        *("Engineering Computations", 29, 7),
+        2012,
+    )
+    assert f"*{paper['title']}*" in (ROOT / "docs" / "index.md").read_text().replace("\n", " ")
 
 
 @pytest.fixture
