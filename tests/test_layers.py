@@ -164,3 +164,19 @@ def test_differences_between_releases_are_bridged_in_compat_only(path):
                 if name.split(".")[0] in FENICS
             ]
             assert not ladder, "one import tried after another"
+
+
+# Pydantic turns a ValueError of its validators into a mistake of a key; the command line's TOML
+# reader does the same. Everywhere else a wrong model or wrong input has an exception of its own.
+VALIDATORS = {"turbine/case", "study/file.py"}
+MOVING = ("system", "time_stepping", "linear_solvers", "analysis", "simulation")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=[str(p) for p in MODULES.values()])
+def test_checks_of_ours_cannot_be_mistaken_for_errors_of_numpy(path):
+    name = MODULES[path].as_posix()
+    if any(name.startswith(v) for v in VALIDATORS) or room(MODULES[path]) in MOVING:
+        return
+    for node in ast.walk(parse(path)):
+        if isinstance(node, ast.Call):
+            assert ast.unparse(node.func) != "ValueError", f"{name}:{node.lineno}"

@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces.time_functions import Ramp as Ramp
     from turbine_fenicsx.forces.time_functions import Sine as Sine
     from turbine_fenicsx.forces.time_functions import Table as Table
+    from turbine_fenicsx.foundation.errors import ModelError as ModelError
     from turbine_fenicsx.foundation.quadratic import AffineVector as AffineVector
     from turbine_fenicsx.foundation.quadratic import Quadratic as Quadratic
     from turbine_fenicsx.foundation.quadratic import dot as dot
@@ -98,6 +99,7 @@ _PUBLIC = {
     "JointSpring": "forces",
     "JointTorque": "forces",
     "KelvinVoigt": "materials",
+    "ModelError": "foundation.errors",
     "MooneyRivlin": "materials",
     "MultibodySystem": "system.system",
     "NeoHooke": "materials",

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 
 
@@ -19,7 +20,7 @@ def checked_facets(name: str, mesh: Any, facets: Any) -> npt.NDArray[np.int32]:
         facets: What was given on this rank.
 
     Raises:
-        ValueError: for what are no numbers of facets of the mesh, on all ranks.
+        ModelError: for what are no numbers of facets of the mesh, on all ranks.
 
     Note:
         Collective.
@@ -29,12 +30,12 @@ def checked_facets(name: str, mesh: Any, facets: Any) -> npt.NDArray[np.int32]:
     count = index_map.size_local + index_map.num_ghosts
     given, error = np.asarray(facets), None
     if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
-        error = ValueError(
+        error = ModelError(
             f"facets of {name!r} must be a list of numbers of facets, as dolfinx.mesh."
             f"locate_entities_boundary or the find() of mesh tags return them, got {facets!r}"
         )
     elif np.any((given < 0) | (given >= count)):
-        error = ValueError(
+        error = ModelError(
             f"facets of {name!r} must be below {count}, the number of facets of the mesh on this "
             f"rank, got {given.min()} to {given.max()}"
         )

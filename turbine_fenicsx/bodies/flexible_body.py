@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.materials.cell_fields import check_cells
@@ -34,7 +35,7 @@ class FlexibleBody:
             (DOLFINx's interpolate has points as columns; what is written for it is refused.)
 
     Raises:
-        ValueError: for a density that is not positive, a degree other than 1 or 2, or a mesh that
+        ModelError: for a density that is not positive, a degree other than 1 or 2, or a mesh that
             is not three-dimensional or has other cells.
         TypeError: if the material is none, or the velocity no function.
     """
@@ -55,7 +56,7 @@ class FlexibleBody:
             density=self.density,
         )
         if self.degree not in (1, 2):
-            raise ValueError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
+            raise ModelError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
         if not isinstance(self.material, Material):
             raise TypeError(f"material of {self.name!r} has no strain_energy: {self.material!r}")
         if self.velocity is not None and not callable(self.velocity):
@@ -64,7 +65,7 @@ class FlexibleBody:
             )
         dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
         if dims != (3, 3) or cell not in CELLS:
-            raise ValueError(
+            raise ModelError(
                 f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
                 f"got {cell} cells in {dims[1]} dimensions"
             )

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.foundation.checks import check_array, check_positive, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import AffineVector, Quadratic, dot
 from turbine_fenicsx.foundation.types import Array
 
@@ -34,7 +35,7 @@ class RigidBody:
         angular_velocity: Initial angular velocity in space [rad/s], shape (3,).
 
     Raises:
-        ValueError: for a mass that is not positive, a negative Euler value, directors that are no
+        ModelError: for a mass that is not positive, a negative Euler value, directors that are no
             rotation, or a vector that is no three numbers.
     """
 
@@ -53,7 +54,7 @@ class RigidBody:
         what = f"Euler values of rigid body {self.name!r}"
         euler = check_array(what, self.euler, (3,), words)
         if np.any(euler < 0.0) or np.count_nonzero(euler) < 2:
-            raise ValueError(f"{what} must be {words}, got {self.euler!r}")
+            raise ModelError(f"{what} must be {words}, got {self.euler!r}")
         check_vectors(
             self.name,
             position=self.position,
@@ -64,7 +65,7 @@ class RigidBody:
         R = check_array(what, self.directors, (3, 3), "a rotation matrix, shape (3, 3)")
         orthonormal = np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12)
         if not orthonormal or np.linalg.det(R) < 0.0:
-            raise ValueError(f"{what} must be a rotation matrix, got {self.directors!r}")
+            raise ModelError(f"{what} must be a rotation matrix, got {self.directors!r}")
 
     @property
     def coordinates(self) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
 
 
 def check_body(name: str, body: Any) -> None:
@@ -18,11 +19,11 @@ def check_ends(name: str, first: Any, second: Any) -> None:
 
     Raises:
         TypeError: if one is neither a rigid body nor None.
-        ValueError: if both are the same.
+        ModelError: if both are the same.
     """
     for body in (first, second):
         if body is not None:
             check_body(name, body)
     if first is second:
         where = "the ground" if first is None else repr(first.name)
-        raise ValueError(f"both ends of {name!r} are on {where}")
+        raise ModelError(f"both ends of {name!r} are on {where}")

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import AffineVector, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
 
@@ -68,11 +69,11 @@ class Layout:
         """Number of a joint coordinate.
 
         Raises:
-            ValueError: if there is none of that name.
+            ModelError: if there is none of that name.
         """
         if name not in self.coordinates:
             known = sorted(self.coordinates)
-            raise ValueError(f"no joint coordinate {name!r}; there are {known}")
+            raise ModelError(f"no joint coordinate {name!r}; there are {known}")
         return self.coordinates[name]
 
     def frames(
@@ -87,7 +88,7 @@ class Layout:
             A frame for each, and the coordinates that the frames count from zero, shape (m,).
 
         Raises:
-            ValueError: if a body is not part of the system.
+            ModelError: if a body is not part of the system.
         """
         frames, index = [], [np.zeros(0, np.int64)]
         for body in bodies:
@@ -95,7 +96,7 @@ class Layout:
                 frames.append(BodyFrame(None))
                 continue
             if body not in self.bodies:
-                raise ValueError(f"rigid body {body.name!r} is not among the parts")
+                raise ModelError(f"rigid body {body.name!r} is not among the parts")
             frames.append(BodyFrame(body, 4 * (len(index) - 1)))
             index.append(self.bodies[body] + np.arange(12))
         return tuple(frames), np.concatenate(index)
@@ -114,7 +115,7 @@ class Element(Protocol):
         """Where its work goes."""
 
     def bind(self, layout: Layout) -> BoundElement:
-        """The element with numbered coordinates; raises ValueError for unknown partners."""
+        """The element with numbered coordinates; raises ModelError for unknown partners."""
 
 
 Law = Callable[[float, float, float], tuple[float, float]]

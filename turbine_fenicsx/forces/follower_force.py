@@ -30,7 +30,7 @@ class FollowerForce:
         function: Factor as a function of time [s].
 
     Raises:
-        ValueError: if point or force are not three numbers.
+        ModelError: if point or force are not three numbers.
         TypeError: for what is no rigid body, or no function of time.
     """
 

@@ -20,7 +20,7 @@ class JointDamper:
         damping: d, not negative [N m s/rad or N s/m].
 
     Raises:
-        ValueError: for a negative damping.
+        ModelError: for a negative damping.
     """
 
     name: str

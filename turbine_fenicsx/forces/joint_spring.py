@@ -21,7 +21,7 @@ class JointSpring:
         rest: Where the spring is at rest [rad or m].
 
     Raises:
-        ValueError: for a negative stiffness, or a position at rest that is no number.
+        ModelError: for a negative stiffness, or a position at rest that is no number.
     """
 
     name: str

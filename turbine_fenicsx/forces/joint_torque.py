@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from turbine_fenicsx.forces.load import Forces
 from turbine_fenicsx.foundation.checks import check_function
+from turbine_fenicsx.foundation.errors import ModelError
 
 
 @dataclass(frozen=True)
@@ -38,5 +39,5 @@ class JointTorque:
         """Add the torque."""
         if self.joint not in forces.torques:
             known = sorted(forces.torques)
-            raise ValueError(f"no joint coordinate {self.joint!r}; there are {known}")
+            raise ModelError(f"no joint coordinate {self.joint!r}; there are {known}")
         forces.torques[self.joint] += self.torque(time)

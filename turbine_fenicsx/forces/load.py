@@ -44,7 +44,7 @@ class Load(Protocol):
     """
 
     def add_to(self, forces: Forces, time: float) -> None:
-        """Add this load at the given time [s]; raises ValueError for an unknown joint or body."""
+        """Add this load at the given time [s]; raises ModelError for an unknown joint or body."""
 
 
 @runtime_checkable

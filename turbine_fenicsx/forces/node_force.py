@@ -27,7 +27,7 @@ class NodeForce:
         function: Factor as a function of time [s].
 
     Raises:
-        ValueError: if point or force are not three numbers.
+        ModelError: if point or force are not three numbers.
         TypeError: for what is no function of time.
     """
 

@@ -29,7 +29,7 @@ class PointDamper:
         damping: d, not negative [N s/m].
 
     Raises:
-        ValueError: for a negative damping, points that are not three numbers, or two points
+        ModelError: for a negative damping, points that are not three numbers, or two points
             of the same body.
         TypeError: if a partner is no rigid body.
     """

@@ -14,6 +14,7 @@ from turbine_fenicsx.forces.body_checks import check_body
 from turbine_fenicsx.forces.load import Forces
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -29,7 +30,7 @@ class PointForce:
         function: Factor as a function of time [s].
 
     Raises:
-        ValueError: if point or force are not three numbers.
+        ModelError: if point or force are not three numbers.
         TypeError: for what is no rigid body, or no function of time.
     """
 
@@ -48,7 +49,7 @@ class PointForce:
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the force."""
         if self.body not in forces.coordinates:
-            raise ValueError(f"rigid body {self.body.name!r} is not among the parts")
+            raise ModelError(f"rigid body {self.body.name!r} is not among the parts")
         forces.coordinates[self.body][:] += self.function(time) * self._generalised
 
     @cached_property

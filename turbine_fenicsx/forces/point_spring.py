@@ -34,7 +34,7 @@ class PointSpring:
         length: Length L at rest, not negative [m]; the initial distance if None.
 
     Raises:
-        ValueError: for a negative stiffness or length, points that are not three numbers, or two
+        ModelError: for a negative stiffness or length, points that are not three numbers, or two
             points of the same body.
         TypeError: if a partner is no rigid body.
     """

@@ -27,7 +27,7 @@ class Pressure:
         function: Factor as a function of time [s].
 
     Raises:
-        ValueError: for a pressure that is no number.
+        ModelError: for a pressure that is no number.
         TypeError: for what is no function of time.
     """
 

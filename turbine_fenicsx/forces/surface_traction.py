@@ -26,7 +26,7 @@ class SurfaceTraction:
         function: Factor as a function of time [s].
 
     Raises:
-        ValueError: if the force is not three numbers.
+        ModelError: if the force is not three numbers.
         TypeError: for what is no function of time.
     """
 

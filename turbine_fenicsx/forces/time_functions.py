@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from turbine_fenicsx.foundation.errors import ModelError
+
 
 @dataclass(frozen=True)
 class Hat:
@@ -20,7 +22,7 @@ class Hat:
         duration: Duration [s], positive.
 
     Raises:
-        ValueError: for a duration that is not positive.
+        ModelError: for a duration that is not positive.
     """
 
     peak: float
@@ -29,7 +31,7 @@ class Hat:
     def __post_init__(self) -> None:
         """Check the duration."""
         if not self.duration > 0.0:
-            raise ValueError(f"duration of a hat function must be positive, got {self.duration} s")
+            raise ModelError(f"duration of a hat function must be positive, got {self.duration} s")
 
     def __call__(self, time: float) -> float:
         """Value at a time [s]."""
@@ -70,7 +72,7 @@ class Ramp:
         smooth: Whether to round off the ends.
 
     Raises:
-        ValueError: for a duration that is not positive, or what is no number.
+        ModelError: for a duration that is not positive, or what is no number.
     """
 
     final: float
@@ -83,7 +85,7 @@ class Ramp:
         _check_finite("final value of a ramp", self.final)
         _check_finite("start of a ramp", self.start, "s")
         if not 0.0 < self.duration < math.inf:
-            raise ValueError(f"duration of a ramp must be positive, got {self.duration} s")
+            raise ModelError(f"duration of a ramp must be positive, got {self.duration} s")
 
     def __call__(self, time: float) -> float:
         """Value at a time [s]."""
@@ -103,7 +105,7 @@ class Sine:
         phase: Phase [rad]; pi/2 makes it a cosine.
 
     Raises:
-        ValueError: for a frequency that is not positive, or what is no number.
+        ModelError: for a frequency that is not positive, or what is no number.
     """
 
     amplitude: float
@@ -115,7 +117,7 @@ class Sine:
         _check_finite("amplitude of a sine", self.amplitude)
         _check_finite("phase of a sine", self.phase, "rad")
         if not 0.0 < self.frequency < math.inf:
-            raise ValueError(f"frequency of a sine must be positive, got {self.frequency} Hz")
+            raise ModelError(f"frequency of a sine must be positive, got {self.frequency} Hz")
 
     def __call__(self, time: float) -> float:
         """Value at a time [s]."""
@@ -131,7 +133,7 @@ class Table:
         values: Values at these times, of any unit.
 
     Raises:
-        ValueError: if there is not one value per time, none at all, the times do not increase, or
+        ModelError: if there is not one value per time, none at all, the times do not increase, or
             what is given is no number.
     """
 
@@ -143,18 +145,18 @@ class Table:
         for name in ("times", "values"):
             object.__setattr__(self, name, tuple(float(x) for x in getattr(self, name)))
         if len(self.times) != len(self.values):
-            raise ValueError(
+            raise ModelError(
                 f"table needs one value per time, got {len(self.times)} times and "
                 f"{len(self.values)} values"
             )
         if not self.times:
-            raise ValueError("table needs at least one time and value, got none")
+            raise ModelError("table needs at least one time and value, got none")
         for k, (time, value) in enumerate(zip(self.times, self.values, strict=True), start=1):
             _check_finite(f"time {k} of a table", time, "s")
             _check_finite(f"value {k} of a table", value)
         for k, (before, after) in enumerate(pairwise(self.times), start=2):
             if not before < after:
-                raise ValueError(
+                raise ModelError(
                     f"times of a table must strictly increase, got {after} s after {before} s as "
                     f"number {k}"
                 )
@@ -181,14 +183,14 @@ class Table:
             The table.
 
         Raises:
-            ValueError: with file and line, if a line does not hold two numbers; with the file, for
+            ModelError: with file and line, if a line does not hold two numbers; with the file, for
                 any other mistake in the data.
             OSError: if the file cannot be read.
         """
         try:
             lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
         except UnicodeDecodeError as error:
-            raise ValueError(f"{path}: this is no text file ({error})") from None
+            raise ModelError(f"{path}: this is no text file ({error})") from None
         rows: list[tuple[float, float]] = []
         first = True
         for number, line in enumerate(lines, start=1):
@@ -200,20 +202,20 @@ class Table:
             if are_numbers == [True, True]:
                 rows.append((float(fields[0]), float(fields[1])))
             elif not first or any(are_numbers):
-                raise ValueError(
+                raise ModelError(
                     f"{path}, line {number}: expected a time and a value, got {text!r}"
                 )
             first = False
         try:
             return cls([time for time, _ in rows], [value for _, value in rows])
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+        except ModelError as error:
+            raise ModelError(f"{path}: {error}") from None
 
 
 def _check_finite(what: str, value: float, unit: str = "") -> None:
-    """Raise a ValueError for what is no number."""
+    """Raise a ModelError for what is no number."""
     if not math.isfinite(value):
-        raise ValueError(f"{what} must be a number, got {value} {unit}".rstrip())
+        raise ModelError(f"{what} must be a number, got {value} {unit}".rstrip())
 
 
 def _is_number(text: str) -> bool:

@@ -33,7 +33,7 @@ class Torque:
         follower: Whether the torque turns with the body.
 
     Raises:
-        ValueError: if the torque is not three numbers.
+        ModelError: if the torque is not three numbers.
         TypeError: for what is no rigid body, or no function of time.
     """
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -23,7 +24,7 @@ def check_array(what: str, value: Any, shape: tuple[int, ...], words: str) -> Ar
         The numbers, of that shape.
 
     Raises:
-        ValueError: for another shape, or for what is no finite number.
+        ModelError: for another shape, or for what is no finite number.
     """
     try:
         array = np.asarray(value, dtype=float)
@@ -31,47 +32,47 @@ def check_array(what: str, value: Any, shape: tuple[int, ...], words: str) -> Ar
         array = np.zeros(0)
     if array.shape != shape or not np.all(np.isfinite(array)):
         got = repr(value) if array.size < 10 else f"an array of shape {array.shape}"
-        raise ValueError(f"{what} must be {words}, got {got}")
+        raise ModelError(f"{what} must be {words}, got {got}")
     return array
 
 
 def check_vectors(name: str, **vectors: Any) -> None:
-    """Raise a ValueError unless each of the vectors has three finite components."""
+    """Raise a ModelError unless each of the vectors has three finite components."""
     for what, vector in vectors.items():
         words = what.replace("_", " ")
         check_array(f"{words} of {name!r}", vector, (3,), "three numbers")
 
 
 def check_directions(name: str, **directions: Any) -> None:
-    """Raise a ValueError unless each of the vectors has a direction."""
+    """Raise a ModelError unless each of the vectors has a direction."""
     for what, direction in directions.items():
         what = f"{what.replace('_', ' ')} of {name!r}"
         words = "a direction, three numbers that are not all zero"
         if not np.any(check_array(what, direction, (3,), words)):
-            raise ValueError(f"{what} must be {words}, got {direction!r}")
+            raise ModelError(f"{what} must be {words}, got {direction!r}")
 
 
 def check_number(what: str, value: Any) -> float:
-    """A finite number; a ValueError for anything else."""
+    """A finite number; a ModelError for anything else."""
     number = _number(value)
     if not np.isfinite(number):
-        raise ValueError(f"{what} must be a number, got {value!r}")
+        raise ModelError(f"{what} must be a number, got {value!r}")
     return number
 
 
 def check_positive(what: str, value: Any) -> float:
-    """A positive, finite number; a ValueError for anything else."""
+    """A positive, finite number; a ModelError for anything else."""
     number = _number(value)
     if not 0.0 < number < np.inf:
-        raise ValueError(f"{what} must be positive, got {value!r}")
+        raise ModelError(f"{what} must be positive, got {value!r}")
     return number
 
 
 def check_not_negative(what: str, value: Any) -> float:
-    """A finite number, zero or more; a ValueError for anything else."""
+    """A finite number, zero or more; a ModelError for anything else."""
     number = _number(value)
     if not 0.0 <= number < np.inf:
-        raise ValueError(f"{what} must not be negative, got {value!r}")
+        raise ModelError(f"{what} must not be negative, got {value!r}")
     return number
 
 

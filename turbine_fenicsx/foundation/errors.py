@@ -1,10 +1,14 @@
-"""The exception for what a user can mend."""
+"""Exceptions for what a user can mend."""
 
 from __future__ import annotations
 
 
 class InputError(ValueError):
     """Wrong input; the message is one clear sentence per mistake. Exit code 2."""
+
+
+class ModelError(InputError):
+    """A wrong model, found by a check of ours: a joint, a force, a body, a material, a mesh, ..."""
 
 
 class CompilationError(RuntimeError):

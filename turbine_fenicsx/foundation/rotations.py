@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 E1, E2, E3 = np.eye(3)
@@ -21,11 +22,11 @@ def unit(vector: npt.ArrayLike) -> Array:
         Shape (3,).
 
     Raises:
-        ValueError: if the vector is zero or does not have three entries.
+        ModelError: if the vector is zero or does not have three entries.
     """
     v = np.asarray(vector, dtype=float)
     if v.shape != (3,) or not 0.0 < np.linalg.norm(v) < np.inf:
-        raise ValueError(f"a direction needs three numbers, not all zero; got {vector!r}")
+        raise ModelError(f"a direction needs three numbers, not all zero; got {vector!r}")
     return v / np.linalg.norm(v)
 
 
@@ -61,12 +62,12 @@ def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -
         Shape (3, 3), columns t1, t2, n.
 
     Raises:
-        ValueError: if ``towards`` is parallel to ``axis``.
+        ModelError: if ``towards`` is parallel to ``axis``.
     """
     n = unit(axis)
     hint = np.eye(3)[np.argmin(np.abs(n))] if towards is None else np.asarray(towards, dtype=float)
     t1 = hint - (hint @ n) * n
     if np.linalg.norm(t1) < 1e-9 * np.linalg.norm(hint):
-        raise ValueError(f"direction {towards!r} is parallel to the axis {axis!r}")
+        raise ModelError(f"direction {towards!r} is parallel to the axis {axis!r}")
     t1 = unit(t1)
     return np.column_stack([t1, np.cross(n, t1), n])

@@ -33,7 +33,7 @@ class Planar:
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ValueError: for a point or a normal that is no three numbers, or no direction.
+        ModelError: for a point or a normal that is no three numbers, or no direction.
     """
 
     name: str

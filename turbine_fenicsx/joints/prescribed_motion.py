@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from turbine_fenicsx.foundation.errors import ModelError
+
 
 @dataclass(frozen=True, eq=False)
 class PrescribedMotion:
@@ -17,7 +19,7 @@ class PrescribedMotion:
         motion: p(t) [rad or m]; zero at t = 0, where all joint coordinates are zero.
 
     Raises:
-        ValueError: if p(0) is not zero.
+        ModelError: if p(0) is not zero.
         TypeError: for what is no function.
     """
 
@@ -32,7 +34,7 @@ class PrescribedMotion:
                 f"got {self.motion!r}"
             )
         if not abs(self.motion(0.0)) <= 1e-12:
-            raise ValueError(
+            raise ModelError(
                 f"the prescribed motion of {self.coordinate!r} must be zero at t = 0, "
                 f"got {self.motion(0.0):g}"
             )

@@ -31,7 +31,7 @@ class Prismatic:
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ValueError: for a point or an axis that is no three numbers, or no direction.
+        ModelError: for a point or an axis that is no three numbers, or no direction.
     """
 
     name: str

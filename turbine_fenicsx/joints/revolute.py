@@ -33,7 +33,7 @@ class Revolute:
         with_angle: Whether the joint angle is a coordinate of the system.
 
     Raises:
-        ValueError: for a point or an axis that is no three numbers, or no direction.
+        ModelError: for a point or an axis that is no three numbers, or no direction.
     """
 
     name: str

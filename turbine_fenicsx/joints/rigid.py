@@ -25,7 +25,7 @@ class Rigid:
         point: Joint point in the initial configuration [m], shape (3,).
 
     Raises:
-        ValueError: for a point that is no three numbers.
+        ModelError: for a point that is no three numbers.
     """
 
     name: str

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.checks import check_directions, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, dot
 from turbine_fenicsx.foundation.rotations import unit
 from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, angle_between
@@ -35,7 +36,7 @@ class Universal:
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ValueError: if the axes are not perpendicular, or a point or axis is no three numbers.
+        ModelError: if the axes are not perpendicular, or a point or axis is no three numbers.
     """
 
     name: str
@@ -52,7 +53,7 @@ class Universal:
         check_directions(self.name, first_axis=self.first_axis, second_axis=self.second_axis)
         n1, n2 = unit(self.first_axis), unit(self.second_axis)
         if abs(n1 @ n2) > 1e-9:
-            raise ValueError(
+            raise ModelError(
                 f"axes of universal joint {self.name!r} must be perpendicular, got "
                 f"{self.first_axis!r} and {self.second_axis!r}"
             )

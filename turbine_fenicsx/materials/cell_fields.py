@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 
@@ -28,7 +29,7 @@ def cell_field(mesh: Any, values: npt.ArrayLike | Callable[[Array], Array]) -> A
         DOLFINx function of degree 0.
 
     Raises:
-        ValueError: for another number of values, or values that are not finite, on all ranks.
+        ModelError: for another number of values, or values that are not finite, on all ranks.
 
     Note:
         Collective.
@@ -43,12 +44,12 @@ def cell_field(mesh: Any, values: npt.ArrayLike | Callable[[Array], Array]) -> A
             values = values(midpoints.x.array.reshape(-1, 3)[nodes])
         given = np.asarray(values, dtype=float)
         if given.shape != (n,):
-            raise ValueError(
+            raise ModelError(
                 f"a cell field needs a value for each of the {n} cells of this rank, shape "
                 f"({n},), got shape {given.shape}"
             )
         if not np.all(np.isfinite(given)):
-            raise ValueError("values of a cell field must be finite, but some are not")
+            raise ModelError("values of a cell field must be finite, but some are not")
         field.x.array[dofs] = given
     except Exception as problem:  # the other ranks must hear of it, whatever it is
         error = problem
@@ -63,9 +64,9 @@ def is_field(value: Any) -> bool:
 
 
 def on_mesh(field: Any, mesh: Any, name: str) -> Any:
-    """The field, or a ValueError if it belongs to another mesh than that of the body of a name."""
+    """The field, or a ModelError if it belongs to another mesh than that of the body of a name."""
     if field.function_space.mesh is not mesh:
-        raise ValueError(f"a cell field of {name!r} was made for the mesh of another body")
+        raise ModelError(f"a cell field of {name!r} was made for the mesh of another body")
     return field
 
 
@@ -81,7 +82,7 @@ def check_cells(
         values: Numbers or cell fields, in the order of the arguments of ``condition``.
 
     Raises:
-        ValueError: if the condition does not hold, on all ranks; for what is neither a number nor a
+        ModelError: if the condition does not hold, on all ranks; for what is neither a number nor a
             cell field.
     """
     arrays = [_numbers(name, value) for name, value in values.items()]
@@ -91,7 +92,7 @@ def check_cells(
         holds = comms[0].allreduce(holds, op=MPI.LAND)
     if not holds:
         texts = {name: _text(value) for name, value in values.items()}
-        raise ValueError(message.format(**texts))
+        raise ModelError(message.format(**texts))
 
 
 def map_cells(function: Callable[..., Array], *values: Any) -> list[Any]:
@@ -129,7 +130,7 @@ def _numbers(name: str, value: Any) -> Array:
         space = value.function_space
         dofs = _compat.dofs_of_cells(space)
         if value.ufl_shape != () or dofs.shape[1] != 1:
-            raise ValueError(f"{words} must be constant in each cell, as cell_field() makes it")
+            raise ModelError(f"{words} must be constant in each cell, as cell_field() makes it")
         owned = space.mesh.topology.index_map(space.mesh.topology.dim).size_local
         return np.asarray(value.x.array[dofs[:owned, 0]])
     try:
@@ -138,7 +139,7 @@ def _numbers(name: str, value: Any) -> Array:
         number = np.full(1, np.nan)
     if number.shape != ():
         got = f"an array of shape {np.shape(value)}" if np.shape(value) else repr(value)
-        raise ValueError(
+        raise ModelError(
             f"{words} must be a number, or a field made by cell_field(mesh, values), got {got}"
         )
     return number

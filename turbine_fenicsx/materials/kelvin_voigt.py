@@ -33,7 +33,7 @@ class KelvinVoigt:
         bulk_viscosity: eta_b [Pa s], not negative, a number or a `cell_field`.
 
     Raises:
-        ValueError: for a viscosity that is negative or no number.
+        ModelError: for a viscosity that is negative or no number.
         TypeError: if ``elastic`` is no material, or viscous already.
     """
 

@@ -18,7 +18,7 @@ def lame_constants(young: float, poisson: float) -> tuple[float, float]:
 
 
 def check_lame(first_lame: Any, shear_modulus: Any) -> None:
-    """Raise a ValueError unless shear and bulk modulus are positive, in all cells."""
+    """Raise a ModelError unless shear and bulk modulus are positive, in all cells."""
     words = "material is not positive definite: "
     check_cells(
         words + "shear modulus {shear_modulus} Pa",

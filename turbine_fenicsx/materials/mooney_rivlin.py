@@ -32,7 +32,7 @@ class MooneyRivlin:
     Each is a number or a `cell_field`.
 
     Raises:
-        ValueError: if the energy is not positive definite.
+        ModelError: if the energy is not positive definite.
     """
 
     c10: float

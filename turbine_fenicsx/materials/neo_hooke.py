@@ -20,7 +20,7 @@ class NeoHooke:
         shear_modulus: mu [Pa], positive, a number or a `cell_field`.
 
     Raises:
-        ValueError: if the energy is not positive definite at the reference state.
+        ModelError: if the energy is not positive definite at the reference state.
     """
 
     first_lame: float

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import ufl
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.cell_fields import is_field, map_cells
 from turbine_fenicsx.materials.kinematics import green_lagrange
@@ -33,7 +34,7 @@ class OrthotropicSVK:
         frame: Orthonormal axes (a1, a2, a3) as UFL vectors: constants or fields on the mesh.
 
     Raises:
-        ValueError: if the stiffness is not positive definite.
+        ModelError: if the stiffness is not positive definite.
     """
 
     young: tuple[float, float, float]
@@ -84,10 +85,10 @@ def stiffness_matrix(young: Triple, shear: Triple, poisson: Triple) -> Array:
         Shape (6, 6) [Pa], symmetric positive definite.
 
     Raises:
-        ValueError: if it is not positive definite.
+        ModelError: if it is not positive definite.
     """
     if not all(0.0 < modulus < np.inf for modulus in (*young, *shear)):
-        raise ValueError(
+        raise ModelError(
             f"material is not positive definite: Young's moduli {young} and shear moduli {shear} "
             "must be positive"
         )
@@ -100,7 +101,7 @@ def stiffness_matrix(young: Triple, shear: Triple, poisson: Triple) -> Array:
         ]
     )
     if not np.all(np.isfinite(poisson)) or np.linalg.eigvalsh(compliance * max(young))[0] <= 1e-12:
-        raise ValueError(
+        raise ModelError(
             f"material is not positive definite: Poisson's ratios {poisson} are too large for "
             f"Young's moduli {young}"
         )

@@ -22,7 +22,7 @@ class StVenantKirchhoff:
             Lambda + 2 mu/3 must be positive too.
 
     Raises:
-        ValueError: if the energy is not positive definite.
+        ModelError: if the energy is not positive definite.
     """
 
     first_lame: float

@@ -51,7 +51,7 @@ class TransverselyIsotropic:
             or a field on the mesh; any length but zero.
 
     Raises:
-        ValueError: if the stiffness is not positive definite.
+        ModelError: if the stiffness is not positive definite.
     """
 
     young_axial: float

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -45,14 +46,14 @@ class BladeGeometry:
         if len(self.stations) < 2 or (self.stations[0], self.stations[-1]) != (0.0, 1.0):
             ordered = False
         if not ordered:
-            raise ValueError(
+            raise ModelError(
                 f"blade.stations = {self.stations}: give increasing fractions of the span that "
                 "begin with 0 and end with 1"
             )
         for name in ("chord", "thickness"):
             widths = getattr(self, name)
             if len(widths) != len(self.stations):
-                raise ValueError(
+                raise ModelError(
                     f"blade.{name} = {widths}: give one width per station, that is "
                     f"{len(self.stations)} numbers"
                 )
@@ -118,16 +119,16 @@ class RotorLayout:
         for name in ("centre", "axis", "up"):
             vector = _numbers(f"rotor.{name}", getattr(self, name))
             if len(vector) != 3:
-                raise ValueError(f"rotor.{name} = {vector}: give three numbers")
+                raise ModelError(f"rotor.{name} = {vector}: give three numbers")
             object.__setattr__(self, name, vector)
         object.__setattr__(self, "azimuths", _numbers("rotor.azimuths", self.azimuths))
         _numbers("rotor.pitch", [self.pitch])
         if not self.azimuths:
-            raise ValueError("rotor.azimuths = (): give at least one azimuth")
+            raise ModelError("rotor.azimuths = (): give at least one azimuth")
         if np.linalg.norm(self.axis) == 0:
-            raise ValueError(f"rotor.axis = {self.axis}: give a direction other than zero")
+            raise ModelError(f"rotor.axis = {self.axis}: give a direction other than zero")
         if np.linalg.norm(np.cross(self.axis, self.up)) <= 1e-12 * np.linalg.norm(self.up):
-            raise ValueError(f"rotor.up = {self.up}: give a direction that is not along the axis")
+            raise ModelError(f"rotor.up = {self.up}: give a direction that is not along the axis")
 
     @property
     def n_blades(self) -> int:
@@ -154,7 +155,7 @@ class RotorLayout:
             Rotation matrix with the right-handed orthonormal axes as rows, shape (3, 3) [-].
         """
         if not 1 <= blade <= self.n_blades:
-            raise ValueError(f"blade {blade} does not exist: choose from 1 to {self.n_blades}")
+            raise ModelError(f"blade {blade} does not exist: choose from 1 to {self.n_blades}")
         e3 = np.asarray(self.axis) / np.linalg.norm(self.axis)
         e1 = np.cross(self.up, e3)
         e1 /= np.linalg.norm(e1)
@@ -179,26 +180,26 @@ class RotorLayout:
         return np.asarray(self.centre) + points @ self.frame(blade)
 
     def check_clearance(self, blade: BladeGeometry) -> None:
-        """Raise ValueError if the roots of two neighbouring blades overlap."""
+        """Raise ModelError if the roots of two neighbouring blades overlap."""
         angles = np.sort(np.mod(self.azimuths, 2 * pi))
         gap = float(np.min(np.diff(angles, append=angles[0] + 2 * pi)))
         half_width = max(blade.chord[0], blade.thickness[0]) / 2
         if gap < pi and blade.hub_radius * tan(gap / 2) < half_width:
-            raise ValueError(
+            raise ModelError(
                 f"rotor.azimuths = {self.azimuths}: two blades only {np.degrees(gap):.4g} degrees "
                 f"apart overlap at a hub radius of {blade.hub_radius:g} m"
             )
 
 
 def _numbers(key: str, values: Iterable[float]) -> tuple[float, ...]:
-    """Return finite numbers as a tuple of floats, or raise ValueError with the key."""
+    """Return finite numbers as a tuple of floats, or raise ModelError with the key."""
     items: list[Any] = list(values) if isinstance(values, Iterable) else [None]
     if not all(isinstance(item, Real) and isfinite(item) for item in items):
-        raise ValueError(f"{key} = {values!r}: give finite numbers")
+        raise ModelError(f"{key} = {values!r}: give finite numbers")
     return tuple(float(item) for item in items)
 
 
 def _require_positive(key: str, value: float) -> None:
-    """Raise ValueError unless the value is a finite number above zero."""
+    """Raise ModelError unless the value is a finite number above zero."""
     if not _numbers(key, [value])[0] > 0:
-        raise ValueError(f"{key} = {value!r}: must be greater than 0")
+        raise ModelError(f"{key} = {value!r}: must be greater than 0")

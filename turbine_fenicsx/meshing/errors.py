@@ -1,5 +1,7 @@
-"""The exception of the meshing package."""
+"""Exception of the meshing package."""
+
+from turbine_fenicsx.foundation.errors import ModelError
 
 
-class MeshError(ValueError):
+class MeshError(ModelError):
     """A mesh that cannot be made, read or used; the message is one sentence for the user."""

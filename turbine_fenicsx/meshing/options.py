@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import ceil, isfinite
 from numbers import Integral, Real
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.meshing.blade import BladeGeometry
 
 CELLS = ("hexahedron", "tetrahedron")
@@ -29,13 +30,13 @@ class MeshOptions:
     def __post_init__(self) -> None:
         """Check every value."""
         if self.cell not in CELLS:
-            raise ValueError(f"mesh.cell = {self.cell!r}: choose from {', '.join(CELLS)}")
+            raise ModelError(f"mesh.cell = {self.cell!r}: choose from {', '.join(CELLS)}")
         if self.geometry_degree not in (1, 2):
-            raise ValueError(f"mesh.geometry_degree = {self.geometry_degree!r}: choose 1 or 2")
+            raise ModelError(f"mesh.geometry_degree = {self.geometry_degree!r}: choose 1 or 2")
         numbers = tuple(self.elements) if isinstance(self.elements, list | tuple) else ()
         whole = [isinstance(n, Integral) and not isinstance(n, bool) for n in numbers]
         if len(numbers) != 3 or not all(whole) or min(numbers) < 1:
-            raise ValueError(
+            raise ModelError(
                 f"mesh.elements = {self.elements!r}: give three whole numbers from 1, "
                 "along chord, thickness and span"
             )
@@ -43,7 +44,7 @@ class MeshOptions:
         if self.size is not None and not (
             isinstance(self.size, Real) and isfinite(self.size) and self.size > 0
         ):
-            raise ValueError(f"mesh.size = {self.size!r}: must be a length greater than 0")
+            raise ModelError(f"mesh.size = {self.size!r}: must be a length greater than 0")
 
     def hexahedra(self, blade: BladeGeometry) -> tuple[int, int, int]:
         """Return the numbers of hexahedra along chord, thickness and span of a blade.

@@ -37,7 +37,7 @@ def build_rotor(
         Numbers of nodes and cells, volumes and worst quality.
 
     Raises:
-        ValueError: if two blades overlap.
+        ModelError: if two blades overlap.
         MeshError: if gmsh fails, the file cannot be written, or a cell is inverted.
     """
     target = Path(path)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.meshing.block import boundary_faces
 from turbine_fenicsx.meshing.cells import reference_cell
 from turbine_fenicsx.meshing.errors import MeshError
@@ -36,7 +37,7 @@ class TowerGeometry:
         wall: Thickness of the wall, measured horizontally [m].
 
     Raises:
-        ValueError: for a size that is not positive, or a wall that leaves no hollow.
+        ModelError: for a size that is not positive, or a wall that leaves no hollow.
     """
 
     height: float = 80.0
@@ -49,10 +50,10 @@ class TowerGeometry:
         for name in ("height", "bottom_diameter", "top_diameter", "wall"):
             value = getattr(self, name)
             if not 0.0 < value < np.inf:
-                raise ValueError(f"tower.{name} = {value!r}: must be greater than 0")
+                raise ModelError(f"tower.{name} = {value!r}: must be greater than 0")
         inner = 0.5 * min(self.bottom_diameter, self.top_diameter)
         if self.wall >= inner:
-            raise ValueError(
+            raise ModelError(
                 f"tower.wall = {self.wall:g}: leaves no hollow, expected less than {inner:g} m, "
                 "half of the smaller diameter"
             )

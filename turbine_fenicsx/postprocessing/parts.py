@@ -8,6 +8,8 @@ import json
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from turbine_fenicsx.foundation.errors import InputError
+
 
 @dataclass(frozen=True)
 class Part:
@@ -50,14 +52,14 @@ class Parts:
         """From `to_text`.
 
         Raises:
-            ValueError: if it is something else.
+            InputError: if it is something else.
         """
         try:
             data: dict[str, Any] = json.loads(text)
             roots = {int(number): int(on) for number, on in data["roots"].items()}
             return cls(tuple(Part(**part) for part in data["parts"]), roots)
         except (KeyError, TypeError, AttributeError):
-            raise ValueError(f"{text[:60]!r} does not describe parts") from None
+            raise InputError(f"{text[:60]!r} does not describe parts") from None
 
     def numbers(self, *names: str) -> list[int]:
         """Numbers of the parts of these names."""

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
@@ -39,7 +40,7 @@ class Scene:
         steps: Numbers of the times that will be drawn.
 
     Raises:
-        ValueError: if there is no such field or part.
+        InputError: if there is no such field or part.
     """
 
     def __init__(self, job: Mapping[str, Any], steps: Sequence[int]) -> None:
@@ -53,7 +54,7 @@ class Scene:
         names = self._reader.field_names()
         if self._scalar not in (None, *names):
             shown = [name for name in names if not name.startswith("vtk")]
-            raise ValueError(f"there is no field '{self._scalar}', but {', '.join(shown)}")
+            raise InputError(f"there is no field '{self._scalar}', but {', '.join(shown)}")
         common = job["limits"] is not None
         self._groups = coloured_parts(self._parts, self._scalar, job["coloured"], common)
         grids = (self._reader.grid(step) for step in steps)
@@ -205,14 +206,14 @@ def coloured_parts(
         Number of the part to its body if each body has a scale of its own, else to nothing.
 
     Raises:
-        ValueError: if a pattern fits no part.
+        InputError: if a pattern fits no part.
     """
     if field is None:
         return {}
     for pattern in patterns:
         if not any(_fits(part, [pattern]) for part in parts.parts):
             names = ", ".join(dict.fromkeys(n for p in parts.parts for n in (p.name, p.body)))
-            raise ValueError(f"there is no part '{pattern}', but {names}")
+            raise InputError(f"there is no part '{pattern}', but {names}")
     stress = field in colours.STRESSES
     found = [
         part
@@ -281,7 +282,7 @@ def main() -> int:
             need = f"pictures need PyVista: pip install pyvista ({problem})"
         print(need, file=sys.stderr)
         return 2
-    except (OSError, ValueError) as problem:
+    except (OSError, InputError) as problem:
         print((str(problem).strip() or repr(problem)).splitlines()[0], file=sys.stderr)
         return 2
     return 0

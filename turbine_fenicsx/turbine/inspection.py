@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from mpi4py import MPI
 
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshReport, tower_arrays
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -47,7 +47,7 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
         comm: Communicator.
 
     Raises:
-        InputError: on every rank, if a built-in mesh cannot be made.
+        InputError: on every rank, if a built-in mesh cannot be made or a file not be read.
 
     Note:
         Collective over ``comm``.
@@ -55,7 +55,7 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
     try:
         name, make = blade_arrays(case, comm)
         return on_rank0(comm, lambda: _inspect(case, name, make))
-    except (ValueError, OSError) as error:
+    except OSError as error:
         raise InputError(str(error)) from None
 
 
@@ -64,7 +64,7 @@ def _inspect(case: Case, name: str, make: Callable[[], MeshArrays]) -> Inspectio
     layout, blade = rotor_layout(case), blade_geometry(case)
     try:
         mesh = make()
-    except ValueError as error:
+    except ModelError as error:
         return Inspection((str(error),), (), "", None)
     report, found = mesh.examine(), examine_blades(mesh, layout, blade)
     warnings = [*report.warnings, *found.warnings]

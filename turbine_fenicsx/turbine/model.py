@@ -88,12 +88,9 @@ def blade_geometry(case: Case) -> BladeGeometry:
     """Shape of the blades of a case.
 
     Raises:
-        InputError: if stations and widths do not fit together.
+        ModelError: if stations and widths do not fit together.
     """
-    try:
-        return BladeGeometry(**case.blade.model_dump())
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    return BladeGeometry(**case.blade.model_dump())
 
 
 def mesh_options(case: Case) -> MeshOptions:
@@ -116,7 +113,7 @@ def blade_arrays(case: Case, comm: MPI.Intracomm) -> tuple[str, Callable[[], Mes
     each time, which takes less than reading them.
 
     Raises:
-        ValueError: if the mesh cannot be made.
+        ModelError: if the mesh cannot be made.
     """
     layout, blade, options = rotor_layout(case), blade_geometry(case), mesh_options(case)
     if case.mesh.file is None and options.cell == "hexahedron":
@@ -129,7 +126,8 @@ def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
     """Mesh of the blades, distributed.
 
     Raises:
-        InputError: if the mesh cannot be read or made, lacks a group, or cannot be the blades.
+        ModelError: if the mesh cannot be read or made, lacks a group, or cannot be the blades.
+        InputError: if a file cannot be read or written.
     """
     layout, blade = rotor_layout(case), blade_geometry(case)
 
@@ -140,7 +138,7 @@ def load_mesh(case: Case, comm: MPI.Intracomm) -> LoadedMesh:
     try:
         name, make = blade_arrays(case, comm)
         return load_arrays(comm, make, name, check)
-    except (ValueError, OSError) as error:
+    except OSError as error:
         raise InputError(str(error)) from None
 
 
@@ -152,7 +150,8 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         comm: Communicator.
 
     Raises:
-        InputError: for a mesh that does not fit.
+        ModelError: for parts, or a mesh, that do not fit together.
+        InputError: if a file cannot be read or written.
     """
     tower = build_tower(case.tower, comm) if case.tower.flexible else None
     support = tower.top if tower else None
@@ -164,13 +163,10 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         parts = _hybrid_parts(case, mesh, support)
     roots = tuple(part for part in parts if isinstance(part, Coupling))
     parts += [*(tower.parts if tower else ()), *_loads_and_drives(case)]
-    try:
-        t = case.turbine
-        system = MultibodySystem(
-            comm, parts, t.angle_form, numerical_dissipation=t.numerical_dissipation
-        )
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    t = case.turbine
+    system = MultibodySystem(
+        comm, parts, t.angle_form, numerical_dissipation=t.numerical_dissipation
+    )
     cell_parts = []
     if mesh is not None:
         numbers = {mesh.cell_names[f"blade_{k + 1}"]: FIRST_BLADE + k for k in range(3)}

@@ -12,7 +12,6 @@ import numpy as np
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, load_arrays, tower_arrays
@@ -48,12 +47,9 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
     """Shape of the tower of a case.
 
     Raises:
-        InputError: for a wall that leaves no hollow.
+        ModelError: for a wall that leaves no hollow.
     """
-    try:
-        return TowerGeometry(tower.height, tower.bottom_diameter, tower.top_diameter, tower.wall)
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    return TowerGeometry(tower.height, tower.bottom_diameter, tower.top_diameter, tower.wall)
 
 
 def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
@@ -64,17 +60,12 @@ def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
         comm: Communicator.
 
     Raises:
-        InputError: if the mesh cannot be made.
+        ModelError: if the mesh cannot be made.
     """
     geometry = tower_geometry(case)
-    try:
-        mesh = load_arrays(
-            comm,
-            lambda: tower_arrays(geometry, case.elements, case.degree),
-            "mesh of the tower",
-        )
-    except (ValueError, OSError) as error:
-        raise InputError(str(error)) from None
+    mesh = load_arrays(
+        comm, lambda: tower_arrays(geometry, case.elements, case.degree), "mesh of the tower"
+    )
     material = StVenantKirchhoff(*lame_constants(case.young, case.poisson))
     body = FlexibleBody("tower", mesh.mesh, material, case.density, case.degree)
     top = RigidBody("tower_top", case.top_mass, case.top_euler)

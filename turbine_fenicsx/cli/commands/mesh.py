@@ -37,7 +37,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
                 blade_geometry(case), rotor_layout(case), mesh_options(case), options.out
             ),
         )
-    except (ValueError, OSError) as error:
+    except OSError as error:
         raise InputError(str(error)) from None
     if comm.rank == 0:
         print(f"{options.out}\n{report}", flush=True)

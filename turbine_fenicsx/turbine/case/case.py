@@ -147,11 +147,12 @@ def _mesh_file(case: Case) -> list[Mistake]:
     """What a first look at the mesh file shows."""
     if case.mesh.file is None or case.turbine.model == "rigid":
         return []
+    from turbine_fenicsx.meshing import MeshError
     from turbine_fenicsx.meshing.read import check_header
 
     try:
         check_header(Path(case.mesh.file))
-    except ValueError as error:
+    except MeshError as error:
         key: Key = ("mesh", "file")
         return [Mistake(key, f"mesh.file: {error}")]
     return []

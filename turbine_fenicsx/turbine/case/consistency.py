@@ -13,6 +13,7 @@ from math import pi, prod, tan
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, shown
 from turbine_fenicsx.turbine.case.tables import Section, Tables
 
@@ -182,9 +183,9 @@ def _material(case: Tables) -> str:
     try:
         with np.errstate(all="raise"):
             case.material.make(("a1", "a2", "a3"))
-    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-        if str(error).startswith("material"):
-            return str(error)
+    except ModelError as error:
+        return str(error)
+    except (ArithmeticError, np.linalg.LinAlgError):  # of numbers that are absurdly large or small
         names = ", ".join(_CONSTANTS[case.material.law])
         return f"material is not positive definite: {names} are out of range"
     return ""

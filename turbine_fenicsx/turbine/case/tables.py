@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.turbine.case.parameters import PRINTED_ARMS, Inertia, TurbineParameters
 from turbine_fenicsx.turbine.case.quantities import (
     Acceleration,
@@ -194,7 +195,7 @@ class MaterialCase(Section):
             for name, i, j in (("young", 1, 2), ("shear", 0, 1), ("poisson", 0, 1)):
                 values = getattr(self, name)
                 if values[i] != values[j]:
-                    raise ValueError(
+                    raise ModelError(
                         f"material.{name} = {list(values)}: expected entries {i + 1} and {j + 1} "
                         f'to be equal with material.law = "{self.law}"'
                     )
