@@ -61,7 +61,7 @@ class Blades:
         self.residual_form = _compat.compile_form(R)
         self.tangent_form = _compat.compile_form(ufl.derivative(R, self.du, delta))
 
-        roots = [mesh.facet_tags.find(mesh.facet_names[f"root_{k}"]) for k in (1, 2, 3)]
+        roots = [mesh.facets(f"root_{k}") for k in (1, 2, 3)]
         nodes = fem.locate_dofs_topological(V, 2, np.sort(np.concatenate(roots)))
         self.n_owned = 3 * V.dofmap.index_map.size_local
         self.clamped = (3 * nodes[:, None] + np.arange(3)).ravel()

@@ -46,8 +46,7 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
     law = OrthotropicSVK((45e9, 15e9, 15e9), (5.4e9,) * 3, (0.3,) * 3, axes)
     blades = FlexibleBody("blades", mesh.mesh, law, density=1500.0)
     roots = [
-        Coupling(name, blades, mesh.facet_tags.find(mesh.facet_names[name]), hub)
-        for name in ("root_1", "root_2", "root_3")
+        Coupling(name, blades, mesh.facets(name), hub) for name in ("root_1", "root_2", "root_3")
     ]
 
     loads = [Gravity((0.0, -9.81, 0.0)), JointTorque("rotor", Hat(-3.6e7, duration=3.0))]

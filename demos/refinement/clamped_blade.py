@@ -99,10 +99,7 @@ class ClampedBlade:
         self._tip_area = _compat.compile_form(parameter(1.0) * ds)
         self._tip_motion = _compat.compile_form(ufl.dot(self.u, parameter(THICKNESS)) * ds)
 
-        facets = loaded.facet_tags.indices[
-            loaded.facet_tags.values == loaded.facet_names["root_1"]
-        ].astype(np.int32)
-        self._local_free = _free_displacements(V, facets)
+        self._local_free = _free_displacements(V, loaded.facets("root_1"))
         first = 3 * V.dofmap.index_map.local_range[0]
         self.free = PETSc.IS().createGeneral(
             (first + self._local_free).astype(PETSc.IntType), comm=comm

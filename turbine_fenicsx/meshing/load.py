@@ -9,6 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing.cells import ReferenceCell
@@ -37,6 +38,30 @@ class LoadedMesh:
     cell_names: dict[str, int]
     facet_names: dict[str, int]
     report: MeshReport
+
+    def cells(self, name: str) -> NDArray[np.int32]:
+        """Local cells of a physical volume, for example ``"blade_1"``, shape (n,).
+
+        Raises:
+            MeshError: if there is no such group.
+        """
+        return _entities("physical volume", self.cell_tags, self.cell_names, name)
+
+    def facets(self, name: str) -> NDArray[np.int32]:
+        """Local facets of a physical surface, for example ``"root_1"``, shape (n,).
+
+        Raises:
+            MeshError: if there is no such group.
+        """
+        return _entities("physical surface", self.facet_tags, self.facet_names, name)
+
+
+def _entities(kind: str, tags: Any, numbers: dict[str, int], name: str) -> NDArray[np.int32]:
+    """Local numbers of what is in a group."""
+    if name not in numbers:
+        known = ", ".join(numbers) or "none"
+        raise MeshError(f"the mesh has no {kind} {name!r}; it has {known}")
+    return np.asarray(tags.find(numbers[name]), dtype=np.int32)
 
 
 def load_msh(

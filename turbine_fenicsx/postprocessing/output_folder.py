@@ -6,7 +6,6 @@ Whatever is wrong with a file is one sentence in an `InputError`.
 import csv
 import json
 import os
-import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.postprocessing.names import TIME, Family
 from turbine_fenicsx.postprocessing.parts import Parts
 
 RESULTS = (
@@ -27,8 +27,6 @@ RESULTS = (
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
 )
 """Names of what a run computes, beside checkpoints and its log."""
-
-_COLUMN = re.compile(r"(?P<quantity>.+)_\[(?P<unit>.+)\]$")
 
 
 @dataclass(frozen=True)
@@ -49,14 +47,10 @@ class TimeSeries:
             raise InputError(f"history of '{self.name}' has no column '{column}'")
         return self.columns[column]
 
-    def named(self, start: str) -> dict[str, NDArray[np.float64]]:
-        """Columns whose name begins with ``start``, under the rest of their name, without unit."""
-        found = {}
-        for column, values in self.columns.items():
-            match = _COLUMN.match(column)
-            if match and match["quantity"].startswith(start):
-                found[match["quantity"].removeprefix(start)] = values
-        return found
+    def of(self, family: Family, **fields: object) -> dict[str, NDArray[np.float64]]:
+        """Values of all columns of a family, by the one field that is not given."""
+        found = family.find(self.columns, **fields)
+        return {field: self.columns[column] for field, column in found.items()}
 
 
 def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeSeries:
@@ -95,7 +89,7 @@ def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeS
             raise InputError(f"{path}: row {number + 1}: {error}") from None
     columns = {column: values[:, i] for i, column in enumerate(header)}
     series = TimeSeries(name or path.resolve().parent.name, columns)
-    if not np.isfinite(series["time_[s]"]).all():
+    if not np.isfinite(series[TIME]).all():
         raise InputError(f"{path}: a row has no time")
     return series
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.postprocessing.names import TIME
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -76,7 +77,7 @@ class Look:
 def line(axes: Any, run: TimeSeries, y: NDArray[np.float64], look: Look, **how: Any) -> None:
     """Draw a line over time; a single row, which would be invisible, becomes a point."""
     marker = look.marker if np.count_nonzero(np.isfinite(y)) == 1 else ""
-    axes.plot(run["time_[s]"], y, linestyle=look.style, marker=marker, **how)
+    axes.plot(run[TIME], y, linestyle=look.style, marker=marker, **how)
 
 
 def dots(
@@ -101,7 +102,7 @@ def dots(
     """
     shown = np.where(values > 0.0, values, np.nan)
     axes.set_yscale("log")
-    axes.plot(run["time_[s]"], shown, linestyle="", marker=look.marker, ms=2.0, mew=0.0, **how)
+    axes.plot(run[TIME], shown, linestyle="", marker=look.marker, ms=2.0, mew=0.0, **how)
     if axes.texts:
         return
     if look.tolerance is not None:

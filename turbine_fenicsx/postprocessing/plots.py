@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing import panels as p
+from turbine_fenicsx.postprocessing.names import Family
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries, read_history
 from turbine_fenicsx.postprocessing.panels import Panel
 from turbine_fenicsx.postprocessing.plot_style import (
@@ -36,8 +38,8 @@ PAPER_TOLERANCE = 1e-7
 def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     """The diagrams that runs have something to show in: name of the figure to its panels."""
 
-    def some(start: str) -> bool:
-        return any(run.named(start) for run in runs)
+    def some(family: Family, **fields: object) -> bool:
+        return any(run.of(family, **fields) for run in runs)
 
     found: dict[str, tuple[Panel, ...]] = {
         "energy": (p.energies, p.small_energies, p.energy_steps, p.energy_error),
@@ -45,17 +47,17 @@ def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     }
     if all(p.is_turbine(run) for run in runs):
         found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
-    elif some("angle_"):
+    elif some(names.ANGLE):
         found["angles"] = (p.joint_angles,)
-    if some("displacement_"):
+    if some(names.DISPLACEMENT):
         found["displacements"] = (p.displacements,)
-    if some("tip_flap_"):
+    if some(names.TIP_FLAP):
         found["tip_deflections"] = (p.tip_flap, p.tip_edge)
-    elif some("tip_deflection_"):
+    elif some(names.TIP_DEFLECTION):
         found["tip_deflections"] = (p.tip_length,)
-    if some("root_moment_"):
+    if some(names.ROOT_MOMENT, axis="y"):
         found["root_moments"] = (p.root_flap, p.root_edge)
-    if all(run.named("tower_top_displacement_") for run in runs):
+    if all(run.of(names.TOWER_TOP_DISPLACEMENT) for run in runs):
         found["tower"] = (p.tower_top, p.tower_base)
     return found
 
@@ -119,8 +121,8 @@ def _compose(
     """A figure of panels, two side by side, with their axes and legends."""
     n_columns = min(2, len(panels))
     n_rows = -(-len(panels) // n_columns)
-    start = min(run["time_[s]"][0] for run in runs)
-    end = max(run["time_[s]"][-1] for run in runs)
+    start = min(run[names.TIME][0] for run in runs)
+    end = max(run[names.TIME][-1] for run in runs)
     figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
     for i, panel in enumerate(panels):
         axes = figure.add_subplot(n_rows, n_columns, i + 1)
@@ -157,12 +159,12 @@ def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) 
     shown: list[Panel] = [p.energies]
     if p.is_turbine(run):
         shown.append(p.rotor_speed)
-        if run.named("tip_flap_"):
+        if run.of(names.TIP_FLAP):
             shown += [p.tip_flap, p.root_flap]
-        elif run.named("angle_pitch_"):
+        elif any(name.startswith("pitch") for name in run.of(names.ANGLE)):
             shown += [p.rotor_angle, p.yaw_and_pitch]
         else:
             shown += [p.rotor_angle]
-    elif run.named("angle_"):
+    elif run.of(names.ANGLE):
         shown.append(p.joint_angles)
     return draw([run], shown, [png])[0]

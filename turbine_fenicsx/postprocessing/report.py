@@ -6,7 +6,6 @@ with a sentence that says so; only ``history.csv`` is needed.
 
 import base64
 import os
-import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
@@ -18,6 +17,7 @@ import numpy as np
 
 import turbine_fenicsx
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.postprocessing.output_folder import (
     TimeSeries,
@@ -45,8 +45,6 @@ _CAPTIONS = {
 }
 _SIZE = (1280, 960)
 """Of the pictures [pixels]."""
-
-_UNIT = re.compile(r"[_ ]?\[(?P<unit>.*)\]$")
 
 
 def report(
@@ -76,9 +74,9 @@ def report(
     (history,) = read_histories([folder])
     summary, case = (read_tables(folder / f"{name}.json") for name in ("summary", "case"))
     title = str((case or {}).get("title") or history.name)
-    end = history["time_[s]"][-1]
-    versions = dict((summary or {}).pop("versions", {}) if summary else {})
-    warnings = (summary or {}).pop("warnings", [])
+    end = history[names.TIME][-1]
+    versions = dict((summary or {}).pop(names.VERSIONS, {}) if summary else {})
+    warnings = (summary or {}).pop(names.WARNINGS, [])
     sections = {
         "Key figures": "".join(f"<p class='warning'>{escape(w)}</p>\n" for w in warnings)
         + _tables({"": _key_figures(history)}),
@@ -94,7 +92,7 @@ def report(
     return template.substitute(
         title=escape(title),
         subtitle=escape(
-            f"{folder.resolve().name}, {len(history['time_[s]']) - 1} steps to t = {end:g} s; "
+            f"{folder.resolve().name}, {len(history[names.TIME]) - 1} steps to t = {end:g} s; "
             f"written by turbine_fenicsx {turbine_fenicsx.__version__}."
         ),
         body="\n".join(
@@ -107,10 +105,10 @@ def report(
 
 def _key_figures(history: TimeSeries) -> dict[str, Any]:
     """What one asks first."""
-    energy, error = history["total_energy_[J]"], np.abs(history["energy_error_[J]"])
-    steps = np.abs(np.diff(energy - history["external_work_[J]"]))
+    energy, error = history[names.TOTAL_ENERGY], np.abs(history[names.ENERGY_ERROR])
+    steps = np.abs(np.diff(energy - history[names.EXTERNAL_WORK]))
     largest = float(
-        max(np.nanmax(np.abs(history[f"{n}_energy_[J]"])) for n in ("total", "kinetic"))
+        max(np.nanmax(np.abs(history[n])) for n in (names.TOTAL_ENERGY, names.KINETIC_ENERGY))
     )
     found = {
         "largest energy [MJ]": largest / 1e6,
@@ -118,14 +116,14 @@ def _key_figures(history: TimeSeries) -> dict[str, Any]:
         "... of the largest energy": float(np.nanmax(error)) / max(largest, 1e-300),
         "largest energy error of a step [J]": float(np.nanmax(steps, initial=0.0)),
     }
-    tips = history.named("tip_deflection_")
+    tips = history.of(names.TIP_DEFLECTION)
     if tips:
         found["largest tip deflection [m]"] = float(max(np.nanmax(tip) for tip in tips.values()))
-    if "max_stress_[Pa]" in history.columns:
-        stress = float(np.nanmax(history["max_stress_[Pa]"]))
+    if names.MAX_STRESS in history.columns:
+        stress = float(np.nanmax(history[names.MAX_STRESS]))
         found["largest Cauchy stress norm [MPa]"] = stress / 1e6
     signs = OPENFAST_SIGNS if is_turbine(history) else {}
-    for name, angle in history.named("angle_").items():
+    for name, angle in history.of(names.ANGLE).items():
         degrees = signs.get(name, 1.0) * float(np.degrees(angle[-1]))
         found[f"{name.replace('_', ' ')} angle at the end [deg]"] = degrees
     return found
@@ -174,12 +172,10 @@ def _tables(
 
 def _label(key: str) -> str:
     """A key in words, its unit in brackets."""
-    unit = _UNIT.search(key)
-    words = _UNIT.sub("", key).replace("_", " ")
-    if unit is None or unit["unit"] == "-":
-        return words
-    symbol = unit["unit"].replace("^2", "²").replace("^3", "³")
-    return f"{words} [{symbol}]"
+    name, unit = names.split_unit(key)
+    symbol = unit.replace("^2", "²").replace("^3", "³")
+    words = name.replace("_", " ")
+    return words if unit in ("", "-") else f"{words} [{symbol}]"
 
 
 def _text(value: Any) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.postprocessing.plots import PALETTE
 from turbine_fenicsx.study.convergence import Series
 
@@ -87,6 +87,5 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
 
 def _name_and_unit(quantity: str) -> tuple[str, str]:
     """A column such as ``tip_deflection_1_[m]`` as words, and its unit in brackets."""
-    match = re.search(r"_\[([^\]]*)\]", quantity)
-    unit = f" [{match[1]}]" if match else ""
-    return re.sub(r"_\[[^\]]*\]", "", quantity).replace("_", " "), unit
+    name, unit = split_unit(quantity)
+    return name.replace("_", " "), unit and f" [{unit}]"

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.names import INTERRUPTED, split_unit
 from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
 
 RESULTS = ("history.csv", "summary.json")
 """The files that a finished run has, as far as a study reads them."""
-
-_UNIT = re.compile(r"_\[[^\]]*\]")
 
 
 def is_finished(run: Run, folder: Path) -> bool:
@@ -51,7 +49,7 @@ def _end_of(run: Run, folder: Path) -> str:
         return ""
     if not _is_same(run, folder) or not isinstance(summary, dict):
         return ""
-    return "interrupted" if summary.get("interrupted") else "end"
+    return "interrupted" if summary.get(INTERRUPTED) else "end"
 
 
 def read_results(folder: Path) -> dict[str, float]:
@@ -75,7 +73,7 @@ def find_quantity(results: Mapping[str, float], name: str) -> str:
     """
     if name in results:
         return name
-    found = [full for full in results if _UNIT.sub("", full) == name]
+    found = [full for full in results if split_unit(full)[0] == name]
     if len(found) == 1:
         return found[0]
     what = f"may be {' or '.join(found)}" if found else "is none of"

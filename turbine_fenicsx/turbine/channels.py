@@ -20,6 +20,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
@@ -71,12 +72,14 @@ class BladeSensors:
     def history_channels(self) -> list[Channel]:
         """Tip deflections, their flapwise and edgewise parts, root forces and moments."""
         columns = tuple(
-            f"root_{kind}_{k}_{axis}_[{unit}]"
+            family(blade=k, axis=axis)
             for k in self.names
-            for kind, unit in (("force", "N"), ("moment", "Nm"))
+            for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
             for axis in "xyz"
         )
-        parts = tuple(f"tip_{way}_{k}_[m]" for k in self.names for way in ("flap", "edge"))
+        parts = tuple(
+            family(tip=k) for k in self.names for family in (names.TIP_FLAP, names.TIP_EDGE)
+        )
         return [
             tip_channel(self._tips),
             Channel(parts, lambda s: self._tips.at(s)[:, :2].ravel().tolist()),
@@ -122,10 +125,10 @@ class TowerSensors:
 
     def history_channels(self) -> list[Channel]:
         """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
-        columns = [f"tower_top_displacement_{axis}_[m]" for axis in "xyz"]
+        columns = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
         loads = [
-            f"tower_base_{kind}_{axis}_[{unit}]"
-            for kind, unit in (("force", "N"), ("moment", "Nm"))
+            family(axis=axis)
+            for family in (names.TOWER_BASE_FORCE, names.TOWER_BASE_MOMENT)
             for axis in "xyz"
         ]
         return self._channels(columns, loads, 1.0)
@@ -172,10 +175,10 @@ def openfast_channels(turbine: Turbine, *sensors: BladeSensors | TowerSensors) -
     about the upward vertical, opposite to the paper's; pitch, as in OpenFAST, about the span from
     tip to root (0 without pitch bearings). The columns of the sensors follow.
     """
-    names = turbine.system.angle_names
-    rotor, yaw = names.index("rotor"), names.index("yaw")
-    bearings = [names.index(name) for name in BEARINGS if name in names]
-    signs = np.array([OPENFAST_SIGNS[name] for name in names])
+    joints = turbine.system.angle_names
+    rotor, yaw = joints.index("rotor"), joints.index("yaw")
+    bearings = [joints.index(name) for name in BEARINGS if name in joints]
+    signs = np.array([OPENFAST_SIGNS[name] for name in joints])
 
     def values(s: Snapshot) -> Sequence[float]:
         degrees = signs * np.degrees(s.state.angles)

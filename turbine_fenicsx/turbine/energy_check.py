@@ -16,6 +16,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from turbine_fenicsx.postprocessing import names
+
 FACTOR = 100.0
 """Energy error of a step over the tolerance times the largest energy, at most."""
 
@@ -48,7 +50,7 @@ def verdict(summary: dict[str, Any]) -> str:
     Args:
         summary: What `summary.json` holds.
     """
-    error, allowed = summary["worst_energy_error_[J]"], summary["allowed_energy_error_[J]"]
+    error, allowed = summary[names.WORST_ENERGY_ERROR], summary[names.ALLOWED_ENERGY_ERROR]
     if error <= allowed:
         return ""
     return (
@@ -61,4 +63,4 @@ def verdict(summary: dict[str, Any]) -> str:
 
 def _share(part: float, summary: dict[str, Any]) -> str:
     """A part of the largest energy in words."""
-    return f"{100.0 * part / max(summary['largest_energy_[J]'], 1e-300):.2g} %"
+    return f"{100.0 * part / max(summary[names.LARGEST_ENERGY], 1e-300):.2g} %"

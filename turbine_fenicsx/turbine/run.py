@@ -19,6 +19,7 @@ from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import holds_run, remove_run, target_folder
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.folder_lock import claimed
@@ -124,7 +125,7 @@ def run_case(
         simulation.run(data)
         seconds = time.perf_counter() - start
         result = summary(turbine, statistics, seconds, simulation)
-        result["interrupted"] = simulation.stopped
+        result[names.INTERRUPTED] = simulation.stopped
         _write_summary(result, folder, comm)
     return result
 
@@ -162,7 +163,7 @@ def restart_case(
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
     """Write the summary, with a warning if the energy balance is off, and its table to the log."""
     wrong = verdict(result)
-    result["warnings"] = [wrong] if wrong else []
+    result[names.WARNINGS] = [wrong] if wrong else []
     text = json.dumps(result, indent=2) + "\n"
     on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
     log.info("end\n%s", table(result))
@@ -215,7 +216,7 @@ def _prepare(
     history = folder / "history.csv"
     stress = every > 0.0
     if data is not None:  # the columns stay
-        stress = "max_stress_[Pa]" in data.numbers["observer.history.csv.columns"]
+        stress = names.MAX_STRESS in data.numbers["observer.history.csv.columns"]
     watching: list[Observer] = [
         statistics,
         History(comm, history, channels(turbine, sensors, stress), kept),

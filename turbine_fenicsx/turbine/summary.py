@@ -9,6 +9,7 @@ import numpy as np
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.foundation.versions import versions
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
@@ -128,7 +129,7 @@ def summary(
     assert last is not None
     mass = masses(turbine)
     return {
-        "versions": versions(),
+        names.VERSIONS: versions(),
         "ranks": turbine.system.comm.size,
         "unknowns": unknowns(turbine),
         **_mesh_sizes(turbine),
@@ -137,15 +138,15 @@ def summary(
         "steps": statistics.steps,
         "halved_steps": simulation.halvings,
         "solver_fallbacks": simulation.solver.fallbacks,
-        "end_time_[s]": last.state.time,
-        "worst_energy_error_[J]": statistics.worst_energy_error,
-        "allowed_energy_error_[J]": allowed_energy_error(
+        names.END_TIME: last.state.time,
+        names.WORST_ENERGY_ERROR: statistics.worst_energy_error,
+        names.ALLOWED_ENERGY_ERROR: allowed_energy_error(
             statistics.largest_energy,
             min(mass.values()),
             statistics.steps,
             simulation.solver.options.tolerance,
         ),
-        "largest_energy_[J]": statistics.largest_energy,
+        names.LARGEST_ENERGY: statistics.largest_energy,
         "worst_constraint_error_[-]": statistics.worst_constraint,
         "angular_momentum_[Nms]": [float(x) for x in last.balance.angular],
         "angles_[rad]": {
@@ -154,7 +155,7 @@ def summary(
         },
         "mean_newton_iterations": statistics.newton / steps,
         "mean_krylov_iterations": statistics.krylov / steps,
-        "wall_time_[s]": last.wall_time,
+        names.WALL_TIME: last.wall_time,
         "time_per_step_[s]": seconds / steps_now,
         "time_per_step_by_part_[s]": {name: t / steps_now for name, t in parts.items()},
     }
@@ -179,7 +180,7 @@ def _mesh_sizes(turbine: Turbine) -> dict[str, dict[str, float] | None]:
 
 def table(s: dict[str, Any]) -> str:
     """The summary as a few lines to read."""
-    scale = max(s["largest_energy_[J]"], 1e-300)
+    scale = max(s[names.LARGEST_ENERGY], 1e-300)
     momentum = ", ".join(f"{x / 1e3:.6g}" for x in s["angular_momentum_[Nms]"])
     angles = ", ".join(f"{name} {x:+.6f}" for name, x in s["angles_[rad]"].items())
     sizes = s["unknowns"]
@@ -187,10 +188,10 @@ def table(s: dict[str, Any]) -> str:
     shares = ", ".join(f"{k} {1e3 * t:.1f}" for k, t in spent.items() if t > 0.0)
     rows = [
         ("unknowns", f"{sum(sizes.values())} ({sizes['displacements']} displacements)"),
-        ("steps", f"{s['steps']} to t = {s['end_time_[s]']:g} s, {s['halved_steps']} halved"),
+        ("steps", f"{s['steps']} to t = {s[names.END_TIME]:g} s, {s['halved_steps']} halved"),
         (
             "energy balance error",
-            f"{s['worst_energy_error_[J]']:.1e} J, {s['worst_energy_error_[J]'] / scale:.1e} of "
+            f"{s[names.WORST_ENERGY_ERROR]:.1e} J, {s[names.WORST_ENERGY_ERROR] / scale:.1e} of "
             "the largest energy",
         ),
         ("constraint error", f"{s['worst_constraint_error_[-]']:.1e}"),

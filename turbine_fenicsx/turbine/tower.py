@@ -7,8 +7,6 @@ from typing import Any
 
 from mpi4py import MPI
 
-import numpy as np
-
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
@@ -69,11 +67,6 @@ def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
     material = StVenantKirchhoff(*lame_constants(case.young, case.poisson))
     body = FlexibleBody("tower", mesh.mesh, material, case.density, case.degree)
     top = RigidBody("tower_top", case.top_mass, case.top_euler)
-
-    def facets(name: str) -> Any:
-        tags: Any = mesh.facet_tags
-        return tags.indices[tags.values == mesh.facet_names[name]].astype(np.int32)
-
-    foot = Coupling("tower_foot", body, facets(BOTTOM), None)
-    head = Coupling("tower_head", body, facets(TOP), top)
+    foot = Coupling("tower_foot", body, mesh.facets(BOTTOM), None)
+    head = Coupling("tower_head", body, mesh.facets(TOP), top)
     return Tower(body, top, foot, head, mesh)

@@ -436,6 +436,23 @@ def test_every_rank_count_sees_every_tagged_face_once(folder):
     np.testing.assert_array_equal(counts, [4, 100] * 3)
 
 
+def test_groups_of_a_loaded_mesh_are_found_by_name():
+    from dolfinx.mesh import compute_midpoints
+
+    loaded = load_arrays(comm, lambda: rotor_arrays(BLADE, ROTOR, MeshOptions()), "mesh")
+    domain = loaded.mesh
+    cells = loaded.cells("blade_2")
+    middle = compute_midpoints(domain, 3, cells)
+    assert np.all((middle - ROTOR.centre) @ ROTOR.frame(2)[0] > 0.0)
+    owned = cells < domain.topology.index_map(3).size_local
+    assert comm.allreduce(np.count_nonzero(owned)) == 48
+    facets = loaded.facets("root_2")
+    heights = (compute_midpoints(domain, 2, facets) - ROTOR.centre) @ ROTOR.frame(2)[0]
+    np.testing.assert_allclose(heights, BLADE.hub_radius, atol=1e-12)
+    with pytest.raises(MeshError, match=r"no physical surface 'root_4'; it has root_1, skin_1"):
+        loaded.facets("root_4")
+
+
 def test_the_ready_mesh_is_the_default_mesh():
     loaded = load_msh(comm, READY_MESH, ROTOR.volume_groups, ROTOR.surface_groups)
     expected = rotor_arrays(BLADE, ROTOR, MeshOptions()).examine()

@@ -5,6 +5,7 @@ import pytest
 from outputs import history, turbine, write
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import (
     field_times,
     read_histories,
@@ -21,8 +22,8 @@ def test_history_is_read_as_written(tmp_path):
     assert list(run.columns) == list(columns)
     for name, values in columns.items():
         assert np.array_equal(run[name], values)
-    assert list(run.named("angle_")) == ["yaw", "rotor"]
-    assert list(run.named("tip_deflection_")) == ["1", "2", "3"]
+    assert list(run.of(names.ANGLE)) == ["yaw", "rotor"]
+    assert list(run.of(names.TIP_DEFLECTION)) == ["1", "2", "3"]
 
 
 def test_row_that_a_crash_cut_off_is_left_out(tmp_path):

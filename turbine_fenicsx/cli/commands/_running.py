@@ -36,6 +36,7 @@ def carried_out(
     from turbine_fenicsx.foundation.errors import FileError
     from turbine_fenicsx.foundation.interrupts import catching_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.postprocessing import names
     from turbine_fenicsx.time_stepping.solver import StepFailure
     from turbine_fenicsx.turbine.summary import table
 
@@ -51,18 +52,18 @@ def carried_out(
     except OSError as error:  # of no file of the run: a library, a cache
         name = f"{error.filename}: " if error.filename else ""
         return fail(comm, f"{name}{error.strerror or error}", WRONG_INPUT)
-    if result["interrupted"]:
-        t = result["end_time_[s]"]
+    if result[names.INTERRUPTED]:
+        t = result[names.END_TIME]
         return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)
     pictures = on_rank0(comm, lambda: _picture(out))
     if comm.rank == 0 and not options.quiet:
-        names = ["history.csv", "history.out", "summary.json", *pictures]
+        files = ["history.csv", "history.out", "summary.json", *pictures]
         if case.output.fields_every > 0.0:
-            names.insert(1, "fields.xdmf")
+            files.insert(1, "fields.xdmf")
         print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
         print(table(result))
-        print(f"  {'results':<22}{out}/: {', '.join(names)}", flush=True)
-    wrong = "\n".join(result["warnings"])
+        print(f"  {'results':<22}{out}/: {', '.join(files)}", flush=True)
+    wrong = "\n".join(result[names.WARNINGS])
     return fail(comm, wrong, UNBALANCED) if wrong else OK
 
 

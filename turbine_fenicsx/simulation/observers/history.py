@@ -11,6 +11,7 @@ from typing import Any
 from mpi4py import MPI
 
 from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
@@ -143,15 +144,15 @@ def energy_channel() -> Channel:
 
     return Channel(
         (
-            "time_[s]",
-            "kinetic_energy_[J]",
-            "strain_energy_[J]",
-            "potential_energy_[J]",
-            "total_energy_[J]",
-            "external_work_[J]",
-            "energy_error_[J]",
-            *(f"linear_momentum_{i}_[kgm/s]" for i in (1, 2, 3)),
-            *(f"angular_momentum_{i}_[Nms]" for i in (1, 2, 3)),
+            names.TIME,
+            names.KINETIC_ENERGY,
+            names.STRAIN_ENERGY,
+            names.POTENTIAL_ENERGY,
+            names.TOTAL_ENERGY,
+            names.EXTERNAL_WORK,
+            names.ENERGY_ERROR,
+            *(names.LINEAR_MOMENTUM(axis=i) for i in (1, 2, 3)),
+            *(names.ANGULAR_MOMENTUM(axis=i) for i in (1, 2, 3)),
         ),
         values,
     )
@@ -160,7 +161,7 @@ def energy_channel() -> Channel:
 def angle_channel(system: MultibodySystem) -> Channel:
     """All joint coordinates: angles, and displacements under names of their own."""
     kinds = zip(system.angle_names, system.rigid_block.is_angle, strict=True)
-    columns = tuple(f"angle_{n}_[rad]" if a else f"displacement_{n}_[m]" for n, a in kinds)
+    columns = tuple((names.ANGLE if a else names.DISPLACEMENT)(joint=n) for n, a in kinds)
     return Channel(columns, lambda s: list(s.state.angles))
 
 
@@ -175,9 +176,9 @@ def work_channel(system: MultibodySystem) -> Channel:
     places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]
     works = [system.work_names[k] for k in places]
     columns = (
-        *(("spring_energy_[J]",) if springs else ()),
-        *(f"work_of_{name}_[J]".replace(" ", "_") for name in works),
-        *(f"dissipated_by_{name}_[J]".replace(" ", "_") for name in system.dissipation_names),
+        *((names.SPRING_ENERGY,) if springs else ()),
+        *(names.WORK(name=name).replace(" ", "_") for name in works),
+        *(names.DISSIPATION(name=name).replace(" ", "_") for name in system.dissipation_names),
     )
 
     def values(s: Snapshot) -> list[float]:
@@ -196,6 +197,5 @@ def numerics_channel() -> Channel:
         )
         return [s.constraint_error, newton, krylov, round(s.wall_time, 6)]
 
-    return Channel(
-        ("constraint_error_[-]", "newton_iterations", "krylov_iterations", "wall_time_[s]"), values
-    )
+    columns = (names.CONSTRAINT_ERROR, names.NEWTON_ITERATIONS, names.KRYLOV_ITERATIONS)
+    return Channel((*columns, names.WALL_TIME), values)

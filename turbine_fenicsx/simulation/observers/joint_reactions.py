@@ -27,6 +27,7 @@ from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.checks import check_array, check_vectors
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
@@ -166,9 +167,9 @@ class JointReactions:
 def joint_channel(reactions: JointReactions) -> Channel:
     """Force and moment in each joint, three columns each."""
     columns = tuple(
-        f"joint_{kind}_{reaction.joint.name}_{i}_[{unit}]"
+        family(joint=reaction.joint.name, axis=i)
         for reaction in reactions.reactions
-        for kind, unit in (("force", "N"), ("moment", "Nm"))
+        for family in (names.JOINT_FORCE, names.JOINT_MOMENT)
         for i in (1, 2, 3)
     )
     return Channel(columns, lambda s: reactions.at(s).ravel().tolist())

@@ -21,6 +21,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.checks import check_vectors
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
@@ -134,9 +135,9 @@ class Points:
 def point_channel(points: Points) -> Channel:
     """Position and velocity of each point, three columns each."""
     columns = tuple(
-        f"{kind}_{point.name}_{i}_[{unit}]"
+        family(point=point.name, axis=i)
         for point in points.points
-        for kind, unit in (("position", "m"), ("velocity", "m/s"))
+        for family in (names.POSITION, names.VELOCITY)
         for i in (1, 2, 3)
     )
     return Channel(columns, lambda s: points.at(s).ravel().tolist())

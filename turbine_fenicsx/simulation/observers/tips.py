@@ -16,6 +16,7 @@ from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.checks import check_array, check_vectors
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
@@ -111,7 +112,7 @@ class Tips:
 
 def tip_channel(tips: Tips) -> Channel:
     """Lengths of the deflections."""
-    columns = tuple(f"tip_deflection_{tip.name}_[m]" for tip in tips.tips)
+    columns = tuple(names.TIP_DEFLECTION(tip=tip.name) for tip in tips.tips)
     return Channel(columns, lambda s: np.linalg.norm(tips.at(s), axis=1).tolist())
 
 
@@ -125,4 +126,4 @@ def stress_channel(system: MultibodySystem) -> Channel:
         )
         return [float(system.comm.allreduce(max(norms, default=0.0), op=MPI.MAX))]
 
-    return Channel(("max_stress_[Pa]",), values)
+    return Channel((names.MAX_STRESS,), values)

@@ -1,0 +1,94 @@
+"""Names in the output of runs: columns of ``history.csv`` and keys of ``summary.json``.
+
+Writers and readers both take them from here. A name ends with its unit in brackets.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from string import Formatter
+
+TIME = "time_[s]"
+KINETIC_ENERGY = "kinetic_energy_[J]"
+STRAIN_ENERGY = "strain_energy_[J]"
+POTENTIAL_ENERGY = "potential_energy_[J]"
+TOTAL_ENERGY = "total_energy_[J]"
+SPRING_ENERGY = "spring_energy_[J]"
+EXTERNAL_WORK = "external_work_[J]"
+ENERGY_ERROR = "energy_error_[J]"
+MAX_STRESS = "max_stress_[Pa]"
+CONSTRAINT_ERROR = "constraint_error_[-]"
+NEWTON_ITERATIONS = "newton_iterations"
+KRYLOV_ITERATIONS = "krylov_iterations"
+WALL_TIME = "wall_time_[s]"
+
+END_TIME = "end_time_[s]"
+LARGEST_ENERGY = "largest_energy_[J]"
+WORST_ENERGY_ERROR = "worst_energy_error_[J]"
+ALLOWED_ENERGY_ERROR = "allowed_energy_error_[J]"
+INTERRUPTED = "interrupted"
+VERSIONS = "versions"
+WARNINGS = "warnings"
+
+_UNIT = re.compile(r"[_ ]\[([^\]]*)\]")
+
+
+@dataclass(frozen=True)
+class Family:
+    """Columns whose names differ in what they belong to: a joint, a blade, an axis.
+
+    Args:
+        pattern: The name with fields, for example ``"root_force_{blade}_{axis}_[N]"``.
+    """
+
+    pattern: str
+
+    def __call__(self, **fields: object) -> str:
+        """The column of this family with these fields, for example ``blade=1, axis="x"``."""
+        return self.pattern.format(**fields)
+
+    def find(self, columns: Iterable[str], **fields: object) -> dict[str, str]:
+        """Columns of this family by the one field that is not given.
+
+        Args:
+            columns: Names to look through.
+            fields: All fields but one.
+        """
+        parts = [
+            (literal, "(.+)" if field not in fields else re.escape(str(fields[field])))
+            for literal, field, _, _ in Formatter().parse(self.pattern)
+            if field is not None
+        ]
+        end = self.pattern.rpartition("}")[2]
+        text = "".join(re.escape(literal) + field for literal, field in parts) + re.escape(end)
+        matches = ((column, re.fullmatch(text, column)) for column in columns)
+        return {match[1]: column for column, match in matches if match}
+
+
+LINEAR_MOMENTUM = Family("linear_momentum_{axis}_[kgm/s]")
+ANGULAR_MOMENTUM = Family("angular_momentum_{axis}_[Nms]")
+ANGLE = Family("angle_{joint}_[rad]")
+DISPLACEMENT = Family("displacement_{joint}_[m]")
+WORK = Family("work_of_{name}_[J]")
+DISSIPATION = Family("dissipated_by_{name}_[J]")
+TIP_DEFLECTION = Family("tip_deflection_{tip}_[m]")
+TIP_FLAP = Family("tip_flap_{tip}_[m]")
+TIP_EDGE = Family("tip_edge_{tip}_[m]")
+ROOT_FORCE = Family("root_force_{blade}_{axis}_[N]")
+ROOT_MOMENT = Family("root_moment_{blade}_{axis}_[Nm]")
+TOWER_TOP_DISPLACEMENT = Family("tower_top_displacement_{axis}_[m]")
+TOWER_BASE_FORCE = Family("tower_base_force_{axis}_[N]")
+TOWER_BASE_MOMENT = Family("tower_base_moment_{axis}_[Nm]")
+POSITION = Family("position_{point}_{axis}_[m]")
+VELOCITY = Family("velocity_{point}_{axis}_[m/s]")
+JOINT_FORCE = Family("joint_force_{joint}_{axis}_[N]")
+JOINT_MOMENT = Family("joint_moment_{joint}_{axis}_[Nm]")
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """A name without its unit, and the unit; empty if there is none.
+
+    ``"angles_[rad].yaw"`` becomes ``"angles.yaw"`` and ``"rad"``.
+    """
+    match = _UNIT.search(name)
+    return _UNIT.sub("", name), match[1] if match else ""
