@@ -111,7 +111,8 @@ def _as_rows(table: Any, width: int) -> npt.NDArray[np.int32]:
     """An adjacency list or array of one row a cell as an array of shape (cells, width)."""
     if isinstance(table, np.ndarray):
         return table
-    return table.array.reshape(-1, width)
+    rows: npt.NDArray[np.int32] = table.array.reshape(-1, width)
+    return rows
 
 
 def assemble_vector(vector: PETSc.Vec, form: Any) -> None:
@@ -232,7 +233,8 @@ def cells_at(mesh: Any, point: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]
     else:
         near = geometry.compute_collisions(geometry.BoundingBoxTree(mesh, dim), points)
     found = np.sort(geometry.compute_colliding_cells(mesh, near, points).links(0))
-    return found[found < mesh.topology.index_map(dim).size_local]
+    own: npt.NDArray[np.int32] = found[found < mesh.topology.index_map(dim).size_local]
+    return own
 
 
 def cell_name(mesh: Any) -> str:

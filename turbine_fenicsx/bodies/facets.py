@@ -40,4 +40,5 @@ def checked_facets(name: str, mesh: Any, facets: Any) -> npt.NDArray[np.int32]:
             f"rank, got {given.min()} to {given.max()}"
         )
     raise_together(mesh.comm, error)
-    return np.unique(given).astype(np.int32)
+    each: npt.NDArray[np.int32] = np.unique(given).astype(np.int32)
+    return each

@@ -95,7 +95,9 @@ class RigidBody:
             xi, shape (..., 3) [m].
         """
         R = np.asarray(self.directors, dtype=float)
-        return (np.asarray(point, dtype=float) - np.asarray(self.position, dtype=float)) @ R
+        arm = np.asarray(point, dtype=float) - np.asarray(self.position, dtype=float)
+        xi: Array = arm @ R
+        return xi
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,8 @@ class DistanceElement:
 
     def _gap(self, y: Array) -> Array:
         """The distance v [m], shape (3,)."""
-        return self._A @ y + self._c
+        v: Array = self._A @ y + self._c
+        return v
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import pickle
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from mpi4py import MPI
 
@@ -59,19 +59,20 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
     Note:
         Collective over ``comm``.
     """
-    result: Any = None
+    result: T | None = None
     error: BaseException | None = None
     if comm.rank == 0:
         try:
             result = function()
         except BaseException as raised:  # an interrupt must reach the other ranks too
             error = raised
-    result, remote_error = comm.bcast((result, _portable(error)), root=0)
+    answer: T
+    answer, remote_error = comm.bcast((result, _portable(error)), root=0)
     if error is not None:
         raise error
     if remote_error is not None:
         raise remote_error
-    return result
+    return answer
 
 
 def raise_together(comm: MPI.Intracomm, error: BaseException | None) -> None:

@@ -152,7 +152,8 @@ class QuadraticMap:
     def value(self, q: Array, jacobian: Array | None = None) -> Array:
         """Values Phi_k(q), shape (rows,); give the Jacobian at q if it is known already."""
         G = self.jacobian(q) if jacobian is None else jacobian
-        return self.constant + 0.5 * ((self._b + G) @ q)
+        Phi: Array = self.constant + 0.5 * ((self._b + G) @ q)
+        return Phi
 
     def hessian(self, weights: Array) -> Array:
         """sum_k weights_k Q_k, shape (size, size)."""

@@ -27,7 +27,8 @@ def unit(vector: npt.ArrayLike) -> Array:
     v = np.asarray(vector, dtype=float)
     if v.shape != (3,) or not 0.0 < np.linalg.norm(v) < np.inf:
         raise ModelError(f"a direction needs three numbers, not all zero; got {vector!r}")
-    return v / np.linalg.norm(v)
+    direction: Array = v / np.linalg.norm(v)
+    return direction
 
 
 def rotation_about(axis: npt.ArrayLike, angle: float) -> Array:
@@ -42,7 +43,8 @@ def rotation_about(axis: npt.ArrayLike, angle: float) -> Array:
     """
     n = unit(axis)
     K = skew(n)
-    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+    R: Array = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+    return R
 
 
 def skew(w: npt.ArrayLike) -> Array:

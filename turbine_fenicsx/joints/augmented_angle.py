@@ -49,7 +49,8 @@ AngleForm = Callable[[Array, Array, Array, Array, Array, Array], AngleTerms]
 def sinc(x: Array) -> Array:
     """sin(x)/x, 1 at x = 0."""
     safe = np.where(x == 0.0, 1e-20, x)
-    return np.sin(safe) / safe
+    ratio: Array = np.sin(safe) / safe
+    return ratio
 
 
 _POWERS = np.arange(5.0)
@@ -59,7 +60,7 @@ _SERIES = np.array([-1 / 3, 1 / 30, -1 / 840, 1 / 45360, -1 / 3991680])
 def sinc_derivative(x: Array) -> Array:
     """Derivative of `sinc`: (cos x - sinc x)/x, by its series near zero."""
     small = np.abs(x) < 0.1
-    series = x * ((x * x)[..., None] ** _POWERS @ _SERIES)
+    series: Array = x * ((x * x)[..., None] ** _POWERS @ _SERIES)
     if small.all():
         return series
     safe = np.where(small, 1.0, x)

@@ -58,7 +58,8 @@ class OrthotropicSVK:
         given = (*self.young, *self.shear, *self.poisson)
         if any(is_field(value) for value in given):
             return map_cells(entries, *given)
-        return entries(*given).tolist()
+        numbers: list[float] = entries(*given).tolist()
+        return numbers
 
     def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
         """Strain energy [J/m^3]."""

@@ -92,7 +92,8 @@ class TransverselyIsotropic:
 
         if any(is_field(value) for value in self._given):
             return map_cells(constants, *self._given)
-        return constants(*self._given).tolist()
+        numbers: list[float] = constants(*self._given).tolist()
+        return numbers
 
     def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
         """Strain energy [J/m^3]."""

@@ -177,7 +177,8 @@ class RotorLayout:
         Returns:
             Coordinates along e1, e2, e3, shape (n, 3) [m].
         """
-        return np.asarray(self.centre) + points @ self.frame(blade)
+        placed: Array = np.asarray(self.centre) + points @ self.frame(blade)
+        return placed
 
     def check_clearance(self, blade: BladeGeometry) -> None:
         """Raise ModelError if the roots of two neighbouring blades overlap."""

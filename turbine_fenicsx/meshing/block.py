@@ -33,7 +33,8 @@ def boundary_faces(cells: IntArray, reference: ReferenceCell) -> IntArray:
     """Return the faces that belong to one cell only, shape (n_faces, nodes per face)."""
     faces = cells[:, reference.faces].reshape(-1, reference.faces.shape[1])
     _, first, count = np.unique(face_keys(faces, reference), return_index=True, return_counts=True)
-    return faces[np.sort(first[count == 1])]
+    outer: IntArray = faces[np.sort(first[count == 1])]
+    return outer
 
 
 def face_keys(faces: IntArray, reference: ReferenceCell) -> npt.NDArray[np.uint64]:

@@ -1,6 +1,7 @@
 """Second-order tetrahedra whose faces on the skin follow the ellipses of the blade."""
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.blade import BladeGeometry
@@ -60,7 +61,7 @@ def _offset_to_skin(points: Array, blade: BladeGeometry) -> Array:
     return offset
 
 
-def _is_lateral(edges: IntArray, block: BladeBlock, blade: BladeGeometry) -> np.ndarray:
+def _is_lateral(edges: IntArray, block: BladeBlock, blade: BladeGeometry) -> npt.NDArray[np.bool_]:
     """Tell which edges belong to a face of the skin other than the tip, shape (n_edges,)."""
     tip = blade.hub_radius + blade.length
     at_tip = np.abs(block.points[:, 0] - tip) <= 1e-9 * tip

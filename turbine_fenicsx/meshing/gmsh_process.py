@@ -8,8 +8,10 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.foundation.interrupts import ending_at_once
 from turbine_fenicsx.foundation.types import Array, IntArray
@@ -120,7 +122,7 @@ def _run(folder: str, seconds: float) -> None:
         raise MeshError(text.splitlines()[-1] if text else "gmsh cannot read it")
 
 
-def _content(arrays: dict[str, np.ndarray]) -> MshContent:
+def _content(arrays: dict[str, npt.NDArray[Any]]) -> MshContent:
     """The arrays of the child in order."""
     info = json.loads(str(arrays["info"]))
     groups: dict[int, list[Group]] = {3: [], 2: []}

@@ -150,7 +150,7 @@ def _points(content: MshContent, used: IntArray) -> Array:
     lacking = np.count_nonzero(content.tags[rows] != used)
     if lacking:
         raise MeshError(f"{lacking} nodes of its cells are not in it")
-    points = content.points[rows]
+    points: Array = content.points[rows]
     wild = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(wild):
         raise MeshError(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.block import face_keys
@@ -34,7 +35,7 @@ class Faces:
         counts: Number of cells at each different face, shape (n_different,).
     """
 
-    keys: np.ndarray
+    keys: npt.NDArray[np.uint64]
     cells: IntArray
     first: IntArray
     counts: IntArray
@@ -45,7 +46,7 @@ class Faces:
         first = self.first[self.counts == 2]
         return np.stack([self.cells[first], self.cells[first + 1]], axis=1)
 
-    def find(self, keys: np.ndarray) -> tuple[IntArray, IntArray]:
+    def find(self, keys: npt.NDArray[np.uint64]) -> tuple[IntArray, IntArray]:
         """Return one cell at each face, and the number of its cells, shapes of the keys."""
         place = np.searchsorted(self.keys[self.first], keys)
         return self.cells[self.first[place]], self.counts[place]

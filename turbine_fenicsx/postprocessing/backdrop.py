@@ -87,7 +87,8 @@ class Backdrop:
 
 def _middle(bounds: Sequence[float]) -> NDArray[np.float64]:
     """Centre of bounds (x_min, x_max, y_min, ...), shape (3,)."""
-    return np.asarray(bounds, dtype=float).reshape(3, 2).mean(axis=1)
+    middle: NDArray[np.float64] = np.asarray(bounds, dtype=float).reshape(3, 2).mean(axis=1)
+    return middle
 
 
 def _cone(top: Sequence[float], ground: float, radius: float) -> Any:
