@@ -56,6 +56,11 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.materials import TransverselyIsotropic as TransverselyIsotropic
     from turbine_fenicsx.materials.cell_fields import cell_field as cell_field
     from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
+    from turbine_fenicsx.simulation.checkpoint import Checkpoints as Checkpoints
+    from turbine_fenicsx.simulation.observer import Observer as Observer
+    from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver
+    from turbine_fenicsx.simulation.observers.fields import Fields as Fields
+    from turbine_fenicsx.simulation.observers.history import Channel as Channel
     from turbine_fenicsx.simulation.observers.history import History as History
     from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction as JointReaction
     from turbine_fenicsx.simulation.observers.joint_reactions import (
@@ -66,6 +71,8 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.simulation.observers.points import Points as Points
     from turbine_fenicsx.simulation.observers.points import point_channel as point_channel
     from turbine_fenicsx.simulation.simulation import Simulation as Simulation
+    from turbine_fenicsx.simulation.snapshot import Snapshot as Snapshot
+    from turbine_fenicsx.system.restart_data import RestartData as RestartData
     from turbine_fenicsx.system.start import initial_motion as initial_motion
     from turbine_fenicsx.system.state import State as State
     from turbine_fenicsx.system.system import Balance as Balance
@@ -83,11 +90,14 @@ _PUBLIC = {
     "Balance": "system.system",
     "BladeGeometry": "meshing",
     "Case": "turbine.case.case",
+    "Channel": "simulation.observers.history",
+    "Checkpoints": "simulation.checkpoint",
     "Constant": "forces.time_functions",
     "Coupling": "bodies.coupling",
     "Cylindrical": "joints",
     "EnergyMomentumSolver": "time_stepping.solver",
     "EnergyMomentumStep": "time_stepping.energy_momentum",
+    "Fields": "simulation.observers.fields",
     "FlexibleBody": "bodies.flexible_body",
     "FollowerForce": "forces",
     "Gravity": "forces",
@@ -104,6 +114,7 @@ _PUBLIC = {
     "MultibodySystem": "system.system",
     "NeoHooke": "materials",
     "NodeForce": "forces",
+    "Observer": "simulation.observer",
     "OrthotropicSVK": "materials",
     "Planar": "joints",
     "Point": "simulation.observers.points",
@@ -116,11 +127,14 @@ _PUBLIC = {
     "Prismatic": "joints",
     "Quadratic": "foundation.quadratic",
     "Ramp": "forces.time_functions",
+    "RestartData": "system.restart_data",
+    "RestartableObserver": "simulation.observer",
     "Revolute": "joints",
     "Rigid": "joints",
     "RigidBody": "bodies.rigid_body",
     "Simulation": "simulation.simulation",
     "Sine": "forces.time_functions",
+    "Snapshot": "simulation.snapshot",
     "SolverOptions": "time_stepping.solver",
     "Spherical": "joints",
     "StVenantKirchhoff": "materials",

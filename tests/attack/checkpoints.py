@@ -15,7 +15,7 @@ TRIES = 6000
 
 def attack(tries, random, folder):
     """Damage, read, compare with what was written; only the one before may come in its place."""
-    from turbine_fenicsx.simulation.checkpoint import load_newest
+    from turbine_fenicsx.simulation.checkpoint import Checkpoints
     from turbine_fenicsx.simulation.checkpoint_file import list_checkpoints
     from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.model import build_turbine
@@ -31,7 +31,7 @@ def attack(tries, random, folder):
     whole = newest.read_bytes()
 
     def read():
-        data = load_newest(checkpoints, system, lambda labels: None)
+        data = Checkpoints(system, checkpoints).load()
         return json.dumps(data.numbers), data.arrays
 
     intact = read()

@@ -256,6 +256,9 @@ def test_a_folder_that_is_gone_ends_the_run_at_the_next_checkpoint(demo, tmp_pat
     out, steps = tmp_path / "out", []
 
     class Somebody:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, snapshot):
             steps.append(snapshot.index)
             if snapshot.index == 5:

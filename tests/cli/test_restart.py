@@ -284,7 +284,7 @@ def refused(tmp_path, capfd, *changes, words):
 
 def test_another_version_is_refused(demo, tmp_path, capfd, monkeypatch):
     run(demo, "rigid", tmp_path, "time.end=0.04")
-    monkeypatch.setattr("turbine_fenicsx.turbine.resume.__version__", "9.9.9")
+    monkeypatch.setattr("turbine_fenicsx.simulation.checkpoint.__version__", "9.9.9")
     refused(tmp_path, capfd, words=r"version of turbine_fenicsx has changed, it was .* is 9\.9\.9")
 
 

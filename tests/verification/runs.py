@@ -29,6 +29,9 @@ class Record:
     constraint_error: list = field(default_factory=list)
     newton: list = field(default_factory=list)
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         b, s = snapshot.balance, snapshot.state
         self.time.append(s.time)

@@ -48,6 +48,9 @@ class Blades:
         """Sums of nodal values over the nodes of each blade."""
         return comm.allreduce(np.array([values[self.nearest == k].sum(axis=0) for k in range(3)]))
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, s):
         momentum = self.block.new_vector()
         self.block.momentum(s.state.v[0], momentum)

@@ -88,7 +88,8 @@ def check_function(name: str, function: Any) -> None:
 def check_methods(what: str, thing: Any, methods: Sequence[str]) -> None:
     """Raise a TypeError unless an object has some methods."""
     if isinstance(thing, type) or not all(callable(getattr(thing, m, None)) for m in methods):
-        needed = " and ".join(f"{name}()" for name in methods)
+        *others, last = (f"{name}()" for name in methods)
+        needed = f"{', '.join(others)} and {last}" if others else last
         raise TypeError(f"{what} needs the methods {needed}, but {thing!r} has none")
 
 

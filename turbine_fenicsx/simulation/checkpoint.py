@@ -9,9 +9,11 @@ those that were damaged later.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import naming
 from turbine_fenicsx.foundation.parallel import on_rank0
@@ -31,6 +34,7 @@ from turbine_fenicsx.simulation.checkpoint_file import (
     step_of,
     write_checkpoint,
 )
+from turbine_fenicsx.simulation.observer import Observer, SeriesObserver
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -84,7 +88,8 @@ class Checkpoints:
     Args:
         system: The system.
         folder: Folder for ``checkpoint_*.npz``.
-        labels: What a restarted run must agree in, for example versions and hashes.
+        labels: What a run that goes on must agree in, such as the hash of an input file, besides
+            the version of turbine_fenicsx and the names of the parts.
         every: Simulated time between two checkpoints [s]; 0 for none.
         every_wall: Wall time between two checkpoints [s]; 0 for none.
     """
@@ -97,8 +102,12 @@ class Checkpoints:
         every: float = 0.0,
         every_wall: float = 0.0,
     ) -> None:
-        """Nothing is written yet."""
-        self._system, self._folder, self._labels = system, Path(folder), dict(labels or {})
+        self._system, self._folder = system, Path(folder)
+        self._labels = {
+            "version of turbine_fenicsx": __version__,
+            "list of parts": _hash_parts(system),
+            **(labels or {}),
+        }
         self._every, self._every_wall = every or np.inf, every_wall or np.inf
         self._time = self._wall = 0.0
         self._written = -1
@@ -126,9 +135,83 @@ class Checkpoints:
         self._written = index
         on_rank0(comm, lambda: self._remove(self._superseded(index)))
 
+    def load(self, observers: Iterable[Observer] = ()) -> RestartData:
+        """Read the newest intact checkpoint that the series of the observers reach. Collective.
+
+        If they reach none, it is the newest intact one. A warning says what was passed over, and
+        why.
+
+        Args:
+            observers: Those that will go on; a `SeriesObserver` among them is asked whether its
+                files reach a checkpoint.
+
+        Raises:
+            InputError: if there is none that can be used, or it belongs to another system or mesh.
+        """
+        system, watching = self._system, tuple(observers)
+
+        def read() -> tuple[dict[str, Any], dict[str, Array]]:
+            path, head = self._choose(watching)
+            return head, read_arrays(path)
+
+        head, arrays = on_rank0(system.comm, read)
+        data = RestartData(
+            head["numbers"],
+            {k.removeprefix("array."): v for k, v in arrays.items() if k.startswith("array.")},
+        )
+        order = [
+            _order(arrays, k, block, system.comm, head["ranks"])
+            for k, block in enumerate(system.flexible_blocks)
+        ]
+        names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in arrays if k.startswith("nodal.")}
+        for name in sorted(names):
+            data.nodal[name] = tuple(
+                np.ascontiguousarray(arrays[f"nodal.{name}.{k}"][nodes])
+                for k, nodes in enumerate(order)
+            )
+        return data
+
     def clear(self) -> None:
         """Remove the checkpoints of an earlier run. Collective."""
         on_rank0(self._system.comm, lambda: self._remove(list_checkpoints(self._folder)))
+
+    def _choose(self, observers: Sequence[Observer]) -> tuple[Path, dict[str, Any]]:
+        """The newest intact file that the series of a run reach, else the newest intact one."""
+        files = list_checkpoints(self._folder)
+        if not files:
+            raise InputError(f"there is no checkpoint in {str(self._folder)!r}")
+        reasons: list[str] = []
+        spare: tuple[Path, dict[str, Any], list[str]] | None = None
+        for path in files:
+            try:
+                head = read_head(path)
+            except UnusableError as error:
+                reasons.append(f"{path.name} {error}")
+                continue
+            self._check_labels(head["labels"])
+            missing = _find_shortfalls(observers, RestartData(head["numbers"]))
+            if not missing:
+                for reason in reasons:
+                    log.warning("going on from %s: %s", path.name, reason)
+                return path, head
+            reasons += [f"{path.name} cannot be reached, {reason}" for reason in missing]
+            spare = spare or (path, head, missing)
+        if spare is None:
+            what = "; ".join(reasons)
+            raise InputError(f"no checkpoint in {str(self._folder)!r} can be used: {what}")
+        path, head, missing = spare
+        for reason in missing:
+            log.warning("going on from %s, but %s; the others are lost", path.name, reason)
+        return path, head
+
+    def _check_labels(self, found: Mapping[str, str]) -> None:
+        """Refuse checkpoints of something else."""
+        for name, mine in self._labels.items():
+            if found.get(name) != mine:
+                raise InputError(
+                    f"cannot go on with {str(self._folder)!r}: the {name} has changed, it was "
+                    f"{found.get(name)} and is {mine}"
+                )
 
     def _superseded(self, index: int) -> list[Path]:
         """Those of later steps, which were not gone on from, and older ones than the last two."""
@@ -171,84 +254,29 @@ def write_restart_data(
     on_rank0(comm, lambda: write_checkpoint(path, head, arrays))
 
 
-def load_newest(
-    folder: str | os.PathLike[str],
-    system: MultibodySystem,
-    check: Callable[[dict[str, str]], None],
-    shortfalls: Callable[[RestartData], list[str]] = lambda data: [],
-) -> RestartData:
-    """Read the newest intact checkpoint of a folder that the series of its run reach. Collective.
-
-    If they reach none, it is the newest intact one. A warning says what was passed over, and why.
-
-    Args:
-        folder: The folder.
-        system: The system, on any number of ranks.
-        check: Called with the labels; raises an `InputError` if they do not fit.
-        shortfalls: Called with the numbers of a checkpoint; says in a clause each what the series
-            lack of what they had when it was written.
-
-    Raises:
-        InputError: if there is none that can be used, or it belongs to another mesh.
-    """
-    comm = system.comm
-
-    def read() -> tuple[dict[str, Any], dict[str, Array]]:
-        path, head = _choose(folder, check, shortfalls)
-        return head, read_arrays(path)
-
-    head, arrays = on_rank0(comm, read)
-    data = RestartData(
-        head["numbers"],
-        {k.removeprefix("array."): v for k, v in arrays.items() if k.startswith("array.")},
-    )
-    order = [_order(arrays, k, block, comm, head["ranks"]) for k, block in _enumerated(system)]
-    names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in arrays if k.startswith("nodal.")}
-    for name in sorted(names):
-        data.nodal[name] = tuple(
-            np.ascontiguousarray(arrays[f"nodal.{name}.{k}"][nodes])
-            for k, nodes in enumerate(order)
-        )
-    return data
+def _hash_parts(system: MultibodySystem) -> str:
+    """Hash of the names of all parts, by which a checkpoint knows its system."""
+    parts = [
+        [body.name for body in system.rigid_bodies],
+        [body.name for body in system.flexible_bodies],
+        [(type(joint).__name__, joint.name) for joint in system.joints],
+        [coupling.name for coupling in system.couplings],
+        [*system.angle_names],
+        [*system.work_names],
+        [*system.dissipation_names],
+    ]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
 
-def _enumerated(system: MultibodySystem) -> list[tuple[int, Any]]:
-    """The flexible blocks with their numbers."""
-    return list(enumerate(system.flexible_blocks))
-
-
-def _choose(
-    folder: str | os.PathLike[str],
-    check: Callable[[dict[str, str]], None],
-    shortfalls: Callable[[RestartData], list[str]],
-) -> tuple[Path, dict[str, Any]]:
-    """The newest intact file that the series of the run reach, else the newest intact one."""
-    files = list_checkpoints(folder)
-    if not files:
-        raise InputError(f"there is no checkpoint in {os.fspath(folder)!r}")
-    reasons: list[str] = []
-    spare: tuple[Path, dict[str, Any], list[str]] | None = None
-    for path in files:
-        try:
-            head = read_head(path)
-        except UnusableError as error:
-            reasons.append(f"{path.name} {error}")
-            continue
-        check(head["labels"])
-        missing = shortfalls(RestartData(head["numbers"]))
-        if not missing:
-            for reason in reasons:
-                log.warning("going on from %s: %s", path.name, reason)
-            return path, head
-        reasons += [f"{path.name} cannot be reached, {reason}" for reason in missing]
-        spare = spare or (path, head, missing)
-    if spare is None:
-        what = "; ".join(reasons)
-        raise InputError(f"no checkpoint in {os.fspath(folder)!r} can be used: {what}")
-    path, head, missing = spare
-    for reason in missing:
-        log.warning("going on from %s, but %s; the others are lost", path.name, reason)
-    return path, head
+def _find_shortfalls(observers: Sequence[Observer], data: RestartData) -> list[str]:
+    """What the series lack of what they held when a checkpoint was written, a clause for each."""
+    found = []
+    for observer in observers:
+        if isinstance(observer, SeriesObserver) and (
+            part := data.part(f"observer.{observer.name}")
+        ):
+            found.append(observer.find_shortfall(part, float(data.numbers["state.time"])))
+    return [clause for clause in found if clause is not None]
 
 
 def _order(data: dict[str, Array], k: int, block: Any, comm: MPI.Intracomm, ranks: int) -> Any:

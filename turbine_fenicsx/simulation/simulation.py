@@ -7,17 +7,20 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.checks import check_methods
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint import Checkpoints, restore_state, save_state
-from turbine_fenicsx.simulation.snapshot import Observer, Snapshot
+from turbine_fenicsx.simulation.observer import (
+    Observer,
+    RestartableObserver,
+    check_observers,
+)
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.simulation.step_grid import StepGrid
 from turbine_fenicsx.system.restart_data import RestartData
@@ -32,27 +35,6 @@ from turbine_fenicsx.time_stepping.solver import (
 )
 
 log = logging.getLogger(__name__)
-
-
-@runtime_checkable
-class Remembering(Protocol):
-    """What an observer has beyond `Observer` if a checkpoint must agree with what it has written.
-
-    Attributes:
-        name: Under which checkpoints know it.
-    """
-
-    name: str
-
-    def save(self) -> dict[str, Any]:
-        """Bring what was written to the disk, before a checkpoint counts. Called on all ranks.
-
-        Returns:
-            What a restart must know of it, such as the number of rows; whatever JSON can hold.
-
-        Raises:
-            OSError: if something is not on the disk, on all ranks.
-        """
 
 
 @dataclass
@@ -75,12 +57,12 @@ class Simulation:
         system: The system.
         step: Time step dt [s], positive.
         end: End time [s], not negative; the last step is shortened to meet it.
-        observers: Whoever watches.
+        observers: Whatever watches the run, called in this order.
         options: Options of the step solver.
         smallest_step: A step that fails is halved, down to this fraction of dt, and grows again
             step by step.
         step_error: Steps whose error exceeds its tolerance are halved too; None for none.
-        checkpoints: Where restart data are written; None for none.
+        checkpoints: Where restart data are written and where `resume` finds them; None for none.
         stop: Called after each step on all ranks; where one of them returns True, the run ends.
         start: State at t = 0, such as an equilibrium or an `initial_motion`; the initial state of
             the system if None.
@@ -91,7 +73,8 @@ class Simulation:
         stopped: Whether the run ended because it was asked to.
 
     Raises:
-        ValueError: for a step or end time out of range, or a start state of another system.
+        ValueError: for a step or end time out of range, two observers of one name, or a start state
+            of another system.
         TypeError: for an observer without its methods, or a start that is no state.
     """
 
@@ -119,8 +102,7 @@ class Simulation:
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
-        for observer in self.observers:
-            check_methods("an observer", observer, ("observe", "finish"))
+        check_observers(self.observers)
         if start is not None:
             check_start(system, start)
         self._start = start
@@ -141,13 +123,11 @@ class Simulation:
         start = time.perf_counter()
         run = self._restore(data) if data else self._begin()
         spare = run.state.copy()
-        snapshot = self._snapshot(run, None, start, resumed=bool(data))
+        snapshot = self._snapshot(run, None, start)
         self.stopped = False
         with ExitStack() as ending:
             ending.enter_context(one_thread())
-            for observer in self.observers:
-                ending.callback(observer.finish)
-            self._notify(snapshot)
+            self._start_observers(snapshot, bool(data), ending)
             self._write_checkpoint(run, snapshot)
             while not (run.grid.done or self.stopped):
                 try:
@@ -167,6 +147,24 @@ class Simulation:
                 if due or self.stopped or run.grid.done:
                     self._write_checkpoint(run, snapshot)
         return snapshot
+
+    def resume(self) -> Snapshot:
+        """Go on from the newest checkpoint that can be used, as if the run had never ended.
+
+        Returns:
+            The last snapshot.
+
+        Raises:
+            ValueError: for a simulation without checkpoints.
+            InputError: if no checkpoint can be used, or it belongs to something else.
+            StepFailure: as in `run`.
+        """
+        if self._checkpoints is None:
+            raise ValueError(
+                "a simulation resumes from its checkpoints, but it has none: give it "
+                "checkpoints=Checkpoints(system, folder)"
+            )
+        return self.run(self._checkpoints.load(self.observers))
 
     def _begin(self) -> _Run:
         """Start at t = 0."""
@@ -263,8 +261,8 @@ class Simulation:
         if self._error is not None:
             data.add("error", self._error.save())
         for observer in self.observers:
-            if isinstance(observer, Remembering):
-                data.add(f"observer.{observer.name}", RestartData(observer.save()))
+            if isinstance(observer, RestartableObserver):
+                data.add(f"observer.{observer.name}", observer.save())
         return data
 
     def _restore(self, data: RestartData) -> _Run:
@@ -278,6 +276,11 @@ class Simulation:
         self.solver.restore(data.part("solver"))
         if self._error is not None:
             self._error.restore(data.part("error"))
+        for observer in self.observers:
+            if isinstance(observer, RestartableObserver) and (
+                part := data.part(f"observer.{observer.name}")
+            ):
+                observer.restore(part)
         a = data.arrays
         return _Run(
             state,
@@ -289,15 +292,20 @@ class Simulation:
             n["wall_time"],
         )
 
+    def _start_observers(self, snapshot: Snapshot, resumed: bool, ending: ExitStack) -> None:
+        """Start all observers; each that was started is finished with the run."""
+        with timing.event("output"):
+            for observer in self.observers:
+                observer.start(snapshot, resumed)
+                ending.callback(observer.finish)
+
     def _notify(self, snapshot: Snapshot) -> None:
-        """Show a snapshot to all observers."""
+        """Show a step to all observers."""
         with timing.event("output"):
             for observer in self.observers:
                 observer.observe(snapshot)
 
-    def _snapshot(
-        self, run: _Run, report: StepReport | None, start: float, resumed: bool = False
-    ) -> Snapshot:
+    def _snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
         """Collect what observers see."""
         with timing.event("balance"):
             balance = self.system.balance(run.state)
@@ -315,5 +323,4 @@ class Simulation:
             constraint_error=constraint_error,
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,
-            resumed=resumed,
         )

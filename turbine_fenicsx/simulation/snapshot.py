@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
@@ -25,7 +24,6 @@ class Snapshot:
         constraint_error: Largest violation of a constraint [m, -].
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
-        resumed: Whether this is the state a resumed run starts from, which was seen before.
     """
 
     index: int
@@ -37,19 +35,8 @@ class Snapshot:
     constraint_error: float
     report: StepReport | None
     wall_time: float
-    resumed: bool = False
 
     @property
     def external_work(self) -> float:
         """Work of all loads but gravity since t = 0 [J]."""
         return float(self.works.sum())
-
-
-class Observer(Protocol):
-    """Something that watches a run: time series, fields, progress. Called on all ranks."""
-
-    def observe(self, snapshot: Snapshot) -> None:
-        """Look at the first state and at each accepted step."""
-
-    def finish(self) -> None:
-        """The run has ended, normally or not."""

@@ -23,6 +23,7 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import holds_run, remove_run, target_folder
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.folder_lock import claimed
+from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import (
     Channel,
@@ -37,9 +38,7 @@ from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
 from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
-from turbine_fenicsx.simulation.snapshot import Observer
 from turbine_fenicsx.simulation.step_error import StepError
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import (
     CONVENTIONS,
@@ -50,7 +49,7 @@ from turbine_fenicsx.turbine.channels import (
 from turbine_fenicsx.turbine.energy_check import verdict
 from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine, solver_options
 from turbine_fenicsx.turbine.refusal import refuse_run
-from turbine_fenicsx.turbine.resume import changed_case, find_checkpoint, label_case
+from turbine_fenicsx.turbine.resume import changed_case, label_case
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
@@ -116,10 +115,20 @@ def run_case(
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm)
         labels = on_rank0(comm, lambda: label_case(case))
-        data = find_checkpoint(folder, out, turbine.system, labels) if resume else None
-        simulation, statistics = _prepare(
-            case, turbine, folder, comm, data, labels, progress, observers, stop
+        checkpoints = Checkpoints(
+            turbine.system,
+            folder / "checkpoints",
+            labels,
+            case.output.checkpoint_every,
+            case.output.checkpoint_wall_time,
         )
+        simulation, statistics = _prepare(
+            case, turbine, folder, checkpoints, resume, progress, observers, stop
+        )
+        data = checkpoints.load(simulation.observers) if resume else None
+        if data is None:
+            _empty_folder(folder, comm, checkpoints)
+        _write_case(case, folder, comm)
         timing.start()
         start = time.perf_counter()
         simulation.run(data)
@@ -188,54 +197,32 @@ def _prepare(
     case: Case,
     turbine: Turbine,
     folder: Path,
-    comm: MPI.Intracomm,
-    data: RestartData | None,
-    labels: dict[str, str],
+    checkpoints: Checkpoints,
+    resume: bool,
     progress: str,
     observers: Iterable[Observer],
     stop: Callable[[], bool] | None,
 ) -> tuple[Simulation, Statistics]:
-    """Open all files and make the simulation."""
+    """Make the simulation; nothing is written yet."""
     end, every, system = case.time.end, case.output.fields_every, turbine.system
-    kept = None if data is None else float(data.numbers["state.time"])
-    checkpoints = Checkpoints(
-        system,
-        folder / "checkpoints",
-        labels,
-        case.output.checkpoint_every,
-        case.output.checkpoint_wall_time,
-    )
-    if data is None:
-        for each in (folder, folder / "checkpoints"):  # before anything is removed
-            on_rank0(comm, partial(target_folder, each))
-        on_rank0(comm, lambda: remove_run(folder))
-        checkpoints.clear()
-    _write_case(case, folder, comm)
-    statistics = Statistics()
+    comm, statistics = system.comm, Statistics()
     sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
-    history = folder / "history.csv"
-    stress = every > 0.0
-    if data is not None:  # the columns stay
-        stress = names.MAX_STRESS in data.numbers["observer.history.csv.columns"]
+    stress = every > 0.0 or resume  # a run that goes on keeps its columns
     watching: list[Observer] = [
         statistics,
-        History(comm, history, channels(turbine, sensors, stress), kept),
+        History(comm, folder / "history.csv", channels(turbine, sensors, stress)),
         OpenFastOutput(
             comm,
             folder / "history.out",
             openfast_channels(turbine, *sensors),
             case.title,
             CONVENTIONS,
-            kept,
         ),
     ]
     if every > 0.0:
-        fields = folder / "fields.xdmf"
         parts = turbine.surfaces, turbine.parts, PART_NAMES
-        watching.append(Fields(system, fields, every, end, *parts, keep_until=kept))
+        watching.append(Fields(system, folder / "fields.xdmf", every, end, *parts))
     watching += [Progress(comm, end, progress), StepLog(), *observers]
-    if data is not None:
-        statistics.restore(data.part("observer.statistics").numbers)
     simulation = Simulation(
         system,
         case.time.step,
@@ -247,6 +234,14 @@ def _prepare(
         stop=stop,
     )
     return simulation, statistics
+
+
+def _empty_folder(folder: Path, comm: MPI.Intracomm, checkpoints: Checkpoints) -> None:
+    """Remove the results of an earlier run, if all can be written."""
+    for each in (folder, folder / "checkpoints"):
+        on_rank0(comm, partial(target_folder, each))
+    on_rank0(comm, lambda: remove_run(folder))
+    checkpoints.clear()
 
 
 def _write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:

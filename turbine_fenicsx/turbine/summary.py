@@ -12,6 +12,7 @@ from turbine_fenicsx.foundation.versions import versions
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.model import Turbine
 
@@ -30,33 +31,39 @@ class Statistics:
     )
 
     def __init__(self) -> None:
-        """Nothing seen yet."""
         self.worst_energy_error = self.largest_energy = self.worst_constraint = 0.0
         self.newton = self.krylov = self.steps = self.steps_before = 0
         self.last: Snapshot | None = None
 
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Take in the first state."""
+        self._take_worst(snapshot)
+
     def observe(self, snapshot: Snapshot) -> None:
-        """Take in a snapshot."""
+        """Take in a step."""
+        self._take_worst(snapshot)
+        assert snapshot.report is not None
+        self.steps += 1
+        self.newton += snapshot.report.newton_iterations
+        self.krylov += snapshot.report.krylov_iterations
+
+    def _take_worst(self, snapshot: Snapshot) -> None:
         b = snapshot.balance
         self.worst_energy_error = max(self.worst_energy_error, abs(snapshot.energy_error))
         self.largest_energy = max(
             self.largest_energy, abs(b.total), b.kinetic, b.strain, abs(b.potential)
         )
         self.worst_constraint = max(self.worst_constraint, snapshot.constraint_error)
-        if snapshot.report is not None:
-            self.steps += 1
-            self.newton += snapshot.report.newton_iterations
-            self.krylov += snapshot.report.krylov_iterations
         self.last = snapshot
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> RestartData:
         """What was seen so far."""
-        return {name: getattr(self, name) for name in self._SUMS}
+        return RestartData({name: getattr(self, name) for name in self._SUMS})
 
-    def restore(self, numbers: dict[str, Any]) -> None:
+    def restore(self, data: RestartData) -> None:
         """Take in what was seen before the run went on."""
         for name in self._SUMS:
-            setattr(self, name, numbers[name])
+            setattr(self, name, data.numbers[name])
         self.steps_before = self.steps
 
     def finish(self) -> None:

@@ -49,6 +49,10 @@ class Deflection:
         self._first, self._slider = bodies["first"], bodies["slider"]
         self._middle, self.values = middle, []
 
+    def start(self, snapshot, resumed):
+        """Keep the first state."""
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         """Measure."""
         q = snapshot.state.q
@@ -78,6 +82,10 @@ class Balance:
         self._reactions = Reactions(system, [Reaction(c, point) for c, point in pairs])
         self._before = None
         self.errors, self.sizes = [], []
+
+    def start(self, snapshot, resumed):
+        """Keep the first state."""
+        self.observe(snapshot)
 
     def observe(self, snapshot):
         """Compare the loads of a step with the change of momenta in it."""

@@ -82,6 +82,10 @@ class Momenta:
         """``masses`` is the diagonal of the mass matrix."""
         self.masses, self.rows, self.spins = masses, [], []
 
+    def start(self, snapshot, resumed):
+        """Keep the first state."""
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         """Keep the momenta, also of each body about its centre of mass."""
         b, s = snapshot.balance, snapshot.state

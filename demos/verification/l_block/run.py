@@ -68,6 +68,10 @@ class Momenta:
         """Nothing seen yet."""
         self.rows = []
 
+    def start(self, snapshot, resumed):
+        """Keep the first state."""
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         """Keep the balance."""
         b = snapshot.balance

@@ -43,6 +43,10 @@ class Angles:
         """Nothing is seen yet."""
         self.directors = []
 
+    def start(self, snapshot, resumed):
+        """Keep the first state."""
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         """Keep the directors."""
         self.directors.append(snapshot.state.q[3:12].reshape(3, 3).copy())

@@ -39,14 +39,14 @@ def hub_angle(snapshot):
     return np.arctan2(nacelle[1] @ hub[0], nacelle[0] @ hub[0])
 
 
-def recorder(comm, path, resume=False):
+def recorder(comm, path):
     """Observer that writes the angle of the directors beside the joint angle."""
 
     def values(snapshot):
         return [snapshot.state.time, snapshot.state.angles[1], hub_angle(snapshot)]
 
     columns = ("time_[s]", "joint_angle_[rad]", "director_angle_[rad]")
-    return History(comm, path, [Channel(columns, values)], np.inf if resume else None)
+    return History(comm, path, [Channel(columns, values)])
 
 
 def evaluate(folder):
@@ -60,8 +60,7 @@ def evaluate(folder):
     """
     run = read_history(folder / "history.csv").columns
     angles = read_history(folder / "angles.csv").columns
-    _, kept = np.unique(angles["time_[s]"], return_index=True)  # a resumed run repeats some rows
-    joint, directors = (angles[f"{name}_angle_[rad]"][kept] for name in ("joint", "director"))
+    joint, directors = (angles[f"{name}_angle_[rad]"] for name in ("joint", "director"))
     turns = np.round((np.unwrap(directors) - directors) / (2.0 * np.pi))
     counted = directors + 2.0 * np.pi * turns  # without the round-off of a sum of all steps
     t = run["time_[s]"]
@@ -88,7 +87,7 @@ def simulate(folder, end=END, comm=MPI.COMM_WORLD, resume=False):
     """Run the case into a folder up to a time [s]; returns what `evaluate` does, on all ranks."""
     folder.mkdir(parents=True, exist_ok=True)
     case = Case.parse(CASE | {"time": {"step": STEP, "end": end}})
-    angles = recorder(comm, folder / "angles.csv", resume)
+    angles = recorder(comm, folder / "angles.csv")
     summary = run_case(case, folder, comm, "log", [angles], resume=resume)
     found = evaluate(folder) if comm.rank == 0 else None
     return comm.bcast(found) | {"halved_steps": summary["halved_steps"]}

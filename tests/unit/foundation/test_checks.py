@@ -143,9 +143,9 @@ def test_facets_that_are_wrong_on_one_rank_are_refused_on_all(comm):
         MultibodySystem(comm, [body, Coupling("c", body, facets, None)])
 
 
-def test_observers_have_two_methods(comm):
+def test_observers_have_three_methods(comm):
     system = MultibodySystem(comm, [RigidBody("b", 1.0, (1, 1, 1))])
-    words = r"an observer needs the methods observe\(\) and finish\(\), but "
+    words = r"an observer needs the methods start\(\), observe\(\) and finish\(\), but "
     for observer in (print, lambda snapshot: None, History):
         with pytest.raises(TypeError, match=words):
             Simulation(system, 0.1, 1.0, [observer])

@@ -74,6 +74,9 @@ class Recorder:
     def __init__(self, comm, rank=0, after=None):
         self.mine, self.after, self.times = comm.rank == rank, after, []
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         self.times.append(snapshot.state.time)
         if self.mine and snapshot.index == self.after:

@@ -18,7 +18,6 @@ from turbine_fenicsx.linear_solvers import FrozenElimination, QuasiNewton, quasi
 from turbine_fenicsx.simulation.checkpoint import (
     KEPT,
     Checkpoints,
-    load_newest,
     restore_state,
     save_state,
     write_restart_data,
@@ -55,6 +54,9 @@ class Recorder:
 
     def __init__(self):
         self.seen = {}
+
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
 
     def observe(self, s):
         state, b = s.state, s.balance
@@ -209,7 +211,7 @@ def test_a_rigid_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(rigid):
 def test_a_rigid_run_goes_on_bit_for_bit_from_a_file(rigid, shared_tmp_path):
     whole, saved, _ = simulate(rigid, end=0.3)
     Checkpoints(rigid, shared_tmp_path).write(9, 0.18, 0.0, saved[9])
-    part, *_ = simulate(rigid, load_newest(shared_tmp_path, rigid, lambda labels: None), end=0.3)
+    part, *_ = simulate(rigid, Checkpoints(rigid, shared_tmp_path).load(), end=0.3)
     assert all(equal(record, whole[k]) for k, record in part.items())
 
 
@@ -309,7 +311,7 @@ class TestFiles:
 
     def test_everything_comes_back_bit_for_bit(self, system, example, shared_tmp_path):
         Checkpoints(system, shared_tmp_path / "new" / "folder").write(7, 0.3, 1.0, example)
-        data = load_newest(shared_tmp_path / "new" / "folder", system, lambda labels: None)
+        data = Checkpoints(system, shared_tmp_path / "new" / "folder").load()
         assert data.numbers == example.numbers
         assert data.arrays.keys() == example.arrays.keys()
         assert data.nodal.keys() == example.nodal.keys()
@@ -333,7 +335,7 @@ class TestFiles:
             return RestartData(nodal={"u": (np.sin(3.0 * X),), "v": (X**2 - X,)})
 
         def check(system, folder):
-            found = load_newest(folder, system, lambda labels: None)
+            found = Checkpoints(system, folder).load()
             for name, (values,) in nodal_data(system).nodal.items():
                 assert found.nodal[name][0] == pytest.approx(values, abs=1e-12), name
 
@@ -358,7 +360,7 @@ class TestFiles:
                     data[name] = data[name][order]
             write_checkpoint(path, head, data)
         system.comm.barrier()
-        data = load_newest(shared_tmp_path, system, lambda labels: None)
+        data = Checkpoints(system, shared_tmp_path).load()
         for name, (values,) in example.nodal.items():
             assert np.array_equal(data.nodal[name][0], values), name
 
@@ -392,7 +394,7 @@ class TestFiles:
         Checkpoints(system, shared_tmp_path).clear()
         assert not list_checkpoints(shared_tmp_path)
         with pytest.raises(InputError, match="there is no checkpoint in"):
-            load_newest(shared_tmp_path, system, lambda labels: None)
+            Checkpoints(system, shared_tmp_path).load()
 
     def test_a_newest_one_that_is_incomplete_is_passed_over(self, system, example, shared_tmp_path):
         checkpoints = Checkpoints(system, shared_tmp_path)
@@ -410,7 +412,7 @@ class TestFiles:
             if rank == 0:
                 path.write_bytes(data)
             system.comm.barrier()
-            assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
+            assert Checkpoints(system, shared_tmp_path).load().numbers["index"] == 7
             system.comm.barrier()
 
     def test_one_flipped_bit_is_enough_to_pass_one_over(
@@ -434,7 +436,7 @@ class TestFiles:
                 path.write_bytes(damaged)
             system.comm.barrier()
             caplog.clear()
-            assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
+            assert Checkpoints(system, shared_tmp_path).load().numbers["index"] == 7
             if rank == 0:
                 (said,) = (r.getMessage() for r in caplog.records if r.levelname == "WARNING")
                 assert said.startswith("going on from checkpoint_00000001.npz: checkpoint_00000002")
@@ -443,7 +445,7 @@ class TestFiles:
         if rank == 0:
             path.write_bytes(whole)
         system.comm.barrier()
-        assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 2
+        assert Checkpoints(system, shared_tmp_path).load().numbers["index"] == 2
 
     def test_one_that_was_written_anew_by_hand_is_refused(self, system, example, shared_tmp_path):
         """As those of the format before this one were: without a checksum, maybe incomplete."""
@@ -455,7 +457,7 @@ class TestFiles:
             np.savez(path, **data)
         system.comm.barrier()
         with pytest.raises(InputError, match=r"00000007.npz was written in an earlier format"):
-            load_newest(shared_tmp_path, system, lambda labels: None)
+            Checkpoints(system, shared_tmp_path).load()
 
     def test_numbers_count_and_not_their_digits(self, system, example, shared_tmp_path):
         """The run of more than a hundred million steps."""
@@ -523,7 +525,7 @@ class TestFiles:
                 (shared_tmp_path / f"checkpoint_0000000{index}.npz").write_bytes(b"")
         system.comm.barrier()
         with pytest.raises(InputError, match=r"no checkpoint in .* can be used"):
-            load_newest(shared_tmp_path, system, lambda labels: None)
+            Checkpoints(system, shared_tmp_path).load()
 
     @pytest.mark.parametrize("cell", ["tetrahedron", "hexahedron"])
     def test_one_of_another_mesh_is_refused(self, comm, machine, shared_tmp_path, cell):
@@ -539,19 +541,23 @@ class TestFiles:
         else:
             other = machine(degree=2)
         with pytest.raises(InputError, match="the checkpoint belongs to another mesh of 'beam'"):
-            load_newest(shared_tmp_path, other.system(), lambda labels: None)
+            Checkpoints(other.system(), shared_tmp_path).load()
 
-    def test_labels_are_those_written_and_may_be_refused(self, system, example, shared_tmp_path):
+    def test_labels_must_be_those_written(self, system, example, shared_tmp_path):
         Checkpoints(system, shared_tmp_path, {"mesh": "abc"}).write(1, 0.0, 0.0, example)
-        seen = []
-        load_newest(shared_tmp_path, system, seen.append)
-        assert seen == ([{"mesh": "abc"}] if system.comm.rank == 0 else [])
+        for labels in (None, {"mesh": "abc"}):
+            assert Checkpoints(system, shared_tmp_path, labels).load()
+        words = "the mesh has changed, it was abc and is def"
+        with pytest.raises(InputError, match=words):  # on all ranks
+            Checkpoints(system, shared_tmp_path, {"mesh": "def"}).load()
 
-        def refuse(labels):
-            raise InputError(f"not {labels['mesh']}")
-
-        with pytest.raises(InputError, match=r"^not abc$"):  # on all ranks
-            load_newest(shared_tmp_path, system, refuse)
+    def test_one_of_other_parts_is_refused(self, machine, example, system, shared_tmp_path):
+        Checkpoints(system, shared_tmp_path).write(1, 0.0, 0.0, example)
+        other = machine().system(Gravity(), JointTorque("rotor", Hat(1.0, 1.0)))
+        with pytest.raises(
+            InputError, match=r"cannot go on with .*: the list of parts has changed"
+        ):
+            Checkpoints(other, shared_tmp_path).load()
 
     @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
     def test_a_failed_one_leaves_the_earlier_ones_alone(self, system, example, shared_tmp_path):
@@ -569,7 +575,7 @@ class TestFiles:
         gc.collect()  # and no noise from what was half written
         system.comm.barrier()
         assert [p.name for p in shared_tmp_path.iterdir()] == ["checkpoint_00000001.npz"]
-        assert load_newest(shared_tmp_path, system, lambda labels: None).numbers["index"] == 7
+        assert Checkpoints(system, shared_tmp_path).load().numbers["index"] == 7
         checkpoints.write(2, 0.02, 0.0, example)  # there is room again
         assert len(list_checkpoints(shared_tmp_path)) == 2
 

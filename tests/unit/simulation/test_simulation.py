@@ -19,6 +19,9 @@ class Recorder:
     def __init__(self, fail_at=None):
         self.seen, self.finished, self.fail_at = [], 0, fail_at
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         assert self.finished == 0
         s = snapshot

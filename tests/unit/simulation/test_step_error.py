@@ -45,6 +45,9 @@ class Recorder:
     def __init__(self):
         self.times, self.q, self.energy_errors = [], [], []
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         self.times.append(snapshot.state.time)
         self.q.append(snapshot.state.q.copy())

@@ -207,6 +207,9 @@ def test_a_run_starts_with_the_rates(machine):
     seen = []
 
     class Rates:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, snapshot):
             seen.append(snapshot.state.angle_rates[1])
 

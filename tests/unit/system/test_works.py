@@ -47,6 +47,9 @@ class Recorder:
     def __init__(self):
         self.seen = []
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, s):
         self.seen.append(
             (s.state.time, s.balance.total, s.works, s.dissipated, s.external_work, s.energy_error)

@@ -34,6 +34,9 @@ def rows():
     rows, directors = [], []
 
     class Seen:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, s):
             rows.append([x for channel in found for x in channel.values(s)])
             directors.append(s.state.q.reshape(-1, 4, 3)[:, 1:].transpose(0, 2, 1).copy())

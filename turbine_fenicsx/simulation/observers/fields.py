@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -17,10 +17,13 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.parts import Part, Parts
+from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
+from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -43,8 +46,6 @@ class Fields:
         parts: Number of the part of each local cell (ghosts included), one array per flexible
             body; if None, each body is one part, with the next free numbers.
         names: Names of the numbered parts that are not called like their bodies.
-        keep_until: Keep the times of an existing file before this one [s], where the run goes on;
-            None begins a new file.
 
     Attributes:
         name: Name of the XDMF file, under which checkpoints know it.
@@ -62,11 +63,9 @@ class Fields:
         surfaces: Sequence[RigidSurface] | None = None,
         parts: Sequence[Array] | None = None,
         names: Mapping[int, str] | None = None,
-        keep_until: float | None = None,
     ) -> None:
-        """Lay out the grid and create the files."""
         self._system, self._every, self._end = system, every, end
-        self.name = Path(path).name
+        self._path, self.name = Path(path), Path(path).name
         comm = system.comm
         if surfaces is None:
             surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
@@ -96,7 +95,8 @@ class Fields:
         cells.append(("quadrilateral", np.concatenate(quadrilaterals)))
         self._n_faces = len(cells[-1][1])
         held = [body.couplings(system) for body in self._bodies]
-        self._series = XdmfSeries(
+        self._open = partial(
+            XdmfSeries,
             comm,
             path,
             cells,
@@ -104,12 +104,24 @@ class Fields:
             point_data={"coupling": np.concatenate([*held, np.zeros(counts[-1], np.int32)])},
             cell_data={"part": np.concatenate([np.zeros(0), *cell_parts]).astype(np.int32)},
             information={"parts": about.to_text()},
-            append=keep_until,
         )
+        self._series: XdmfSeries | None = None
+        self._last: float | None = None
+        self._next = 0.0
+
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Open the files, which keep their times before the first state if the run goes on.
+
+        Raises:
+            FileError: if they cannot be written, on all ranks.
+        """
+        time, every = snapshot.state.time, self._every
+        self._series = self._open(append=time if resumed else None)
         self._last = last = self._series.last_kept
-        self._next = np.ceil((keep_until or 0.0) / every - 1e-9) * every
+        self._next = np.ceil(time / every - 1e-9) * every
         if last is not None:
             self._next = (np.floor(last / every + 1e-9) + 1.0) * every
+        self.observe(snapshot)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Write if it is time to."""
@@ -118,17 +130,28 @@ class Fields:
         if t < min(self._next, self._end) - slack:
             return
         self._next = (np.floor(t / self._every + 1e-9) + 1.0) * self._every
-        self.write(snapshot.state)
+        self._write(snapshot.state)
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> RestartData:
         """Bring the times to the disk; their number and the last one. Collective."""
-        return {"times": self._series.sync(), "last_time": self._last}
+        assert self._series is not None
+        return RestartData({"times": self._series.sync(), "last_time": self._last})
+
+    def restore(self, data: RestartData) -> None:
+        """The files themselves have all that is needed."""
+
+    def find_shortfall(self, data: RestartData, time: float) -> str | None:
+        """Times that the files lack before a checkpoint; that of the checkpoint is written anew."""
+        first, n = time - 1e-9 * max(1.0, abs(time)), data.numbers
+        there = sum(grid.time < first for grid in stored_grids(self._path))
+        needed = n["times"] - (n["times"] > 0 and n["last_time"] >= first)
+        return describe_shortfall(self.name, there, needed, "times", time)
 
     def finish(self) -> None:
         """Nothing is left open."""
 
-    def write(self, state: State) -> None:
-        """Write one state. Collective."""
+    def _write(self, state: State) -> None:
+        assert self._series is not None
         self._last = state.time
         points, u, v = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros((0, 3))]
         norm, von_mises, fibre = [], [], []

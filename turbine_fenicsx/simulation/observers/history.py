@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -57,15 +61,14 @@ class History:
         comm: Communicator; rank 0 writes.
         path: The file.
         channels: The columns from left to right.
-        keep_until: Keep the rows of an existing file up to this time [s] and append to them; None
-            begins a new file. A file with other columns is kept under the name
-            ``history.csv.damaged``.
 
     Attributes:
         name: Name of the file, under which checkpoints know it.
 
-    Raises:
-        FileError: if the file cannot be written, on all ranks.
+    Note:
+        A run that goes on keeps the rows of the file up to its first state, and its columns:
+        channels that are new are left out. A file whose head was changed since is kept under
+        another name, ``history.csv.damaged``.
     """
 
     def __init__(
@@ -73,34 +76,65 @@ class History:
         comm: MPI.Intracomm,
         path: str | os.PathLike[str],
         channels: Sequence[Channel],
-        keep_until: float | None = None,
     ) -> None:
-        """Open the file and write the head."""
-        self._channels, self.name = tuple(channels), Path(path).name
-        self._columns = [name for channel in self._channels for name in channel.columns]
+        self._comm, self._path, self.name = comm, Path(path), Path(path).name
+        self._channels = tuple(channels)
+        self._file: RowFile | None = None
 
-        def first() -> list[str]:
-            head = ",".join(self._columns)
-            if keep_until is None:
-                return [head]
-            if Path(path).exists() and not _has_head(path, head):
-                os.replace(path, f"{os.fspath(path)}.damaged")
-            return [head, *rows_until(read_history_rows(path, self._columns), keep_until, ",")]
+    @property
+    def _columns(self) -> list[str]:
+        return [name for channel in self._channels for name in channel.columns]
 
-        self._file = RowFile(comm, path, first)
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Open the file, with a head and the first row, or with the rows so far.
+
+        Raises:
+            FileError: if it cannot be written, on all ranks.
+        """
+        row = self._row(snapshot)
+        head = ",".join(self._columns)
+
+        def make_first_lines() -> list[str]:
+            if not resumed:
+                return [head, row]
+            if self._path.exists() and not _has_head(self._path, head):
+                os.replace(self._path, f"{self._path}.damaged")
+            rows = read_history_rows(self._path, self._columns)
+            return [head, *rows_until(rows, snapshot.state.time, ",")]
+
+        self._file = RowFile(self._comm, self._path, make_first_lines)
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Append a row, but for a state that was observed before."""
-        row = [x for channel in self._channels for x in channel.row(snapshot)]
-        if not snapshot.resumed:
-            self._file.write(",".join(_text(x) for x in row))
+        """Append a row."""
+        assert self._file is not None
+        self._file.write(self._row(snapshot))
 
-    def save(self) -> dict[str, Any]:
+    def _row(self, snapshot: Snapshot) -> str:
+        return ",".join(_text(x) for channel in self._channels for x in channel.row(snapshot))
+
+    def save(self) -> RestartData:
         """Bring the rows to the disk; their number and the columns. Collective."""
-        return {"rows": self._file.sync() - 1, "columns": self._columns}
+        assert self._file is not None
+        return RestartData({"rows": self._file.sync() - 1, "columns": self._columns})
+
+    def restore(self, data: RestartData) -> None:
+        """Leave out the channels that the file does not have."""
+        before = set(data.numbers["columns"])
+        kept = tuple(c for c in self._channels if before.issuperset(c.columns))
+        new = [name for c in self._channels if c not in kept for name in c.columns]
+        if new:
+            log.info("%s keeps its columns, without %s", self.name, ", ".join(new))
+        self._channels = kept
+
+    def find_shortfall(self, data: RestartData, time: float) -> str | None:
+        """Rows that the file lacks up to a checkpoint."""
+        rows = read_history_rows(self._path, data.numbers["columns"])
+        there = len(rows_until(rows, time + 1e-9 * max(1.0, abs(time)), ","))
+        return describe_shortfall(self.name, there, data.numbers["rows"], "rows", time)
 
     def finish(self) -> None:
         """Close the file."""
+        assert self._file is not None
         self._file.close()
 
 

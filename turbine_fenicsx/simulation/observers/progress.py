@@ -33,6 +33,10 @@ class Progress:
         self._last = time.perf_counter()
         self._bar: Any = None
 
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Draw the bar."""
+        self.observe(snapshot)
+
     def observe(self, snapshot: Snapshot) -> None:
         """Move the bar, or print a line if it is time to."""
         t = snapshot.state.time

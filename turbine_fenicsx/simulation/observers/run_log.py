@@ -21,18 +21,17 @@ log = logging.getLogger(__name__)
 class StepLog:
     """An observer that logs a line for every step."""
 
-    def __init__(self) -> None:
-        """No step yet."""
-        self._time = 0.0
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Log where the run begins."""
+        self._time = snapshot.state.time
+        log.info("%s at t = %.9g s", "resumed" if resumed else "begin", self._time)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Log a step."""
         s, report = snapshot, snapshot.report
         t, dt = s.state.time, s.state.time - self._time
         self._time = t
-        if report is None:
-            log.info("%s at t = %.9g s", "resumed" if s.resumed else "begin", t)
-            return
+        assert report is not None
         log.info(
             "step %d t = %.9g s dt = %.3g s, %d Newton, %d Krylov, residual %.1e, "
             "energy error %.2e J, constraints %.1e",

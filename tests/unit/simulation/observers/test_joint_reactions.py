@@ -37,6 +37,9 @@ def run(system, *functions, steps=4, start=None):
     seen = []
 
     class Seen:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, snapshot):
             seen.append([np.copy(f(snapshot)) for f in functions])
 

@@ -96,6 +96,9 @@ def test_rows_can_be_read_while_the_run_goes_on(comm, system, shared_tmp_path):
     counts = []
 
     class Watch:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, snapshot):
             comm.barrier()
             counts.append(len(path.read_text().splitlines()) - 8)
@@ -105,7 +108,6 @@ def test_rows_can_be_read_while_the_run_goes_on(comm, system, shared_tmp_path):
             pass
 
     output = OpenFastOutput(comm, path, CHANNELS)
-    assert len(path.read_text().splitlines()) == 8
     Simulation(system, 0.02, 0.06, [output, Watch()]).run()
     assert counts == [0, 1, 2, 3]
 
@@ -126,17 +128,20 @@ def test_rows_up_to_a_time_can_be_kept_and_appended_to(comm, system, shared_tmp_
     comm.barrier()
     assert len(read_out_rows(path, len(NAMES))) == 5
     comm.barrier()
-    output = OpenFastOutput(comm, path, CHANNELS, keep_until=0.01 + 0.02)
+    output = OpenFastOutput(comm, path, CHANNELS)
+    output.start(Simulation(system, 0.01, 0.01 + 0.02).run(), resumed=True)
     output.finish()
     assert path.read_text().split("\n") == [*whole.split("\n")[:11], ""]
 
 
 def test_a_missing_file_has_no_rows_to_keep(comm, system, shared_tmp_path):
-    path = shared_tmp_path / "history.out"
-    write(system, path, keep_until=1.0)
-    assert len(read_out_rows(path, len(NAMES))) == 3
+    output = OpenFastOutput(comm, shared_tmp_path / "history.out", CHANNELS)
+    output.start(Simulation(system, 0.01, 0.01).run(), resumed=True)
+    output.finish()
+    assert read_out_rows(shared_tmp_path / "history.out", len(NAMES)) == []
 
 
-def test_a_file_that_cannot_be_written_is_an_error_on_all_ranks(comm, shared_tmp_path):
+def test_a_file_that_cannot_be_written_is_an_error_on_all_ranks(comm, system, shared_tmp_path):
+    output = OpenFastOutput(comm, shared_tmp_path / "none" / "history.out", CHANNELS)
     with pytest.raises(OSError, match=r"history\.out"):
-        OpenFastOutput(comm, shared_tmp_path / "none" / "history.out", CHANNELS)
+        Simulation(system, 0.02, 0.02, [output]).run()

@@ -82,6 +82,9 @@ def test_velocities_are_those_of_the_positions(machine, shared_tmp_path, comm):
     seen = []
 
     class Seen:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
         def observe(self, snapshot):
             seen.append(points.at(snapshot).copy())
 

@@ -23,6 +23,9 @@ class Seen:
     def __init__(self, *functions):
         self.functions, self.values = functions, []
 
+    def start(self, snapshot, resumed):
+        self.observe(snapshot)
+
     def observe(self, snapshot):
         self.values.append([np.copy(f(snapshot)) for f in self.functions])
 

@@ -7,7 +7,7 @@ import pytest
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.simulation.checkpoint import Checkpoints, load_newest
+from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
@@ -80,7 +80,7 @@ def test_a_run_that_goes_on_says_so_behind_what_was_there(comm, rotor, shared_tm
     simulate(rotor, shared_tmp_path, 0.04)
     before = lines(comm, shared_tmp_path / "run.log")
     comm.barrier()
-    data = load_newest(shared_tmp_path / "checkpoints", rotor, lambda labels: None)
+    data = Checkpoints(rotor, shared_tmp_path / "checkpoints").load()
     simulate(rotor, shared_tmp_path, 0.06, data, append=True)
     found = lines(comm, shared_tmp_path / "run.log")
     assert found[: len(before)] == before
