@@ -1,6 +1,7 @@
 """The package's layers point in one direction, and other rules that only the source can show."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,21 @@ def test_every_room_has_a_layer():
     listed = [name for layer in LAYERS for name in layer]
     assert len(listed) == len(set(listed))
     assert names == set(listed)
+
+
+def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    shown: list[set[str]] = []
+    room_of_a_row = r"^\| ([\w ]*) ?\| (?:\{py:mod\}`~turbine_fenicsx\.|`)(\w+)` \|"
+    for layer, name in re.findall(room_of_a_row, page, re.MULTILINE):
+        if layer.strip():
+            shown.append(set())
+        shown[-1].add(name)
+    assert shown == LAYERS
+    files = re.findall(r"`([a-z_]+/[a-z_/]+\.py)`", page)
+    assert len(files) > 10
+    missing = {f for f in files if not (PACKAGE / f).exists() and not (PACKAGE.parent / f).exists()}
+    assert missing == set()
 
 
 def test_unit_tests_stand_in_the_rooms_of_the_package():
