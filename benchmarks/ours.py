@@ -16,7 +16,8 @@ from problem import mesh_case, tip_points
 from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, StVenantKirchhoff
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.meshing import load_msh
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.hybrid import hybrid_turbine
 from turbine_fenicsx.turbine.model import rotor_layout
@@ -70,7 +71,7 @@ def turning(parts, speed):
 
 def tip_displacements(system, state):
     """Displacements of the tips relative to the hub, in its initial axes, shape (3, 3)."""
-    (block,) = system.flexible_blocks
+    (block,) = system.flexible_models
     u = state.u[0].array_r.reshape(-1, 3)
     hub = next((b for b in system.rigid_bodies if b.name == "hub"), None)
     tips = np.zeros((3, 3))
@@ -95,7 +96,7 @@ def main():
     comm = MPI.COMM_WORLD
     tolerance = args.tolerance or problem.tolerance
     system = build(problem, args.model, comm)
-    solver = EnergyMomentumSolver(system, SolverOptions(args.preconditioner, tolerance))
+    solver = EnergyMomentum(system, SolverOptions(args.preconditioner, tolerance))
     state = system.initial_state()
     spare = state.copy()
     set_up = measure.seconds_since_start()

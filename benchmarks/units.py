@@ -19,7 +19,8 @@ import ours
 from problem import Problem, parse_size, prepare
 
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 
 def shortest(function, repeat=15):
@@ -35,7 +36,7 @@ def shortest(function, repeat=15):
 def measure_units(problem):
     """Seconds of a step, a residual assembly and a solve, and their ratio."""
     system = ours.build(problem, "hybrid", MPI.COMM_SELF)
-    solver = EnergyMomentumSolver(system, SolverOptions(tolerance=problem.tolerance))
+    solver = EnergyMomentum(system, SolverOptions(tolerance=problem.tolerance))
     state = system.initial_state()
     spare, steps = state.copy(), []
     for _ in range(problem.steps):
@@ -44,7 +45,7 @@ def measure_units(problem):
         steps.append(time.perf_counter() - start)
         state, spare = spare, state
 
-    (block,), (coupling,) = system.flexible_blocks, system.coupling_blocks
+    (block,), (coupling,) = system.flexible_models, system.coupling_blocks
     du, R = block.new_vector(), block.new_vector()
     block.begin(state.u[0], state.v[0], problem.dt, np.zeros(3))
     residual = shortest(lambda: block.residual(du, R))

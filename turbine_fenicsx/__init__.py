@@ -77,12 +77,12 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.system.state import State as State
     from turbine_fenicsx.system.system import Balance as Balance
     from turbine_fenicsx.system.system import MultibodySystem as MultibodySystem
+    from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum as EnergyMomentum
     from turbine_fenicsx.time_stepping.energy_momentum import (
         EnergyMomentumStep as EnergyMomentumStep,
     )
-    from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver as EnergyMomentumSolver
-    from turbine_fenicsx.time_stepping.solver import SolverOptions as SolverOptions
-    from turbine_fenicsx.time_stepping.solver import StepFailure as StepFailure
+    from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
+    from turbine_fenicsx.time_stepping.stepper import StepFailure as StepFailure
     from turbine_fenicsx.turbine.case.case import Case as Case
 
 _PUBLIC = {
@@ -95,7 +95,7 @@ _PUBLIC = {
     "Constant": "forces.time_functions",
     "Coupling": "bodies.coupling",
     "Cylindrical": "joints",
-    "EnergyMomentumSolver": "time_stepping.solver",
+    "EnergyMomentum": "time_stepping.energy_momentum",
     "EnergyMomentumStep": "time_stepping.energy_momentum",
     "Fields": "simulation.observers.fields",
     "FlexibleBody": "bodies.flexible_body",
@@ -106,6 +106,7 @@ _PUBLIC = {
     "JointDamper": "forces",
     "JointReaction": "simulation.observers.joint_reactions",
     "JointReactions": "simulation.observers.joint_reactions",
+    "JointRelation": "joints",
     "JointSpring": "forces",
     "JointTorque": "forces",
     "KelvinVoigt": "materials",
@@ -135,11 +136,15 @@ _PUBLIC = {
     "Simulation": "simulation.simulation",
     "Sine": "forces.time_functions",
     "Snapshot": "simulation.snapshot",
-    "SolverOptions": "time_stepping.solver",
+    "SolverOptions": "time_stepping.newton",
     "Spherical": "joints",
     "StVenantKirchhoff": "materials",
     "State": "system.state",
-    "StepFailure": "time_stepping.solver",
+    "StepFailure": "time_stepping.stepper",
+    "StepReport": "time_stepping.stepper",
+    "StepTimes": "forces.element",
+    "Stepper": "time_stepping.stepper",
+    "SurfacePoint": "forces",
     "SurfaceTraction": "forces",
     "Table": "forces.time_functions",
     "Torque": "forces",
@@ -148,9 +153,11 @@ _PUBLIC = {
     "cell_field": "materials.cell_fields",
     "dot": "foundation.quadratic",
     "equilibrium": "analysis.statics",
+    "gear_pair": "joints",
     "initial_motion": "system.start",
     "joint_channel": "simulation.observers.joint_reactions",
     "point_channel": "simulation.observers.points",
+    "screw": "joints",
 }
 
 __all__ = sorted(["__version__", *_PUBLIC])

@@ -9,7 +9,7 @@ and small vibrations about the undeformed blade are
     K phi = omega^2 M phi,        K = Pi''(0),  M = int rho phi_a phi_b dV.
 
 Both come from the strain energy by differentiation. Quadrature is that of the time step, see
-`turbine_fenicsx.system.flexible_block`, so that K and M are the solver's own matrices.
+`turbine_fenicsx.system.flexible_model`, so that K and M are the solver's own matrices.
 """
 
 from dataclasses import dataclass

@@ -75,7 +75,7 @@ def mass_and_centre(system: MultibodySystem):
     """Total mass [kg] and initial centre of mass [m]. Collective."""
     masses = [body.mass for body in system.rigid_bodies]
     moment = sum((b.mass * np.asarray(b.position, float) for b in system.rigid_bodies), np.zeros(3))
-    for block in system.flexible_blocks:
+    for block in system.flexible_models:
         masses.append(system.comm.allreduce(block.nodal_mass.sum()))
         moment = moment + system.comm.allreduce(block.nodal_mass @ block.positions)
     return sum(masses), moment / sum(masses)

@@ -8,7 +8,7 @@ from runs import Record, comm, run
 
 from turbine_fenicsx import (
     Constant,
-    EnergyMomentumSolver,
+    EnergyMomentum,
     JointTorque,
     MultibodySystem,
     Revolute,
@@ -119,7 +119,7 @@ def test_angle_is_continuous_whatever_the_number_of_revolutions(first_revolution
     D, dt, n_steps = 1.5, 0.02, 100
     start = 2.0 * pi * first_revolution
     system = rotor("regular", Constant(0.0), speed=2.0 / dt * np.tan(0.5 * D))
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state = system.initial_state()
     other = state.copy()
     state.angles[:] = start

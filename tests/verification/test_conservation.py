@@ -17,9 +17,9 @@ from runs import (
     run,
 )
 
-from turbine_fenicsx import EnergyMomentumSolver, Gravity, MultibodySystem, SolverOptions
+from turbine_fenicsx import EnergyMomentum, Gravity, MultibodySystem, SolverOptions
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
-from turbine_fenicsx.system.discrete_gradients import mean_stress
+from turbine_fenicsx.time_stepping.discrete_gradients import mean_stress
 
 ELEMENTS = [(c, d) for c in ("hexahedron", "tetrahedron") for d in (1, 2)]
 DT, END = 0.02, 0.8
@@ -97,10 +97,10 @@ def test_free_flexible_body_keeps_its_momenta_and_energy(law, preconditioner):
     # No rigid body at all: a beam thrown with spin and stretch, tumbling under gravity.
     body, _ = beam(LAWS[law](), "hexahedron", 1)
     system = MultibodySystem(comm, [body, Gravity(tuple(GRAVITY))])
-    solver = EnergyMomentumSolver(system, SolverOptions(preconditioner=preconditioner))
+    solver = EnergyMomentum(system, SolverOptions(preconditioner=preconditioner))
     state = system.initial_state()
     other = state.copy()
-    x = system.flexible_blocks[0].positions
+    x = system.flexible_models[0].positions
     velocity = np.cross([0.5, 1.0, 2.0], x) + 0.4 * np.sin(x[:, [1, 2, 0]]) + [0.1, 2.0, 0.3]
     state.v[0].array[:] = velocity.ravel()
     first = system.balance(state)

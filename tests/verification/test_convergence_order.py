@@ -7,7 +7,7 @@ from runs import comm
 
 from turbine_fenicsx import (
     Coupling,
-    EnergyMomentumSolver,
+    EnergyMomentum,
     JointTorque,
     MultibodySystem,
     NeoHooke,
@@ -35,7 +35,7 @@ def smoothly_driven(law):
 
 def state_at_end(system, dt):
     """Everything at `END`; multipliers as means of the steps before and after it."""
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state, other = system.initial_state(), system.initial_state()
     for _ in range(round(END / dt)):
         solver.advance(state, dt, other)

@@ -266,7 +266,7 @@ def test_the_assertions_reject_what_is_not_balanced(monkeypatch):
     system = everything(free=True)
     (spring,) = (
         e
-        for e, part in zip(system.rigid_block.elements, system.elements, strict=True)
+        for e, part in zip(system.rigid_model.elements, system.elements, strict=True)
         if part.name == "rope"
     )
     right = spring.force

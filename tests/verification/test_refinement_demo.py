@@ -10,7 +10,7 @@ from runs import comm
 
 from turbine_fenicsx import BladeGeometry, Case, FlexibleBody
 from turbine_fenicsx.meshing import MeshOptions
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 pytest.importorskip("slepc4py")
 FOLDER = Path(__file__).parents[2] / "demos" / "refinement"
@@ -81,7 +81,7 @@ def test_matrices_are_those_of_the_time_step(demo, cell, degree, geometry_degree
     frame = demo("clamped_blade").FRAME
     body = FlexibleBody("blade", blade.mesh, Case().material.make(frame), 1500.0, degree)
     # its tangent for dt^2/2 = 1, at rest: inertia, and half the stiffness of the midpoint
-    step = FlexibleBlock(body).tangent.createSubMatrix(blade.free, blade.free)
+    step = FlexibleModel(body).tangent.createSubMatrix(blade.free, blade.free)
     scale = step.norm()
     step.axpy(-0.5, K)
     stiffness_alone = step.norm()

@@ -8,7 +8,6 @@ from five_angles import solve
 from runs import assert_constraints_hold, comm, run
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem
-from turbine_fenicsx.system.rigid_block import RigidStep
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.rigid import rigid_turbine
 
@@ -47,7 +46,7 @@ def either(request):
 
 
 def test_there_are_65_coordinates_and_60_independent_constraints(either):
-    block = either.rigid_block
+    block = either.rigid_model
     n_coordinates = block.n_q + block.n_angles
     n_constraints = block.n_constraints + block.n_angles
     assert (n_coordinates, n_constraints) == (65, 60)
@@ -62,7 +61,7 @@ def test_there_are_65_coordinates_and_60_independent_constraints(either):
 
 def test_constraints_hold_initially(either):
     state = either.initial_state()
-    phi = either.rigid_block.constraint_values(state.q, state.angles)
+    phi = either.rigid_model.constraint_values(state.q, state.angles)
     # eps times the largest length (30 m) is 7e-15
     assert np.max(np.abs(phi)) < 1e-14
 

@@ -33,7 +33,7 @@ class Blades:
     def __init__(self, case, turbine):
         system, layout = turbine.system, rotor_layout(case)
         self.system, self.hub = system, system.rigid_bodies[1]
-        (self.block,) = system.flexible_blocks
+        (self.block,) = system.flexible_models
         spans = np.array([layout.frame(k)[0] for k in (1, 2, 3)])
         self.nearest = np.argmax((self.block.positions - layout.centre) @ spans.T, axis=1)
         self.roots = np.asarray(layout.centre) + case.blade.hub_radius * spans

@@ -21,7 +21,7 @@ from turbine_fenicsx import (
     SolverOptions,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
 
@@ -123,7 +123,7 @@ def test_strain_energy_of_quadratic_tetrahedra_is_never_negative():
     # wild the displacement: a quadrature rule with a negative weight has states of large strain
     # and negative energy, which a conserving scheme then finds.
     cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, mesh.CellType.tetrahedron)
-    block = FlexibleBlock(FlexibleBody("cube", cube, StVenantKirchhoff(0.8, 0.4), 1.0, degree=2))
+    block = FlexibleModel(FlexibleBody("cube", cube, StVenantKirchhoff(0.8, 0.4), 1.0, degree=2))
     u, zero, force = (block.new_vector() for _ in range(3))
 
     def energy(x):

@@ -62,7 +62,7 @@ class Watch(Record):
         system = self.turbine.system
         local = sum(
             block.nodal_mass @ (block.positions + u.array_r.reshape(-1, 3))
-            for block, u in zip(system.flexible_blocks, s.state.u, strict=True)
+            for block, u in zip(system.flexible_models, s.state.u, strict=True)
         )
         places = system.coordinates_of(s.state.q)
         rigid = sum(body.mass * q[:3] for body, q in places.items())
@@ -151,7 +151,7 @@ def test_base_loads_and_weight_change_all_momenta(watch):
     """d'Alembert for the whole turbine, about the origin."""
     force, moment = -watch.base[1:, 0], -watch.base[1:, 1]
     mass = (watch.turbine.system.gravity_force(G)[1::12].sum() / -9.81) + comm.allreduce(
-        sum(block.nodal_mass.sum() for block in watch.turbine.system.flexible_blocks)
+        sum(block.nodal_mass.sum() for block in watch.turbine.system.flexible_models)
     )
     change = np.diff(watch.linear, axis=0) / STEP
     weight = mass * G

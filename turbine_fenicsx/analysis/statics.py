@@ -1,18 +1,15 @@
 """Static equilibrium of a system.
 
-At rest the equations of a step with dq = du = 0 are those of static equilibrium, and their tangent
-with respect to the increments is half the stiffness, because discrete gradients are symmetric in
-their two ends,
+With the forces that displacements u, coordinates y and multipliers lack for equilibrium, Newton's
+method solves
 
-    K_step = | K/2  G^T |,      K_static = | K  G^T |.
-             | G     0  |                  | G   0  |
+    | K_uu  C^T  0   |             | R_u + C^T mu_c |
+    | C     0    B   | increment = | Phi_c          |
+    | 0     B^T  K_r |             | R_r + B^T mu_c |
 
-So with the constraint residuals doubled, the linear solver of the step gives twice the Newton
-increment of the displacements and the increment of the multipliers: Newton's method for
-equilibrium needs no forms of its own. Inertia drops out because the step is taken to be very long.
-
-What hangs in joints has its stiffness from the joint forces, so these must be known before the
-first iteration. They are taken from a very short step, which is the start of the motion from rest.
+with the stiffness K of the bodies, by the linear solver of the time steps. What hangs in joints has
+its stiffness from the joint forces, so these must be known before the first iteration: they are
+those with which the system starts to move from rest.
 """
 
 from __future__ import annotations
@@ -27,20 +24,20 @@ import numpy as np
 
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.augmented_angle import on_right_branch
 from turbine_fenicsx.linear_solvers.elimination import Elimination
+from turbine_fenicsx.system.nested_blocks import NestedBlocks
+from turbine_fenicsx.system.rigid_model import REDUNDANT_GAP
 from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.time_stepping.solver import StepFailure
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 log = logging.getLogger(__name__)
 
-LONG_STEP = 1e8
-"""Length of the step [s]; the masses weigh dt^2/2 times less than the stiffness."""
-
-SHORT_STEP = 1e-6
-"""Length of the step [s] that gives the first multipliers."""
+EARLY = 1e-12
+"""Square of the time [s^2] for which the first multipliers are those of the motion from rest: they
+follow from the masses, and from the stiffness where there is no mass."""
 
 SMALLEST_EXTENT = 1e-12
 """Displacements below this [m] count as none."""
@@ -92,48 +89,124 @@ def equilibrium(
     state.angle_rates[:] = 0.0
     for v in state.v:
         v.set(0.0)
-    step = EnergyMomentumStep(system)
-    solver = Elimination(step, "static_")
+    blocks = EquilibriumBlocks(system, state)
+    solver = Elimination(blocks, "static_")
     try:
         with one_thread():
             for time in times:
-                n = _newton(step, solver, state, time, tolerance, max_iterations)
+                n = _newton(blocks, solver, time, tolerance, max_iterations)
                 log.info("equilibrium at t = %g s after %d iterations", time, n)
     finally:
         solver.destroy()
+        blocks.destroy()
     return state
 
 
+class EquilibriumBlocks(NestedBlocks):
+    """Residual and tangent of static equilibrium at a state.
+
+    Args:
+        system: The system.
+        state: The state, whose displacements, coordinates and multipliers are the unknowns.
+
+    Attributes:
+        time: Time of all loads and motions [s].
+        residual_vector: Nested vector of the residual.
+        mass: Factor of the mass matrix that is added to the stiffness [1/s^2].
+    """
+
+    def __init__(self, system: MultibodySystem, state: State) -> None:
+        super().__init__(system, tuple(m.new_stiffness() for m in system.flexible_models))
+        self.state, self.time, self.mass = state, 0.0, 0.0
+        self.residual_vector, self.correction = self.new_nested_vector(), self.new_nested_vector()
+
+    def residual(self) -> None:
+        """Assemble the residual at the state."""
+        system, state = self.system, self.state
+        R_u, R_c, R_r = self.split(self.residual_vector)
+        if self.n_r:
+            R_r.array[:] = self._rigid_residual()
+        coordinates = system.coordinates_of(state.q)
+        for i, (m, c) in enumerate(
+            zip(system.flexible_models, system.coupling_blocks, strict=True)
+        ):
+            C_T, B_T = self.transposed[i]
+            m.static_forces(state.u[i], system.gravity, self.time, R_u[i])
+            C_T.multAdd(state.coupling[i], R_u[i], R_u[i])
+            B_T.multAdd(state.coupling[i], R_r, R_r)
+            R_c[i].array[:] = c.gap(coordinates, state.u[i])
+
+    def tangent(self, x: PETSc.Vec) -> None:
+        """Assemble the tangent at the state; x, which linear solvers hand over, is not used."""
+        state = self.state
+        models = self.system.flexible_models
+        for m, K, u in zip(models, self.tangents, state.u, strict=True):
+            m.assemble_stiffness(u, self.time, K)
+            if self.mass:
+                M = m.mass_matrix()
+                K.axpy(self.mass, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+                M.destroy()
+        self.set_rigid_tangent(self._rigid_tangent() if self.n_r else np.zeros((0, 0)))
+
+    def destroy(self) -> None:
+        """Free the matrices and vectors."""
+        for thing in (*self.tangents, self.residual_vector, self.correction, self.tangent_matrix):
+            thing.destroy()
+
+    def _rigid_residual(self) -> Array:
+        """R_r without the coupling forces."""
+        system, state, model = self.system, self.state, self.system.rigid_model
+        load_q, load_T = (forces.sum(axis=0) for forces in system.forces_by_load(self.time))
+        loads = np.concatenate([load_q + system.gravity_force(system.gravity), load_T])
+        lacking = model.static_forces(state.q, state.angles, state.multipliers, self.time, loads)
+        n = model.n_constraints + model.n_angles
+        return np.concatenate(
+            [
+                lacking,
+                model.constraint_values(state.q, state.angles)[:n],
+                model.S @ state.angles - system.relation_values(self.time),
+            ]
+        )
+
+    def _rigid_tangent(self) -> Array:
+        """K_r, shape (n_r, n_r)."""
+        state, model = self.state, self.system.rigid_model
+        n = model.n_q + model.n_angles
+        K = np.zeros((model.size, model.size))
+        K[:n, :n] = model.stiffness(state.q, state.angles, state.multipliers, self.time)
+        K[: model.n_q, : model.n_q] += self.mass * model.mass_matrix
+        K[n:, :n] = model.constraint_jacobian(state.q, state.angles)
+        K[:n, n:] = K[n:, :n].T
+        return K
+
+
 def _newton(
-    step: EnergyMomentumStep,
+    blocks: EquilibriumBlocks,
     solver: Elimination,
-    state: State,
     time: float,
     tolerance: float,
     max_iterations: int,
 ) -> int:
     """Newton's method for one load step, changing the state; returns the iterations."""
-    correction = step.new_nested_vector()
+    state, correction = blocks.state, blocks.correction
     start = state.angles.copy()
+    blocks.time = time
     if not np.any(state.multipliers):
-        _first_multipliers(step, solver, state, time, correction)
-    reach = _reach(step)
+        _set_first_multipliers(blocks, solver)
+    reach = _reach(blocks.system)
     sizes: list[float] = []
     last = np.inf
     for iteration in range(1, max_iterations + 1):
-        step.begin(state, LONG_STEP, at=time)
-        step.guess(extrapolate=False)
-        step.residual(step.x, step.residual_vector)
-        _scale_constraints(step, 2.0)
-        solver.update(step.x)
-        solver.solve(step.residual_vector, correction)
-        size, extent = _move(step, state, correction)
+        blocks.residual()
+        solver.update(blocks.residual_vector)
+        solver.solve(blocks.residual_vector, correction)
+        size, extent = _move(blocks)
         sizes.append(size / extent)
         if not np.isfinite(size):
             break
         stagnant = last <= size <= max(ROUND_OFF * reach, STAGNATION * extent)
         if size <= tolerance * extent or stagnant:
-            _check_angles(step, state.angles - start, time)
+            _check_angles(blocks, start)
             state.time = time
             return iteration
         last = size
@@ -144,82 +217,70 @@ def _newton(
     )
 
 
-def _first_multipliers(
-    step: EnergyMomentumStep, solver: Elimination, state: State, time: float, correction: PETSc.Vec
-) -> None:
+def _set_first_multipliers(blocks: EquilibriumBlocks, solver: Elimination) -> None:
     """Set the multipliers to those with which the system starts to move from rest."""
-    step.begin(state, SHORT_STEP, at=time)
-    step.guess(extrapolate=False)
-    step.residual(step.x, step.residual_vector)
-    _scale_constraints(step, 0.0)
-    solver.update(step.x)
-    solver.solve(step.residual_vector, correction)
-    _correct_multipliers(step, state, correction)
+    blocks.residual()
+    _, R_c, R_r = blocks.split(blocks.residual_vector)
+    for part in R_c:
+        part.set(0.0)
+    if blocks.n_r:
+        model = blocks.system.rigid_model
+        R_r.array[model.n_q + model.n_angles :] = 0.0
+    blocks.mass = 2.0 / EARLY
+    solver.update(blocks.residual_vector)
+    blocks.mass = 0.0
+    solver.solve(blocks.residual_vector, blocks.correction)
+    _correct_multipliers(blocks)
 
 
-def _reach(step: EnergyMomentumStep) -> float:
+def _reach(system: MultibodySystem) -> float:
     """Largest coordinate of any point of the system [m]. Collective."""
-    system = step.system
-    places = [np.max(np.abs(f.positions), initial=0.0) for f in system.flexible_blocks]
+    places = [np.max(np.abs(m.positions), initial=0.0) for m in system.flexible_models]
     places += [np.max(np.abs(b.position), initial=1.0) for b in system.rigid_bodies]
     return float(system.comm.allreduce(max(places, default=0.0), op=MPI.MAX))
 
 
-def _check_angles(step: EnergyMomentumStep, turned: Array, time: float) -> None:
+def _check_angles(blocks: EquilibriumBlocks, start: Array) -> None:
     """Raise a StepFailure if angles went astray in a load step or a redundant constraint opened."""
-    block = step.system.rigid_block
-    astray = bool(np.any(np.abs(turned[block.is_angle]) >= np.pi))
-    if astray or not block.acceptable(step.rigid_step, np.zeros(block.size)):
+    model, state = blocks.system.rigid_model, blocks.state
+    k, (_, y) = model.is_angle, model.at(state.q)
+    astray = bool(np.any(np.abs(state.angles - start)[k] >= np.pi))
+    right = on_right_branch(np.zeros(k.sum()), state.angles[k], y[model.c][k], y[model.s][k])
+    if astray or not right or np.any(np.abs(model.gaps(state.q)) > REDUNDANT_GAP):
         raise StepFailure(
-            f"no equilibrium at t = {time:g} s: a joint turned by half a revolution or more in one "
-            "load step, or a redundant constraint does not hold; more load steps may help"
+            f"no equilibrium at t = {blocks.time:g} s: a joint turned by half a revolution or more "
+            "in one load step, or a redundant constraint does not hold; more load steps may help"
         )
 
 
-def _scale_constraints(step: EnergyMomentumStep, factor: float) -> None:
-    """Scale the constraint residuals of the step."""
-    _, R_c, R_r = step.split(step.residual_vector)
-    for part in R_c:
-        part.scale(factor)
-    if R_r.array_r.size:
-        for rigid in step.system.rigid_block.split(R_r.array)[2:]:
-            rigid *= factor
-
-
-def _move(step: EnergyMomentumStep, state: State, correction: PETSc.Vec) -> tuple[float, float]:
-    """Apply a correction to the state.
+def _move(blocks: EquilibriumBlocks) -> tuple[float, float]:
+    """Apply the correction to the state.
 
     Returns:
         The largest increment of a displacement or director, and the largest displacement or
         director increment so far [m, -], equal on all ranks.
     """
-    system = step.system
-    du, _, dr = step.split(correction)
+    system, state = blocks.system, blocks.state
+    du, _, dr = blocks.split(blocks.correction)
     size = extent = 0.0
     for u, increment in zip(state.u, du, strict=True):
-        u.axpy(-0.5, increment)
-        size = max(size, 0.5 * increment.norm(PETSc.NormType.NORM_INFINITY))
+        u.axpy(-1.0, increment)
+        size = max(size, increment.norm(PETSc.NormType.NORM_INFINITY))
         extent = max(extent, u.norm(PETSc.NormType.NORM_INFINITY))
-    _correct_multipliers(step, state, correction)
-    dq, dT, *_ = system.rigid_block.split(step.on_all_ranks(dr))
+    _correct_multipliers(blocks)
+    dq, dT, *_ = system.rigid_model.split(blocks.on_all_ranks(dr))
     start = np.concatenate([np.zeros(0), *(b.coordinates for b in system.rigid_bodies)])
-    state.q = state.q - 0.5 * dq
-    state.angles = state.angles - 0.5 * dT
-    size = max(size, 0.5 * float(np.max(np.abs(dq), initial=0.0)))
+    state.q = state.q - dq
+    state.angles = state.angles - dT
+    size = max(size, float(np.max(np.abs(dq), initial=0.0)))
     extent = max(extent, float(np.max(np.abs(state.q - start), initial=0.0)), SMALLEST_EXTENT)
     return size, extent
 
 
-def _correct_multipliers(step: EnergyMomentumStep, state: State, correction: PETSc.Vec) -> None:
-    """Apply a correction to the multipliers of the state."""
-    force = 2.0 / step.dt**2
-    _, dmu, dr = step.split(correction)
-    _, mu, r = step.split(step.x)
-    for forces, multipliers, increment in zip(state.coupling, mu, dmu, strict=True):
-        multipliers.copy(forces)
+def _correct_multipliers(blocks: EquilibriumBlocks) -> None:
+    """Apply the correction to the multipliers of the state."""
+    _, dmu, dr = blocks.split(blocks.correction)
+    for forces, increment in zip(blocks.state.coupling, dmu, strict=True):
         forces.axpy(-1.0, increment)
-        forces.scale(force)
-    block = step.system.rigid_block
-    _, _, *changes = block.split(step.on_all_ranks(dr))
-    _, _, *rigid = block.split(step.on_all_ranks(r))
-    state.multipliers = force * (np.concatenate(rigid) - np.concatenate(changes))
+    _, _, *changes = blocks.system.rigid_model.split(blocks.on_all_ranks(dr))
+    blocks.state.multipliers = blocks.state.multipliers - np.concatenate(changes)

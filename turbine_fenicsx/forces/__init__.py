@@ -1,6 +1,6 @@
 """Forces, one file each: springs and dampers, gravity, torques, loads on points and surfaces."""
 
-from turbine_fenicsx.forces.element import BoundElement, Element, Layout, Step
+from turbine_fenicsx.forces.element import BoundElement, Element, Layout, StepTimes
 from turbine_fenicsx.forces.follower_force import FollowerForce
 from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.forces.joint_damper import JointDamper
@@ -12,6 +12,7 @@ from turbine_fenicsx.forces.point_damper import PointDamper
 from turbine_fenicsx.forces.point_force import PointForce
 from turbine_fenicsx.forces.point_spring import PointSpring
 from turbine_fenicsx.forces.pressure import Pressure
+from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.forces.surface_traction import SurfaceTraction
 from turbine_fenicsx.forces.torque import Torque
 
@@ -31,8 +32,9 @@ __all__ = [
     "PointForce",
     "PointSpring",
     "Pressure",
-    "Step",
+    "StepTimes",
     "SurfaceLoad",
+    "SurfacePoint",
     "SurfaceTraction",
     "Torque",
 ]

@@ -23,16 +23,33 @@ Kind = Literal["conservative", "dissipative", "external"]
 
 
 @dataclass(frozen=True)
-class Step:
-    """Where a step leads, as elements see it.
+class StepTimes:
+    """Length, middle and end of a step.
 
     Args:
-        dt: Length of the step [s].
-        time: Its middle t_{n+1/2} [s].
+        dt: Length of the step [s]; infinite for a system at rest.
+        middle: t_{n+1/2} [s].
+        end: t_{n+1} [s].
     """
 
     dt: float
-    time: float
+    middle: float
+    end: float
+
+    @property
+    def half_dt2(self) -> float:
+        """dt^2/2 [s^2], the factor of all forces in a step."""
+        return 0.5 * self.dt * self.dt
+
+    @classmethod
+    def from_start(cls, start: float, dt: float) -> StepTimes:
+        """The step of the length dt [s] from a time on [s]."""
+        return cls(dt, start + 0.5 * dt, start + dt)
+
+    @classmethod
+    def at_rest(cls, time: float) -> StepTimes:
+        """A step in which nothing has a velocity, at one time [s]."""
+        return cls(np.inf, time, time)
 
 
 class BoundElement(Protocol):
@@ -42,7 +59,7 @@ class BoundElement(Protocol):
     def index(self) -> npt.NDArray[np.int64]:
         """Numbers of its coordinates y in (q, Theta), shape (m,)."""
 
-    def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
+    def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """Generalised force of the step from y0 to y1, whose work is force . (y1 - y0).
 
         Returns:
@@ -148,7 +165,7 @@ class DistanceElement:
         components = QuadraticMap(gap.components(), index.size)
         self._c, self._A = components.constant, components.jacobian(np.zeros(index.size))
 
-    def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
+    def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """The force h grad f at the midpoint, and its derivative."""
         A, v0, v1 = self._A, self._gap(y0), self._gap(y1)
         h, h_f1 = self._law(float(v0 @ v0), float(v1 @ v1), step.dt)
@@ -182,7 +199,7 @@ class LinearElement:
     rest: float = 0.0
     damping: float = 0.0
 
-    def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
+    def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """The force of the step."""
         k, d = self.stiffness, self.damping / step.dt
         return -k * (0.5 * (y0 + y1) - self.rest) - d * (y1 - y0), np.array([[-0.5 * k - d]])

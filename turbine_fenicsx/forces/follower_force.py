@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, Step
+from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 from turbine_fenicsx.foundation.types import Array
@@ -64,9 +64,9 @@ class _LinearForce:
     N: Array
     function: Callable[[float], float]
 
-    def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
+    def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """Force and derivative."""
-        N = self.function(step.time) * self.N
+        N = self.function(step.middle) * self.N
         return N @ (0.5 * (y0 + y1)), 0.5 * N
 
     def energy(self, y: Array) -> float:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -67,12 +68,5 @@ class SurfaceLoad(Protocol):
     def function(self) -> Callable[[float], float]:
         """Factor as a function of time [s]."""
 
-    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
-        """Force per reference area [N/m^2] as a UFL vector.
-
-        Args:
-            F: Deformation gradient at the middle of the step.
-            N: Outward normal in the initial configuration.
-            factor: Value of the function of time, a UFL constant.
-            parameter: Turns numbers and arrays into UFL constants.
-        """
+    def traction(self, at: SurfacePoint) -> Any:
+        """Force per reference area [N/m^2] at a point of the surface, as a UFL vector."""

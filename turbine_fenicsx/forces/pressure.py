@@ -11,6 +11,7 @@ import numpy.typing as npt
 import ufl
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_number
 
@@ -42,6 +43,6 @@ class Pressure:
         check_number(f"pressure of {self.name!r}", self.pressure)
         check_function(self.name, self.function)
 
-    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
+    def traction(self, at: SurfacePoint) -> Any:
         """-factor p cof(F) N."""
-        return -factor * parameter(self.pressure) * ufl.det(F) * ufl.inv(F).T * N
+        return -at.factor * at.parameter(self.pressure) * ufl.det(at.F) * ufl.inv(at.F).T * at.N

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 
@@ -41,6 +42,6 @@ class SurfaceTraction:
         check_vectors(self.name, force=self.force)
         check_function(self.name, self.function)
 
-    def traction(self, F: Any, N: Any, factor: Any, parameter: Callable[[Any], Any]) -> Any:
+    def traction(self, at: SurfacePoint) -> Any:
         """Factor t, whatever the deformation."""
-        return factor * parameter(self.force)
+        return at.factor * at.parameter(self.force)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, Step
+from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 from turbine_fenicsx.foundation.rotations import skew
@@ -68,11 +68,11 @@ class _DirectorForces:
     function: Callable[[float], float]
     follower: bool
 
-    def force(self, y0: Array, y1: Array, step: Step) -> tuple[Array, Array]:
+    def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """Force and derivative."""
         D = (0.5 * (y0 + y1)).reshape(3, 3)  # rows d_i
         inverse = np.linalg.inv(D)  # columns d^i
-        M = self.function(step.time) * self.M
+        M = self.function(step.middle) * self.M
         m = M @ D if self.follower else M
         W = 0.5 * skew(m)
         f = W @ inverse

@@ -6,6 +6,7 @@ from turbine_fenicsx.joints.cylindrical import Cylindrical
 from turbine_fenicsx.joints.planar import Planar
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.joints.prismatic import Prismatic
+from turbine_fenicsx.joints.relation import JointRelation, Relation, gear_pair, screw
 from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.joints.spherical import Spherical
@@ -17,11 +18,15 @@ __all__ = [
     "Displacement",
     "Joint",
     "JointCoordinate",
+    "JointRelation",
     "Planar",
     "PrescribedMotion",
     "Prismatic",
+    "Relation",
     "Revolute",
     "Rigid",
     "Spherical",
     "Universal",
+    "gear_pair",
+    "screw",
 ]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.joints.relation import check_motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +27,14 @@ class PrescribedMotion:
     motion: Callable[[float], float]
 
     def __post_init__(self) -> None:
-        """Check the start."""
-        if not callable(self.motion):
-            raise TypeError(
-                f"the prescribed motion of {self.coordinate!r} must be a function of time, "
-                f"got {self.motion!r}"
-            )
-        if not abs(self.motion(0.0)) <= 1e-12:
-            raise ModelError(
-                f"the prescribed motion of {self.coordinate!r} must be zero at t = 0, "
-                f"got {self.motion(0.0):g}"
-            )
+        check_motion(f"prescribed motion of {self.coordinate!r}", self.motion)
 
     @property
     def name(self) -> str:
         """Name under which its work is reported."""
         return f"motion of {self.coordinate}"
+
+    @property
+    def factors(self) -> Mapping[str, float]:
+        """The one entry of its row of S."""
+        return {self.coordinate: 1.0}

@@ -10,6 +10,7 @@ from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
 from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.system.system import MultibodySystem
 
 
 def frozen_factor(step: StepBlocks, prefix: str) -> LinearSolver:
@@ -36,22 +37,22 @@ LINEAR_SOLVERS: dict[str, Callable[[StepBlocks, str], LinearSolver]] = {
     "lu": Elimination,
     "monolithic": MonolithicLU,
 }
-"""The selectable linear solvers by name (`solver.preconditioner` in case files)."""
+"""The selectable linear solvers by name (`solver.linear_solver` in case files)."""
 
 LARGEST_FACTOR = 500_000
 """From this number of displacements on, "auto" takes the iterative solver."""
 
 
-def chosen_name(name: str, step: StepBlocks) -> str:
+def choose_solver(name: str, system: MultibodySystem) -> str:
     """Resolve "auto" by the size of the largest flexible body.
 
     Args:
         name: A key of `LINEAR_SOLVERS`, or "auto".
-        step: The step.
+        system: The system.
     """
     if name != "auto":
         return name
-    sizes = (3 * f.space.dofmap.index_map.size_global for f in step.system.flexible_blocks)
+    sizes = (3 * f.space.dofmap.index_map.size_global for f in system.flexible_models)
     return "iterative" if max(sizes, default=0) >= LARGEST_FACTOR else "frozen"
 
 
@@ -64,5 +65,5 @@ __all__ = [
     "MonolithicLU",
     "QuasiNewton",
     "SectionMultigrid",
-    "chosen_name",
+    "choose_solver",
 ]

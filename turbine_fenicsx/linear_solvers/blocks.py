@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from petsc4py import PETSc
@@ -12,47 +13,71 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
-class StepBlocks(Protocol):
-    """Nested tangent of one step: A_uu, C and B of each flexible body, K_r of the rigid part."""
+@dataclass(frozen=True)
+class StepStart:
+    """Where a step starts.
 
-    @property
-    def system(self) -> MultibodySystem:
-        """The system."""
+    Args:
+        state: State at t_n.
+        dt: Length of the step [s].
+    """
 
-    @property
-    def state(self) -> State:
-        """State at t_n."""
+    state: State
+    dt: float
 
-    @property
-    def dt(self) -> float:
-        """Step [s]."""
 
-    @property
-    def x(self) -> PETSc.Vec:
-        """Nested vector of the unknowns."""
+class Blocks(Protocol):
+    """Nested matrix of A_uu, C and B of each flexible body, and K_r of the rigid part.
+
+    Attributes:
+        system: The system.
+        tangents: A_uu of each flexible body.
+        rigid_tangent: K_r on rank 0, shape (n_r, n_r); empty on the others.
+    """
+
+    system: MultibodySystem
+    tangents: tuple[PETSc.Mat, ...]
+    rigid_tangent: Array
 
     @property
     def tangent_matrix(self) -> PETSc.Mat:
-        """Nested matrix of the tangent."""
+        """The nested matrix."""
 
-    @property
-    def rigid_tangent(self) -> Array:
-        """K_r on rank 0, shape (n_r, n_r); empty on the others."""
-
-    def begin(self, state: State, dt: float) -> None:
-        """Set the state at t_n and the step [s]."""
+    def new_nested_vector(self) -> PETSc.Vec:
+        """New nested vector with the layout of the unknowns, zero."""
 
     def split(self, x: PETSc.Vec) -> tuple[list[PETSc.Vec], list[PETSc.Vec], PETSc.Vec]:
         """Parts (du of each body, mu_c of each body, r) of a nested vector."""
 
     def tangent(self, x: PETSc.Vec) -> None:
-        """Assemble the tangent at X."""
-
-    def update_rigid_tangent(self, x: PETSc.Vec) -> None:
-        """Assemble only the rigid block K_r of the tangent at X."""
+        """Assemble all blocks at the unknowns X."""
 
     def solve_rigid(self, reduced: ScaledFactor, r: PETSc.Vec) -> Array:
         """Solve the reduced equations on rank 0, overwriting r, and hand r to all ranks."""
+
+
+class StepBlocks(Blocks, Protocol):
+    """The blocks of a step in time: where they are evaluated, and in which frames.
+
+    Attributes:
+        x: Nested vector of the unknowns.
+        start: Where the step starts, set by `begin`.
+        frames: The parts of the step after which the material has turned into the frames of the
+            forces and of the unknowns.
+    """
+
+    x: PETSc.Vec
+    start: StepStart
+    frames: tuple[float, float]
+
+    def begin(self, state: State, dt: float) -> None:
+        """Set the state at t_n and the step [s]."""
+
+    def assemble_at_rest(self, body: int) -> None:
+        """Assemble A_uu of a body at t_n, where nothing moves and it is symmetric."""
+
+    def update_rigid_tangent(self, x: PETSc.Vec) -> None:
+        """Assemble only the rigid block K_r of the tangent at X."""
 
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""

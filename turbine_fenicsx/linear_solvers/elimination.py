@@ -21,10 +21,10 @@ import numpy as np
 from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.blocks import StepBlocks
+from turbine_fenicsx.linear_solvers.blocks import Blocks
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.restart_data import RestartData
 
 
@@ -32,17 +32,19 @@ class Elimination:
     """Direct solver of the nested tangent, factorised anew in each Newton iteration.
 
     Args:
-        step: The step whose tangent is solved with.
+        blocks: The blocks of the tangent.
         prefix: Options prefix of the sparse factorisations.
     """
 
-    def __init__(self, step: StepBlocks, prefix: str) -> None:
+    def __init__(self, blocks: Blocks, prefix: str) -> None:
         """Set up the eliminations of all flexible bodies."""
-        system = step.system
-        self._step = step
+        system = blocks.system
+        self._blocks = blocks
         self._bodies = [
-            BodyElimination(f, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
-            for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
+            BodyElimination(m, A, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
+            for m, A, c in zip(
+                system.flexible_models, blocks.tangents, system.coupling_blocks, strict=True
+            )
         ]
         self._reduced = ScaledFactor(np.zeros((0, 0)))
         self._solves = 0
@@ -67,8 +69,8 @@ class Elimination:
 
     def update(self, x: PETSc.Vec) -> None:
         """Factorise A_II of each body at X and form the reduced matrix on rank 0."""
-        self._step.tangent(x)
-        reduced = self._step.rigid_tangent.copy()
+        self._blocks.tangent(x)
+        reduced = self._blocks.rigid_tangent.copy()
         for body in self._bodies:
             body.factorise()
             if reduced.size:
@@ -78,14 +80,14 @@ class Elimination:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
         self._solves += 1
-        b_u, b_c, b_r = self._step.split(b)
-        u, mu_c, r = self._step.split(x)
+        b_u, b_c, b_r = self._blocks.split(b)
+        u, mu_c, r = self._blocks.split(x)
         b_r.copy(r)
         for body, b_u_k, b_c_k, w in zip(self._bodies, b_u, b_c, u, strict=True):
             forces = body.eliminate(b_u_k.array_r, b_c_k.array_r, w.array)
             if r.array_r.size:
                 r.array[body.columns] -= forces
-        motion = self._step.solve_rigid(self._reduced, r)
+        motion = self._blocks.solve_rigid(self._reduced, r)
         for body, b_u_k, u_k, mu_k in zip(self._bodies, b_u, u, mu_c, strict=True):
             mu_k.array[:] = body.substitute(motion[body.columns], b_u_k.array_r, u_k.array)
 
@@ -99,7 +101,8 @@ class BodyElimination:
     """The elimination of one flexible body, for the values of its tangent at `factorise`.
 
     Args:
-        flexible: The flexible body; its ``tangent`` is A_uu.
+        flexible: The flexible body.
+        tangent: A_uu.
         coupling: Its couplings.
         make_solver: Makes the solver for A_II from the matrix and its free nodes.
 
@@ -110,14 +113,15 @@ class BodyElimination:
 
     def __init__(
         self,
-        flexible: FlexibleBlock,
+        flexible: FlexibleModel,
+        tangent: PETSc.Mat,
         coupling: CouplingBlock,
         make_solver: Callable[[PETSc.Mat, PETSc.IS], FreeSolver],
     ) -> None:
         """Find the free nodes and allocate the columns."""
         self.columns = coupling.columns
         self._B = coupling.B_local
-        self._A = flexible.tangent
+        self._A = tangent
         self._comm = flexible.body.mesh.comm
         self._contact = coupling.dofs
         self._free = np.setdiff1d(np.arange(3 * flexible.n_owned), coupling.dofs)

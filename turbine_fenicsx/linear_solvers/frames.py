@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 
 class NodeFrames:
@@ -24,7 +24,7 @@ class NodeFrames:
         flexible: The flexible body.
     """
 
-    def __init__(self, flexible: FlexibleBlock) -> None:
+    def __init__(self, flexible: FlexibleModel) -> None:
         """Compute the weights of the best affine maps."""
         self._flexible = flexible
         n_cells = flexible.body.mesh.topology.index_map(3).size_local

@@ -27,12 +27,12 @@ from turbine_fenicsx.linear_solvers.elimination import BodyElimination
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.restart_data import RestartData
 
 log = logging.getLogger(__name__)
 
-SolverMaker = Callable[[FlexibleBlock, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
+SolverMaker = Callable[[FlexibleModel, CouplingBlock, PETSc.Mat, PETSc.IS], FreeSolver]
 
 
 class FrozenElimination:
@@ -51,8 +51,10 @@ class FrozenElimination:
         system = step.system
         self._step = step
         self._bodies = [
-            _TurningBody(f, c, make_solver)
-            for f, c in zip(system.flexible_blocks, system.coupling_blocks, strict=True)
+            _TurningBody(m, A, c, make_solver)
+            for m, A, c in zip(
+                system.flexible_models, step.tangents, system.coupling_blocks, strict=True
+            )
         ]
         self._grids = [
             np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
@@ -68,10 +70,11 @@ class FrozenElimination:
 
     def begin(self) -> None:
         """Turn the frames to the guess of the step; factorise for a new step size."""
-        if self._step.dt != self._dt:
+        start, parts = self._step.start, self._step.frames
+        if start.dt != self._dt:
             self.refresh()
-        for body, u, du in zip(self._bodies, self._step.state.u, self._guess(), strict=True):
-            body.turn_to(u, du, self._carrier_rotations(body.coupling, 0.5))
+        for body, u, du in zip(self._bodies, start.state.u, self._guess(), strict=True):
+            body.turn_to(u, du, self._carrier_rotations(body.coupling, parts[0]), parts)
 
     def update(self, x: PETSc.Vec) -> None:
         """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
@@ -98,18 +101,21 @@ class FrozenElimination:
     def refresh(self) -> None:
         """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
         log.info(
-            "new factor at t = %.6g s for steps of %.3g s", self._step.state.time, self._step.dt
+            "new factor at t = %.6g s for steps of %.3g s",
+            self._step.start.state.time,
+            self._step.start.dt,
         )
         self._factorise()
 
     def _factorise(self) -> None:
         """Factorise, and note where."""
-        state, self._dt = self._step.state, self._step.dt
+        state, self._dt = self._step.start.state, self._step.start.dt
         displacements = tuple(u.array_r.reshape(-1, 3).copy() for u in state.u)
         self._factorised_at = RestartData(
             {"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements}
         )
-        for body, u in zip(self._bodies, self._step.state.u, strict=True):
+        for k, (body, u) in enumerate(zip(self._bodies, state.u, strict=True)):
+            self._step.assemble_at_rest(k)
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
 
     def save(self) -> RestartData:
@@ -138,7 +144,7 @@ class FrozenElimination:
 
     def _carrier_rotations(self, coupling: CouplingBlock, part: float) -> Array:
         """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
-        state, dt = self._step.state, self._step.dt
+        state, dt = self._step.start.state, self._step.start.dt
         q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
         directors = [q[body].reshape(4, 3)[1:].T for body in coupling.carriers]
         rotations = [polar_rotation(d[:, :, None])[:, :, 0] for d in directors]
@@ -154,16 +160,18 @@ class _TurningBody:
     """
 
     def __init__(
-        self, flexible: FlexibleBlock, coupling: CouplingBlock, make_solver: SolverMaker
+        self,
+        flexible: FlexibleModel,
+        tangent: PETSc.Mat,
+        coupling: CouplingBlock,
+        make_solver: SolverMaker,
     ) -> None:
         """Set up frames and elimination."""
         self.coupling = coupling
-        self._flexible = flexible
         self._frames = NodeFrames(flexible)
         self._elimination = BodyElimination(
-            flexible, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
+            flexible, tangent, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
         )
-        self._at_rest = flexible.new_vector()
         self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
         self._reference = self._left = self._right = identity
@@ -177,17 +185,18 @@ class _TurningBody:
         return self._elimination.iterations
 
     def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
-        """Factorise the tangent at rest in u; the frames of this moment are the reference."""
-        self._flexible.assemble_tangent(self._at_rest)
+        """Factorise the tangent assembled at rest in u; its frames are the reference."""
         self._elimination.factorise()
         (self._reference,) = self._frames.rotations(u)
         self._carriers_0 = carriers
 
-    def turn_to(self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array) -> None:
+    def turn_to(
+        self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array, parts: tuple[float, float]
+    ) -> None:
         """Set the rotations between the factorised state and the present step."""
         self._left, self._right = (
             np.einsum("ikn,jkn->ijn", R, self._reference)
-            for R in self._frames.rotations(u, du, (0.5, 1.0))
+            for R in self._frames.rotations(u, du, parts)
         )
         self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
         for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
@@ -217,7 +226,6 @@ class _TurningBody:
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._elimination.destroy()
-        self._at_rest.destroy()
 
     @staticmethod
     def _turn_carriers(vector: Array, R: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 DIAGONAL = 1.1
 """Factor of the diagonal of the matrix that the smoother factorises. From 1.02 to 1.4 hardly any
@@ -37,7 +37,7 @@ class SectionMultigrid:
 
     def __init__(
         self,
-        flexible: FlexibleBlock,
+        flexible: FlexibleModel,
         coupling: CouplingBlock,
         matrix: PETSc.Mat,
         free: PETSc.IS,

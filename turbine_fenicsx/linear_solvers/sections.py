@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix, hstack, identity, kron
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 Indices = npt.NDArray[np.int64]
 
@@ -19,7 +19,7 @@ COARSENING = 4.0
 """Cells of the body for each cell of the lattice across a section."""
 
 
-def section_motions(flexible: FlexibleBlock, nodes: Indices, free: PETSc.IS) -> PETSc.Mat:
+def section_motions(flexible: FlexibleModel, nodes: Indices, free: PETSc.IS) -> PETSc.Mat:
     """Interpolation from lattices across the sections of a slender body to its free nodes.
 
     Sections lie one element apart along the axis of the body, each with a lattice of points some
@@ -87,7 +87,7 @@ def section_motions(flexible: FlexibleBlock, nodes: Indices, free: PETSc.IS) -> 
     return P
 
 
-def _parts(flexible: FlexibleBlock, comm: MPI.Intracomm) -> tuple[Array, Indices, Array]:
+def _parts(flexible: FlexibleModel, comm: MPI.Intracomm) -> tuple[Array, Indices, Array]:
     """Slender parts of a body.
 
     Returns:

@@ -17,6 +17,11 @@ def right_cauchy_green(F: Any) -> Any:
     return F.T * F
 
 
+def strain_rate(F: Any, D: Any) -> Any:
+    """E' = sym(F^T D) for the rate, or the increment, D of F."""
+    return ufl.sym(F.T * D)
+
+
 def green_lagrange(C: Any) -> Any:
     """E = (C - I)/2."""
     return 0.5 * (C - ufl.Identity(3))

@@ -49,7 +49,7 @@ def save_state(system: MultibodySystem, state: State) -> RestartData:
     """A state as named data; coupling forces become nodal values."""
     forces = []
     for block, coupling, force in zip(
-        system.flexible_blocks, system.coupling_blocks, state.coupling, strict=True
+        system.flexible_models, system.coupling_blocks, state.coupling, strict=True
     ):
         nodal = np.zeros((block.n_owned, 3))
         nodal[coupling.nodes] = force.array_r.reshape(-1, 3)
@@ -161,7 +161,7 @@ class Checkpoints:
         )
         order = [
             _order(arrays, k, block, system.comm, head["ranks"])
-            for k, block in enumerate(system.flexible_blocks)
+            for k, block in enumerate(system.flexible_models)
         ]
         names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in arrays if k.startswith("nodal.")}
         for name in sorted(names):
@@ -242,7 +242,7 @@ def write_restart_data(
     comm = system.comm
     head = {"labels": dict(labels), "numbers": data.numbers, "ranks": comm.size}
     arrays: dict[str, Any] = {f"array.{name}": values for name, values in data.arrays.items()}
-    for k, block in enumerate(system.flexible_blocks):
+    for k, block in enumerate(system.flexible_models):
         sizes = comm.gather(block.n_owned)
         positions = _gather(comm, block.positions)
         if comm.rank == 0:
@@ -263,7 +263,7 @@ def _hash_parts(system: MultibodySystem) -> str:
         [coupling.name for coupling in system.couplings],
         [*system.angle_names],
         [*system.work_names],
-        [*system.dissipation_names],
+        [element.name for element in system.elements],
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 

@@ -27,12 +27,8 @@ from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import (
-    EnergyMomentumSolver,
-    SolverOptions,
-    StepFailure,
-    StepReport,
-)
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.stepper import StepFailure, Stepper, StepReport
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +54,7 @@ class Simulation:
         step: Time step dt [s], positive.
         end: End time [s], not negative; the last step is shortened to meet it.
         observers: Whatever watches the run, called in this order.
-        options: Options of the step solver.
+        stepper: What makes the steps; the scheme of the paper, `EnergyMomentum`, if None.
         smallest_step: A step that fails is halved, down to this fraction of dt, and grows again
             step by step.
         step_error: Steps whose error exceeds its tolerance are halved too; None for none.
@@ -68,7 +64,7 @@ class Simulation:
             the system if None.
 
     Attributes:
-        solver: The step solver.
+        stepper: What makes the steps.
         halvings: How many steps had to be halved.
         stopped: Whether the run ended because it was asked to.
 
@@ -84,7 +80,7 @@ class Simulation:
         step: float,
         end: float,
         observers: Sequence[Observer] = (),
-        options: SolverOptions | None = None,
+        stepper: Stepper | None = None,
         smallest_step: float = 2.0**-10,
         step_error: StepError | None = None,
         checkpoints: Checkpoints | None = None,
@@ -98,7 +94,9 @@ class Simulation:
             raise ValueError(f"time.end must not be negative, got {end:g} s")
         self.system, self.step, self.end = system, step, end
         self.observers = tuple(observers)
-        self.solver = EnergyMomentumSolver(system, options)
+        self.stepper = stepper or EnergyMomentum(system)
+        if self.stepper.system is not system:
+            raise ValueError("the stepper of a simulation must be made for its system")
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
@@ -175,7 +173,7 @@ class Simulation:
         if self._error is not None:
             self._error.reset()
             grid.level = self._deepest  # nothing is known of the first steps, which are small
-        works, dissipated = self.system.work_names, self.system.dissipation_names
+        works, dissipated = self.system.work_names, self.stepper.dissipation_names
         return _Run(
             state,
             grid,
@@ -188,7 +186,7 @@ class Simulation:
         """Try the next step; None if it must be tried again with half its length."""
         dt, target = run.grid.dt, run.grid.target
         try:
-            report = self.solver.advance(run.state, dt, out)
+            report = self.stepper.advance(run.state, dt, out)
         except StepFailure as failure:
             self._refine(run, str(failure), "the loads, the stiffness and the mesh there")
             return None
@@ -257,7 +255,7 @@ class Simulation:
         )
         data.arrays.update(works=run.works.copy(), dissipated=run.dissipated.copy())
         data.add("state", save_state(self.system, run.state))
-        data.add("solver", self.solver.save())
+        data.add("solver", self.stepper.save())
         if self._error is not None:
             data.add("error", self._error.save())
         for observer in self.observers:
@@ -273,7 +271,7 @@ class Simulation:
         if n["step"] != self.step or grid.time != state.time:  # or a former end between two steps
             grid = StepGrid(self.step, self.end, self._deepest, origin=state.time)
         self.halvings = n["halvings"]
-        self.solver.restore(data.part("solver"))
+        self.stepper.restore(data.part("solver"))
         if self._error is not None:
             self._error.restore(data.part("error"))
         for observer in self.observers:
@@ -323,4 +321,5 @@ class Simulation:
             constraint_error=constraint_error,
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,
+            stepper=self.stepper,
         )

@@ -23,8 +23,9 @@ from dolfinx import fem
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import checked_facets
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 
 class CouplingBlock:
@@ -45,12 +46,12 @@ class CouplingBlock:
         B_local: Owned rows of B in these columns, shape (3 n, 12 carriers).
 
     Raises:
-        ValueError: if a coupling holds no node, two couplings share one, or facets are none.
+        ModelError: if a coupling holds no node, two couplings share one, or facets are none.
     """
 
     def __init__(
         self,
-        block: FlexibleBlock,
+        block: FlexibleModel,
         couplings: Sequence[Coupling],
         first_coordinate: Mapping[RigidBody, int],
         rigid_size: int,
@@ -62,14 +63,14 @@ class CouplingBlock:
         counts = comm.allreduce(np.array([n.size for n in found]))
         for coupling, count in zip(couplings, counts, strict=True):
             if count == 0:
-                raise ValueError(
+                raise ModelError(
                     f"coupling {coupling.name!r} holds no node: its surface has no facets on "
                     f"{coupling.flexible.name!r}"
                 )
         self.nodes = np.concatenate([np.zeros(0, np.int64), *found])
         shared = comm.allreduce(self.nodes.size - np.unique(self.nodes).size)
         if shared:
-            raise ValueError(f"{shared} nodes of {block.body.name!r} belong to two couplings")
+            raise ModelError(f"{shared} nodes of {block.body.name!r} belong to two couplings")
         self.slices: list[slice] = []
         for nodes in found:
             start = self.slices[-1].stop if self.slices else 0
@@ -154,7 +155,7 @@ def _sparse(
     return matrix
 
 
-def _contact_nodes(block: FlexibleBlock, coupling: Coupling) -> npt.NDArray[np.int64]:
+def _contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
     """Owned nodes on the facets of a coupling, sorted."""
     facets = checked_facets(coupling.name, block.body.mesh, coupling.facets)
     nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)

@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 
-def initial_velocity(block: FlexibleBlock, coupling: CouplingBlock, rates: Array) -> Array:
+def initial_velocity(block: FlexibleModel, coupling: CouplingBlock, rates: Array) -> Array:
     """Initial velocities of the owned nodes of a flexible body.
 
     Args:
@@ -25,7 +26,7 @@ def initial_velocity(block: FlexibleBlock, coupling: CouplingBlock, rates: Array
         shape (n_owned, 3) [m/s].
 
     Raises:
-        ValueError: if the velocity field has another shape or is not finite, on all ranks.
+        ModelError: if the velocity field has another shape or is not finite, on all ranks.
 
     Note:
         Collective.
@@ -40,7 +41,7 @@ def initial_velocity(block: FlexibleBlock, coupling: CouplingBlock, rates: Array
     return np.zeros_like(X)
 
 
-def _evaluated(block: FlexibleBlock, field: Callable[[Array], Array]) -> Array:
+def _evaluated(block: FlexibleModel, field: Callable[[Array], Array]) -> Array:
     """Values of a field at the owned nodes; never at three points, where (n, 3) is (3, n)."""
     X = block.positions
     points = np.concatenate([X, X[:1]]) if len(X) == 3 else X
@@ -55,13 +56,13 @@ def _evaluated(block: FlexibleBlock, field: Callable[[Array], Array]) -> Array:
 
 
 def _checked(what: str, values: Array, shape: tuple[int, ...]) -> Array:
-    """Velocities of the right shape and finite, or a ValueError."""
+    """Velocities of the right shape and finite, or a ModelError."""
     values = np.asarray(values)
     if values.shape != shape:
-        raise ValueError(
+        raise ModelError(
             f"{what} must have one row per point, shape {shape} for positions of that shape; "
             f"it has shape {values.shape}"
         )
     if not np.all(np.isfinite(values)):
-        raise ValueError(f"{what} must be finite, but some of its values are not")
+        raise ModelError(f"{what} must be finite, but some of its values are not")
     return values.astype(float)

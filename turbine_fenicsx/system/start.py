@@ -19,12 +19,13 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame
 from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.redundancy import redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.initial_velocity import initial_velocity
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -51,7 +52,7 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
         A state at t = 0 for the ``start`` of a `Simulation`.
 
     Raises:
-        ValueError: for an unknown joint coordinate, a rate that is no number, rates that contradict
+        ModelError: for an unknown joint coordinate, a rate that is no number, rates that contradict
             each other or the joints, or a flexible body with a velocity field that does not fit.
 
     Note:
@@ -61,7 +62,7 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
     state = system.initial_state()
     q = state.q
     ties = QuadraticMap(_ties(system), q.size).jacobian(q)
-    G, T = system.rigid_block.velocity_rows(q)
+    G, T = system.rigid_model.velocity_rows(q)
     A = np.concatenate([G, ties, T[[system.angle_names.index(name) for name in wanted]]])
     b = np.concatenate([np.zeros(len(G) + len(ties)), list(wanted.values())])
     kept = np.setdiff1d(np.arange(len(A)), redundant_rows(A, 0))
@@ -70,19 +71,19 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
     reached = dict(zip(system.angle_names, state.angle_rates.tolist(), strict=True))
     for name, rate in wanted.items():
         if abs(reached[name] - rate) > CONTRADICTION * np.max(np.abs(b)):
-            raise ValueError(
+            raise ModelError(
                 f"the rate {rate:g} of {name!r} contradicts the joints and the other rates, which "
                 f"make it {reached[name]:g}"
             )
     for block, coupling, v in zip(
-        system.flexible_blocks, system.coupling_blocks, state.v, strict=True
+        system.flexible_models, system.coupling_blocks, state.v, strict=True
     ):
         v.array[:] = initial_velocity(block, coupling, state.q_dot).ravel()
         gap = coupling.B_local @ state.q_dot[coupling.columns] - v.array_r[coupling.dofs]
         largest = [np.max(np.abs(x), initial=0.0) for x in (gap, v.array_r, state.q_dot)]
         error, *sizes = np.max(system.comm.allgather(largest), axis=0)
         if error > CONTRADICTION * max(sizes):
-            raise ValueError(
+            raise ModelError(
                 f"the velocity field of {block.body.name!r} contradicts the rates of the joints; "
                 "leave it out, and the body moves with what carries it"
             )
@@ -94,7 +95,7 @@ def check_start(system: MultibodySystem, state: State) -> None:
 
     Raises:
         TypeError: for what is no state.
-        ValueError: for a state of another system, or one that breaks constraints; on all ranks.
+        ModelError: for a state of another system, or one that breaks constraints; on all ranks.
 
     Note:
         Collective.
@@ -108,10 +109,10 @@ def check_start(system: MultibodySystem, state: State) -> None:
     given, needed = _sizes(state), _sizes(mine)
     mine.destroy()
     if system.comm.allreduce(int(given != needed)):
-        raise ValueError("the start state belongs to another system, its sizes are different")
+        raise ModelError("the start state belongs to another system, its sizes are different")
     gap = system.constraint_error(state)
     if not gap <= LARGEST_GAP:
-        raise ValueError(
+        raise ModelError(
             f"the start state belongs to another system, it opens a constraint by {gap:.1e}"
         )
 
@@ -125,11 +126,11 @@ def _sizes(state: State) -> list[tuple[int, ...]]:
 
 
 def _checked_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[str, float]:
-    """The rates as numbers; a ValueError for what is no rate of a joint coordinate."""
+    """The rates as numbers; a ModelError for what is no rate of a joint coordinate."""
     for name in rates:
         if name not in system.angle_names:
             known = sorted(system.angle_names)
-            raise ValueError(f"no joint coordinate {name!r}; there are {known}")
+            raise ModelError(f"no joint coordinate {name!r}; there are {known}")
     return {name: check_number(f"rate of {name!r}", rate) for name, rate in rates.items()}
 
 
@@ -147,15 +148,15 @@ def _ties(system: MultibodySystem) -> list[Quadratic]:
 
 def _mass_matrix(system: MultibodySystem) -> Array:
     """Masses of the rigid bodies, and of the flexible ones as if they were part of a carrier."""
-    M = np.diag(system.rigid_block.masses)
-    for block, coupling in zip(system.flexible_blocks, system.coupling_blocks, strict=True):
+    M = np.diag(system.rigid_model.masses)
+    for block, coupling in zip(system.flexible_models, system.coupling_blocks, strict=True):
         if coupling.carriers:
             grid = np.ix_(coupling.columns[:12], coupling.columns[:12])
             M[grid] += np.kron(_carried_mass(block, coupling), np.eye(3))
     return M
 
 
-def _carried_mass(block: FlexibleBlock, coupling: CouplingBlock) -> Array:
+def _carried_mass(block: FlexibleModel, coupling: CouplingBlock) -> Array:
     """Mass of a flexible body that moves with its first carrier, shape (4, 4). Collective."""
     xi = coupling.carriers[0].body_coordinates(block.positions)
     weights = np.column_stack([np.ones(len(xi)), xi])

@@ -5,24 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from petsc4py import PETSc
+
 import numpy as np
 import numpy.typing as npt
 import ufl
+from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.facets import checked_facets
 from turbine_fenicsx.forces.load import SurfaceLoad
+from turbine_fenicsx.forces.surface_point import SurfacePoint
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.materials.kinematics import deformation_gradient
 
 
-def surface_integrals(
-    mesh: Any,
-    loads: Sequence[SurfaceLoad],
-    factors: Sequence[Any],
-    F: Any,
-    parameter: Callable[[Any], Any],
-    quadrature_degree: int,
-) -> Callable[[Any], list[Any]]:
-    """Integrals of load times test function over the surface of each load.
+class SurfaceIntegrals:
+    """Virtual works of loads on the surface of a body.
 
     Facets are numbered by the loads that act on them, because a form can have one set of surface
     numbers only.
@@ -30,29 +29,54 @@ def surface_integrals(
     Args:
         mesh: The mesh.
         loads: The loads.
-        factors: Values of their functions of time, UFL constants.
-        F: Deformation gradient at the middle of the step.
         parameter: Turns numbers and arrays into UFL constants.
         quadrature_degree: Degree of the quadrature.
 
-    Returns:
-        Function of the test function w that returns one form per load.
-
     Raises:
-        ValueError: if a load has no facet on any rank, or one inside the body.
+        ModelError: if a load has no facet on any rank, or one inside the body.
 
     Note:
         Collective.
     """
-    facets, tags, tags_of_load = _numbered(mesh, loads)
-    ds = _compat.facet_measure(mesh, facets, tags)
-    ds = ds(metadata={"quadrature_degree": quadrature_degree})
-    N = ufl.FacetNormal(mesh)
-    terms = [
-        (load.traction(F, N, factor, parameter), mine)
-        for load, factor, mine in zip(loads, factors, tags_of_load, strict=True)
-    ]
-    return lambda w: [ufl.dot(t, w) * ds(numbers) for t, numbers in terms]
+
+    def __init__(
+        self,
+        mesh: Any,
+        loads: Sequence[SurfaceLoad],
+        parameter: Callable[[Any], Any],
+        quadrature_degree: int,
+    ) -> None:
+        self._mesh, self._loads, self._parameter = mesh, tuple(loads), parameter
+        self._factors = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in loads]
+        self._time = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        if loads:
+            facets, tags, self._tags_of_load = _numbered(mesh, loads)
+            ds = _compat.facet_measure(mesh, facets, tags)
+            self._ds = ds(metadata={"quadrature_degree": quadrature_degree})
+
+    def set_time(self, time: float) -> None:
+        """Set the time of the loads [s]."""
+        self._time.value = time
+        for factor, load in zip(self._factors, self._loads, strict=True):
+            factor.value = load.function(time)
+
+    def integrals(self, u: Any, v: Any, w: Any) -> list[Any]:
+        """One form per load: the integral of its traction times w.
+
+        Args:
+            u: Displacement, a UFL expression.
+            v: Velocity, a UFL expression.
+            w: Test function or virtual displacement.
+        """
+        if not self._loads:
+            return []
+        X, N = ufl.SpatialCoordinate(self._mesh), ufl.FacetNormal(self._mesh)
+        F = deformation_gradient(u)
+        forms = []
+        for load, factor, mine in zip(self._loads, self._factors, self._tags_of_load, strict=True):
+            at = SurfacePoint(X, X + u, v, F, N, self._time, factor, self._parameter)
+            forms.append(ufl.dot(load.traction(at), w) * self._ds(mine))
+        return forms
 
 
 Facets = npt.NDArray[np.int32]
@@ -75,12 +99,12 @@ def _numbered(
         owned = mine[mine < n_owned]
         inside = comm.allreduce(int(np.count_nonzero(~np.isin(owned, exterior))))
         if inside:
-            raise ValueError(
+            raise ModelError(
                 f"{inside} facets of load {load.name!r} are not on the surface of "
                 f"{load.flexible.name!r}"
             )
         if not comm.allreduce(owned.size):
-            raise ValueError(f"load {load.name!r} has no facets on {load.flexible.name!r}")
+            raise ModelError(f"load {load.name!r} has no facets on {load.flexible.name!r}")
         for facet in owned.tolist():
             acting[facet] = (*acting.get(facet, ()), k)
     sets = sorted(set().union(*comm.allgather(set(acting.values()))))

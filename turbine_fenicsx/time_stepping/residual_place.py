@@ -8,10 +8,10 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.time_stepping.nested_step import NestedStep
 
 
-def describe_largest_residual(step: EnergyMomentumStep, R: PETSc.Vec) -> str:
+def describe_largest_residual(step: NestedStep, R: PETSc.Vec) -> str:
     """Name the equations whose residual is largest compared with their terms.
 
     Args:
@@ -28,17 +28,17 @@ def describe_largest_residual(step: EnergyMomentumStep, R: PETSc.Vec) -> str:
     relative = step.relative_residuals(R)[0]
     if not np.all(np.isfinite(relative)):
         return ""
-    bodies = step.system.flexible_blocks
+    bodies = step.system.flexible_models
     largest = int(np.argmax(relative))
     if largest < 2 * len(bodies):
         return _in_body(step, R, largest)
     return _in_rigid_block(step, R, largest - 2 * len(bodies))
 
 
-def _in_body(step: EnergyMomentumStep, R: PETSc.Vec, number: int) -> str:
+def _in_body(step: NestedStep, R: PETSc.Vec, number: int) -> str:
     """The node of a flexible body, or of its couplings, with the largest residual."""
-    k, coupled = number % len(step.system.flexible_blocks), number >= len(step.state.u)
-    block, coupling = step.system.flexible_blocks[k], step.system.coupling_blocks[k]
+    k, coupled = number % len(step.system.flexible_models), number >= len(step.start.state.u)
+    block, coupling = step.system.flexible_models[k], step.system.coupling_blocks[k]
     part = step.split(R)[1 if coupled else 0][k].array_r.reshape(-1, 3)
     nodes = coupling.nodes if coupled else np.arange(block.n_owned)
     sizes = np.linalg.norm(part, axis=1)
@@ -49,7 +49,7 @@ def _in_body(step: EnergyMomentumStep, R: PETSc.Vec, number: int) -> str:
     name, place = block.body.name, np.zeros(3)
     if comm.rank == owner:
         node = nodes[worst]
-        place = block.positions[node] + step.state.u[k].array_r.reshape(-1, 3)[node]
+        place = block.positions[node] + step.start.state.u[k].array_r.reshape(-1, 3)[node]
         if coupled:
             slices = zip(coupling.couplings, coupling.slices, strict=True)
             name = next(c.name for c, rows in slices if rows.start <= worst < rows.stop)
@@ -57,11 +57,11 @@ def _in_body(step: EnergyMomentumStep, R: PETSc.Vec, number: int) -> str:
     return f"{name} near ({', '.join(f'{x:.4g}' for x in place)}) m"
 
 
-def _in_rigid_block(step: EnergyMomentumStep, R: PETSc.Vec, part: int) -> str:
+def _in_rigid_block(step: NestedStep, R: PETSc.Vec, part: int) -> str:
     """The rigid body or joint with the largest residual."""
     system = step.system
     residual: Array = np.abs(step.on_all_ranks(step.split(R)[2]))
-    dq, dT, mu, nu, pi = system.rigid_block.split(residual)
+    dq, dT, mu, nu, pi = system.rigid_model.split(residual)
     if part == 0:
         return system.rigid_bodies[int(np.argmax(dq)) // 12].name
     if part == 2:
@@ -71,5 +71,5 @@ def _in_rigid_block(step: EnergyMomentumStep, R: PETSc.Vec, part: int) -> str:
         return f"the constraints of {next(joints, None) or owners[row]}"
     of_angles = dT if part == 1 else nu
     if part == 3 and np.max(pi, initial=0.0) > np.max(nu, initial=0.0):
-        return f"the motion of {system.motions[int(np.argmax(pi))].coordinate}"
+        return f"relation {system.relations[int(np.argmax(pi))].name!r}"
     return f"joint coordinate {system.angle_names[int(np.argmax(of_angles))]}"

@@ -31,7 +31,6 @@ from turbine_fenicsx.meshing import (
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.simulation.observers.tips import Tip
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import SolverOptions
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.parameters import Inertia
@@ -101,11 +100,6 @@ def mesh_options(case: Case) -> MeshOptions:
     )
 
 
-def solver_options(case: Case) -> SolverOptions:
-    """Options of the step solver of a case."""
-    return SolverOptions(**case.solver.model_dump())
-
-
 def blade_arrays(case: Case, comm: MPI.Intracomm) -> tuple[str, Callable[[], MeshArrays]]:
     """What the mesh of the blades is called, and what makes it on rank 0.
 
@@ -163,10 +157,7 @@ def build_turbine(case: Case, comm: MPI.Intracomm) -> Turbine:
         parts = _hybrid_parts(case, mesh, support)
     roots = tuple(part for part in parts if isinstance(part, Coupling))
     parts += [*(tower.parts if tower else ()), *_loads_and_drives(case)]
-    t = case.turbine
-    system = MultibodySystem(
-        comm, parts, t.angle_form, numerical_dissipation=t.numerical_dissipation
-    )
+    system = MultibodySystem(comm, parts)
     cell_parts = []
     if mesh is not None:
         numbers = {mesh.cell_names[f"blade_{k + 1}"]: FIRST_BLADE + k for k in range(3)}

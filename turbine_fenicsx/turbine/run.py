@@ -39,6 +39,7 @@ from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
 from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
+from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import (
     CONVENTIONS,
@@ -47,16 +48,20 @@ from turbine_fenicsx.turbine.channels import (
     openfast_channels,
 )
 from turbine_fenicsx.turbine.energy_check import verdict
-from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine, solver_options
+from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import changed_case, label_case
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
 
 
 def channels(
-    turbine: Turbine, sensors: Iterable[BladeSensors | TowerSensors], stress: bool
+    turbine: Turbine,
+    stepper: Stepper,
+    sensors: Iterable[BladeSensors | TowerSensors],
+    stress: bool,
 ) -> list[Channel]:
     """Columns of ``history.csv`` from left to right."""
     system = turbine.system
@@ -65,7 +70,7 @@ def channels(
         found += sensor.history_channels()
     if system.flexible_bodies and stress:
         found.append(stress_channel(system))
-    return [*found, work_channel(system), numerics_channel()]
+    return [*found, work_channel(stepper), numerics_channel()]
 
 
 def run_case(
@@ -133,7 +138,7 @@ def run_case(
         start = time.perf_counter()
         simulation.run(data)
         seconds = time.perf_counter() - start
-        result = summary(turbine, statistics, seconds, simulation)
+        result = summary(turbine, statistics, seconds, simulation, case.solver.tolerance)
         result[names.INTERRUPTED] = simulation.stopped
         _write_summary(result, folder, comm)
     return result
@@ -208,9 +213,10 @@ def _prepare(
     comm, statistics = system.comm, Statistics()
     sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
     stress = every > 0.0 or resume  # a run that goes on keeps its columns
+    stepper = make_stepper(case, system)
     watching: list[Observer] = [
         statistics,
-        History(comm, folder / "history.csv", channels(turbine, sensors, stress)),
+        History(comm, folder / "history.csv", channels(turbine, stepper, sensors, stress)),
         OpenFastOutput(
             comm,
             folder / "history.out",
@@ -228,7 +234,7 @@ def _prepare(
         case.time.step,
         end,
         watching,
-        solver_options(case),
+        stepper,
         step_error=_step_error(case, comm),
         checkpoints=checkpoints,
         stop=stop,

@@ -74,7 +74,7 @@ def masses(turbine: Turbine) -> dict[str, float]:
     """Masses of all bodies [kg]. Collective."""
     system = turbine.system
     found = {body.name: float(body.mass) for body in system.rigid_bodies}
-    for block in system.flexible_blocks:
+    for block in system.flexible_models:
         found[block.body.name] = float(system.comm.allreduce(block.nodal_mass.sum()))
     return found
 
@@ -94,7 +94,7 @@ def rotor_inertia(turbine: Turbine) -> float:
     for body in (nacelle, *((tower.top,) if tower else ())):
         first = system.first_coordinate[body]
         state.q_dot[first : first + 12] = 0.0
-    for block, v in zip(system.flexible_blocks, state.v, strict=True):
+    for block, v in zip(system.flexible_models, state.v, strict=True):
         if tower is None or block.body is not tower.body:
             v.array[:] = np.cross(E3, block.positions - centre).ravel()
     inertia = float(system.balance(state).angular[2])
@@ -104,20 +104,24 @@ def rotor_inertia(turbine: Turbine) -> float:
 
 def unknowns(turbine: Turbine) -> dict[str, int]:
     """Numbers of unknowns of each block."""
-    system, rigid = turbine.system, turbine.system.rigid_block
+    system, rigid = turbine.system, turbine.system.rigid_model
     return {
         "displacements": sum(
-            3 * f.space.dofmap.index_map.size_global for f in system.flexible_blocks
+            3 * f.space.dofmap.index_map.size_global for f in system.flexible_models
         ),
         "coupling_multipliers": sum(c.C.getSize()[0] for c in system.coupling_blocks),
         "rigid_coordinates": rigid.n_q,
         "joint_angles": rigid.n_angles,
-        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles + rigid.n_prescribed,
+        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles + rigid.n_relations,
     }
 
 
 def summary(
-    turbine: Turbine, statistics: Statistics, seconds: float, simulation: Simulation
+    turbine: Turbine,
+    statistics: Statistics,
+    seconds: float,
+    simulation: Simulation,
+    tolerance: float,
 ) -> dict[str, Any]:
     """Everything worth keeping about a run. Collective.
 
@@ -126,6 +130,7 @@ def summary(
         statistics: What was seen during the run.
         seconds: Wall time of the time loop, since the run went on if it did [s].
         simulation: The run, for what its steps and its solver count.
+        tolerance: That of the solver.
     """
     steps, steps_now = (
         max(n, 1) for n in (statistics.steps, statistics.steps - statistics.steps_before)
@@ -144,14 +149,14 @@ def summary(
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),
         "steps": statistics.steps,
         "halved_steps": simulation.halvings,
-        "solver_fallbacks": simulation.solver.fallbacks,
+        "solver_fallbacks": simulation.stepper.fallbacks,
         names.END_TIME: last.state.time,
         names.WORST_ENERGY_ERROR: statistics.worst_energy_error,
         names.ALLOWED_ENERGY_ERROR: allowed_energy_error(
             statistics.largest_energy,
             min(mass.values()),
             statistics.steps,
-            simulation.solver.options.tolerance,
+            tolerance,
         ),
         names.LARGEST_ENERGY: statistics.largest_energy,
         "worst_constraint_error_[-]": statistics.worst_constraint,

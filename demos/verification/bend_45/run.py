@@ -62,7 +62,7 @@ def solve(elements, loads=LOADS, comm=MPI.COMM_WORLD):
     body = FlexibleBody("bend", solid, StVenantKirchhoff(0.0, 0.5 * YOUNG), 1.0, degree=2)
     pull = SurfaceTraction("pull", body, tip, (0.0, 0.0, 1.0), lambda t: t)
     system = MultibodySystem(comm, [body, Coupling("clamp", body, root, None), pull])
-    block, state, found = system.flexible_blocks[0], None, []
+    block, state, found = system.flexible_models[0], None, []
     end = RADIUS * np.array([np.sin(ANGLE), 1.0 - np.cos(ANGLE), 0.0])
     at_end = np.linalg.norm(block.positions - end, axis=1) < 1e-6
     before = 0.0

@@ -103,7 +103,7 @@ class Balance:
 
     def _momenta(self, state):
         """Time, momenta of the solid, and places of the carriers."""
-        block = self._system.flexible_blocks[0]
+        block = self._system.flexible_models[0]
         p = block.new_vector()
         block.momentum(state.v[0], p)
         momentum = p.array_r.reshape(-1, 3)
@@ -121,7 +121,7 @@ class Balance:
 def solid(elements, steps=STEPS, comm=MPI.COMM_WORLD):
     """Deflections at all steps [m], and errors of the reactions, see `Balance`."""
     system, couplings = parts.with_solid(comm, elements)
-    block = system.flexible_blocks[0]
+    block = system.flexible_models[0]
     at_middle = np.linalg.norm(block.positions - parts.MIDDLE, axis=1) < 1e-9
 
     def middle(state):

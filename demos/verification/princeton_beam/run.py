@@ -66,7 +66,7 @@ def solve(elements, beta, degree=2, comm=MPI.COMM_WORLD):
     direction = np.array([0.0, -np.cos(beta), np.sin(beta)])
     force = SurfaceTraction("force", strip, tip, direction / (HEIGHT * THICKNESS), lambda t: t)
     system = MultibodySystem(comm, [strip, Coupling("clamp", strip, root, None), force])
-    block = system.flexible_blocks[0]
+    block = system.flexible_models[0]
     middle = np.linalg.norm(block.positions - [LENGTH, 0.0, 0.0], axis=1) < 1e-9
     state, before, found = None, 0.0, []
     for load in LOADS.values():

@@ -26,7 +26,7 @@ from scipy.optimize import minimize_scalar
 
 from turbine_fenicsx import (
     Coupling,
-    EnergyMomentumSolver,
+    EnergyMomentum,
     FlexibleBody,
     MultibodySystem,
     PrescribedMotion,
@@ -73,8 +73,8 @@ def solve(speed, steps, elements=ELEMENTS, comm=MPI.COMM_WORLD):
         PrescribedMotion("shaft", lambda t: speed * t),
     ]
     system = MultibodySystem(comm, parts)
-    solver = EnergyMomentumSolver(system)
-    X = system.flexible_blocks[0].positions
+    solver = EnergyMomentum(system)
+    X = system.flexible_models[0].positions
     middle = np.linalg.norm(X - [LENGTH, 0.0, 0.0], axis=1) < 1e-9
     state = system.initial_state()
     state.u[0].array[:] = (stretched(X) - X).ravel()

@@ -30,7 +30,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Cylindrical, PrescribedMotion, Revolute, Spherical
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, StepFailure
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 N = np.array([0.3, 0.2, 1.0]) / np.linalg.norm([0.3, 0.2, 1.0])
 A = RigidBody("a", 2.0, (1, 2, 3), (3.0, 5.0, 2.0), rotation_about((1, 0, 2), 0.7))
@@ -40,7 +41,7 @@ YOUNG = 1e4
 
 def residual_in_rest(system, state, dt=1e-3):
     """Largest change of velocity in a step from rest, over that of gravity."""
-    solver, other = EnergyMomentumSolver(system), state.copy()
+    solver, other = EnergyMomentum(system), state.copy()
     report = solver.advance(state, dt, other)
     solver.destroy()
     moved = [np.max(np.abs(other.q - state.q), initial=0.0)]
@@ -92,7 +93,7 @@ def test_a_hanging_chain_with_springs_is_where_a_damped_motion_comes_to_rest(com
     damped = MultibodySystem(
         comm, chain(4, [lambda k: JointDamper(f"d{k}", f"j{k}", 100.0 / (k + 1) ** 2)])
     )
-    solver = EnergyMomentumSolver(damped)
+    solver = EnergyMomentum(damped)
     at = damped.initial_state()
     other = at.copy()
     for _ in range(300):
@@ -220,7 +221,7 @@ def tip_forces(force):
 
 def tip(system, state):
     """Mean displacement of the corners of the tip. Collective."""
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     at = np.isclose(X[:, 0], 8.0) & (np.abs(X[:, 1:] - 0.25).min(axis=1) > 0.2)
     u = state.u[0].array_r.reshape(-1, 3)[at]
     return system.comm.allreduce(u.sum(axis=0)) / system.comm.allreduce(len(u))
@@ -246,7 +247,7 @@ def test_equilibrium_of_large_loads_is_a_stationary_point_of_the_potential(comm)
     force = np.array([0.0, 1.5, 0.3])
     system = clamped(comm, loads=[tip_forces(force)])
     state = equilibrium(system, [0.25, 0.5, 0.75, 1.0])
-    block = system.flexible_blocks[0]
+    block = system.flexible_models[0]
     assert np.linalg.norm(tip(system, state)) > 2.0
     rng = np.random.default_rng(3)
     for _ in range(3):
@@ -320,7 +321,7 @@ def test_a_damped_motion_of_a_flexible_body_comes_to_rest_in_the_equilibrium(com
     system = clamped(comm, **sizes, material=law, loads=[gravity])
     state = equilibrium(system)
     damped = clamped(comm, **sizes, material=viscous, loads=[gravity], numerical_dissipation=1.0)
-    solver = EnergyMomentumSolver(damped)
+    solver = EnergyMomentum(damped)
     at = damped.initial_state()
     other = at.copy()
     for dt in [1.0] * 60 + [0.02] * 60:  # for low and high frequencies
@@ -350,7 +351,7 @@ def test_a_follower_pressure_bends_and_the_root_carries_its_resultant(comm):
     """The resultant on the present area, which is another than that at the start."""
     system = pressed(comm)
     state = equilibrium(system, [0.5, 1.0])
-    block = system.flexible_blocks[0]
+    block = system.flexible_models[0]
     rest = block.new_vector()
     block.begin(state.u[0], rest, 1.0, np.zeros(3), 1.0)
     loads = []

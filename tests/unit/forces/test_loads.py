@@ -13,12 +13,12 @@ from turbine_fenicsx.forces import (
     PointForce,
     Torque,
 )
-from turbine_fenicsx.forces.element import Element, Layout, Step
+from turbine_fenicsx.forces.element import Element, Layout
 from turbine_fenicsx.forces.time_functions import Constant, Hat, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 TURN = rotation_about((1, 0, 2), 0.7)
 A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), TURN, (0.1, 0.2, -0.3), (0.5, -1.0, 0.4))
@@ -87,7 +87,7 @@ def resultant(load, y, time=1.0):
     bound = load.bind(LAYOUT)
     f = np.zeros(24)
     f[bound.index] = bound.force(
-        *(np.concatenate([B.coordinates, y])[bound.index],) * 2, Step(0.1, time)
+        *(np.concatenate([B.coordinates, y])[bound.index],) * 2, StepTimes(0.1, time)
     )[0]
     rows = f[12:].reshape(4, 3)
     return rows[0], np.cross(y.reshape(4, 3), rows).sum(axis=0), f[12:]
@@ -130,7 +130,7 @@ def test_follower_tangents_agree_with_finite_differences(load):
     bound, rng, h = load.bind(LAYOUT), np.random.default_rng(2), 1e-6
     y = np.concatenate([B.coordinates, A.coordinates])[bound.index]
     y0, y1 = y + 0.2 * rng.normal(size=(2, y.size))
-    step = Step(0.1, 1.0)
+    step = StepTimes(0.1, 1.0)
     columns = [
         (bound.force(y0, y1 + h * e, step)[0] - bound.force(y0, y1 - h * e, step)[0]) / (2 * h)
         for e in np.eye(y.size)
@@ -144,7 +144,7 @@ def test_followers_act_at_the_middle_of_a_step(load):
     bound, rng = load.bind(LAYOUT), np.random.default_rng(3)
     y = np.concatenate([B.coordinates, A.coordinates])[bound.index]
     y0, y1 = y + 0.2 * rng.normal(size=(2, y.size))
-    middle, step = 0.5 * (y0 + y1), Step(0.1, 1.0)
+    middle, step = 0.5 * (y0 + y1), StepTimes(0.1, 1.0)
     there = bound.force(middle, middle, step)[0]
     assert np.allclose(bound.force(y0, y1, step)[0], there, rtol=0, atol=1e-13)
 
@@ -152,7 +152,7 @@ def test_followers_act_at_the_middle_of_a_step(load):
 def run(comm, parts, steps=20, dt=0.05):
     """Advance; yields works, balance and both states of each step."""
     system = MultibodySystem(comm, parts)
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state = system.initial_state()
     before = system.balance(state)
     for _ in range(steps):

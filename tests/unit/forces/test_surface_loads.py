@@ -14,7 +14,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import NodeForce, Pressure, SurfaceLoad, SurfaceTraction
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 
 KINDS = [("hexahedron", 1), ("tetrahedron", 2)]
@@ -41,7 +41,7 @@ class Loaded:
         if not closed:
             surface = np.append(self.traction.facets, self.facets(lambda x: np.isclose(x[1], 0.5)))
         self.pressure = Pressure("p", self.body, surface, P, self.factor(1))
-        self.block = FlexibleBlock(self.body, loads=[self.traction, self.pressure])
+        self.block = FlexibleModel(self.body, loads=[self.traction, self.pressure])
 
     def factor(self, k):
         return lambda time: self.factors[k] * time
@@ -276,13 +276,13 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
     m = machine()
     for point, nearest in (((1.52, 0.3, -0.8), [1.5, 0.25, -0.8]), ((1.5, 0.0, -0.8), None)):
         load = NodeForce("n", m.beam, point, FORCE, lambda t: 2 * t)
-        block = FlexibleBlock(m.beam, loads=[load])
+        block = FlexibleModel(m.beam, loads=[load])
         u, R = block.new_vector(), block.new_vector()
         block.begin(u, u, DT, np.zeros(3), 1.5)
         block.residual(u, R)
         forces = -R.array_r.reshape(-1, 3) / HALF_DT2
         at = comm.allgather(block.positions[np.linalg.norm(forces, axis=1) > 1e-12])
-        import turbine_fenicsx.system.flexible_block as fb
+        import turbine_fenicsx.system.flexible_model as fb
 
         print(
             "AT",

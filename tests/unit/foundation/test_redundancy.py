@@ -12,7 +12,8 @@ from turbine_fenicsx.foundation.redundancy import redundant_rows
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Prismatic, Revolute, Rigid
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, StepFailure
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 from turbine_fenicsx.turbine.case.parameters import TurbineParameters
 from turbine_fenicsx.turbine.rigid import rigid_turbine
 
@@ -113,13 +114,13 @@ def kept_rows(system):
         out = redundant_rows(G.jacobian(q), len(rows)) - len(rows)
         rows += [c for k, c in enumerate(mine) if k not in out]
     G = QuadraticMap(rows, 12 * len(system.rigid_bodies))
-    assert len(rows) == system.rigid_block.n_constraints
+    assert len(rows) == system.rigid_model.n_constraints
     return lambda q: G.jacobian(q) / np.linalg.norm(G.jacobian(q), axis=1)[:, None]
 
 
 def advance(system, dt, steps):
     """States of a run, with its largest deviation of energy relative to the kinetic energy."""
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state = system.initial_state()
     first, worst, states = system.balance(state), 0.0, [state]
     largest = first.kinetic
@@ -138,7 +139,7 @@ def advance(system, dt, steps):
 def test_a_planar_four_bar_has_three_redundant_constraints_in_the_hinge_that_closes_it(comm, R):
     system = MultibodySystem(comm, [*four_bar(R=R), Gravity((3.0, -9.0, 5.0))])
     assert system.redundant == {"j3": 3}
-    assert system.rigid_block.n_constraints == 18 + 20 - 3
+    assert system.rigid_model.n_constraints == 18 + 20 - 3
     states, energy_error = advance(system, 0.02, 120)
     assert abs(states[-1].angles[0]) > 2 * np.pi
     assert energy_error <= 5e-12  # 120 steps, each solved to 1e-12

@@ -18,9 +18,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Cylindrical, Planar, Revolute
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.joints.coordinates import augmentation
-from turbine_fenicsx.system.rigid_block import RigidBlock, RigidStep
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 DT = 0.1
 A = RigidBody("a", 2.0, (1, 2, 3), (1, 0, 0), rotation_about((1, 0, 2), 0.7))
@@ -185,7 +184,7 @@ def test_a_screw_motion_is_followed_over_several_turns(comm):
     spring = JointSpring("s", "j.displacement", 4.0)
     loads = [JointTorque("j.angle", lambda t: 30.0), JointTorque("j.displacement", lambda t: 4.0)]
     system = MultibodySystem(comm, [A, joint, spring, *loads])
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state = system.initial_state()
     other = state.copy()
     along = []

@@ -9,7 +9,8 @@ from turbine_fenicsx.forces.time_functions import Constant, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Cylindrical, PrescribedMotion, Revolute, Rigid, Universal
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, StepFailure
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 DT = 0.02
 N = np.array([0.3, 1.0, 0.2]) / np.linalg.norm([0.3, 1.0, 0.2])
@@ -28,7 +29,7 @@ def smooth(size):
 def run(comm, parts, steps=40):
     """Advance; yields time, report, energies before and after, state and system of each step."""
     system = MultibodySystem(comm, parts)
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     state = system.initial_state()
     energy = system.balance(state).total
     for _ in range(steps):

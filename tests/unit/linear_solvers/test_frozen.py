@@ -7,14 +7,14 @@ import pytest
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.linear_solvers import LARGEST_FACTOR, Elimination, chosen_name, sections
+from turbine_fenicsx.linear_solvers import LARGEST_FACTOR, Elimination, choose_solver, sections
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
-from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
+from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 DT = 0.05
 
@@ -28,7 +28,7 @@ def turned(system, angle):
     state, R = system.initial_state(), rotation_about(E3, angle)
     state.q[:] = (state.q.reshape(-1, 3) @ R.T).ravel()
     state.q_dot[:] = 0.0
-    for block, u, v in zip(system.flexible_blocks, state.u, state.v, strict=True):
+    for block, u, v in zip(system.flexible_models, state.u, state.v, strict=True):
         u.array[:] = (block.positions @ R.T - block.positions).ravel()
         v.array[:] = 0.0
     return state
@@ -68,7 +68,7 @@ def test_turn_is_the_nodewise_product_and_its_inverse():
 @pytest.mark.parametrize(("cell", "degree"), [("hexahedron", 1), ("tetrahedron", 2)])
 def test_frames_of_a_rigid_motion_are_its_rotation(machine, cell, degree):
     system = machine(cell=cell, degree=degree).system()
-    (block,), R = system.flexible_blocks, rotation_about((1.0, -2.0, 0.5), 2.5)
+    (block,), R = system.flexible_models, rotation_about((1.0, -2.0, 0.5), 2.5)
     u = block.new_vector()
     u.array[:] = (block.positions @ R.T - block.positions + [3.0, 1.0, 2.0]).ravel()
     (frames,) = NodeFrames(block).rotations(u)
@@ -107,7 +107,7 @@ def test_broyden_needs_fewer_iterations_than_the_chord(machine):
     counts = {}
     for name in ("broyden", "chord"):
         system = machine(spin=3.0).system(Gravity((0.0, -9.81, 0.0)))
-        solver = EnergyMomentumSolver(system, SolverOptions("frozen", max_iterations=60))
+        solver = EnergyMomentum(system, SolverOptions("frozen", max_iterations=60))
         linear_solver = solver._solvers.use("frozen")
         if name == "chord":
             linear_solver._improve = lambda z: z
@@ -182,7 +182,7 @@ def rigid_motions(x):
 def test_section_motions_contain_every_rigid_motion(machine, monkeypatch, cell, coarsening):
     monkeypatch.setattr(sections, "COARSENING", coarsening)
     system = machine(cell=cell).system()
-    (block,), (coupling,) = system.flexible_blocks, system.coupling_blocks
+    (block,), (coupling,) = system.flexible_models, system.coupling_blocks
     comm = system.comm
     nodes = np.setdiff1d(np.arange(block.n_owned), coupling.nodes)
     dofs = (3 * nodes[:, None] + np.arange(3)).ravel().astype(PETSc.IntType)
@@ -204,7 +204,7 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
     ends = {}
     for name in ("lu", "frozen", "iterative"):
         system = machine(spin=1.0, law=law).system(Gravity())
-        solver = EnergyMomentumSolver(system, SolverOptions(name))
+        solver = EnergyMomentum(system, SolverOptions(name))
         state = system.initial_state()
         other = state.copy()
         for _ in range(5):
@@ -221,10 +221,10 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
 
 def test_solver_is_chosen_by_size(machine, monkeypatch):
     step = EnergyMomentumStep(machine().system())
-    assert chosen_name("auto", step) == "frozen"
+    assert choose_solver("auto", step) == "frozen"
     monkeypatch.setattr("turbine_fenicsx.linear_solvers.LARGEST_FACTOR", 10)
-    assert chosen_name("auto", step) == "iterative"
-    assert chosen_name("lu", step) == "lu"
+    assert choose_solver("auto", step) == "iterative"
+    assert choose_solver("lu", step) == "lu"
     assert LARGEST_FACTOR > 300_000
 
 

@@ -165,7 +165,7 @@ def turned(system, state, R):
     """The state at rest after a rotation about the origin of everything."""
     out = state.copy()
     out.q[:] = (out.q.reshape(-1, 3) @ R.T).ravel()
-    for block, u in zip(system.flexible_blocks, out.u, strict=True):
+    for block, u in zip(system.flexible_models, out.u, strict=True):
         x = block.positions + u.array_r.reshape(-1, 3)
         u.array[:] = (x @ R.T - block.positions).ravel()
     return out
@@ -246,7 +246,7 @@ def test_no_equations_have_the_empty_solution():
 
 
 def test_block_matrix_is_the_same_matrix_in_blocks_of_three(machine):
-    matrix = machine().system().flexible_blocks[0].tangent
+    matrix = machine().system().flexible_models[0].tangent
     blocks = block_matrix(matrix)
     assert blocks.getBlockSize() == 3 and blocks.getType().endswith("baij")
     x, one, two = (matrix.createVecLeft() for _ in range(3))

@@ -11,7 +11,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.linear_solvers import substructures
 from turbine_fenicsx.linear_solvers.substructures import Substructures, interface_rows, worthwhile
 from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 pytestmark = pytest.mark.skipif(
     not PETSc.Sys.hasExternalPackage("suitesparse"), reason="this PETSc has no CHOLMOD"
@@ -22,7 +22,7 @@ def stiffness(comm, layers=32, width=2, length=8.0):
     """Tangent of a free bar, symmetric positive definite, and the distances of its rows."""
     corners = [np.zeros(3), np.array([1.0, 1.0, length])]
     mesh = create_box(comm, corners, [width, width, layers], cell_type=CellType.hexahedron)
-    block = FlexibleBlock(FlexibleBody("bar", mesh, StVenantKirchhoff(1e9, 1e9), 1e3))
+    block = FlexibleModel(FlexibleBody("bar", mesh, StVenantKirchhoff(1e9, 1e9), 1e3))
     rest = block.new_vector()
     block.begin(rest, rest, 0.02, np.zeros(3))
     block.assemble_tangent(rest)

@@ -20,7 +20,7 @@ from turbine_fenicsx.materials import (
 from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import SolverOptions
+from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 E = tuple(ufl.as_vector(row) for row in np.eye(3).tolist())
 LAWS = {
@@ -97,7 +97,7 @@ def test_two_parts_of_one_body_are_two_bodies(comm, cell):
         body = FlexibleBody("b", cells, StVenantKirchhoff(1e3, shear), density, velocity=motion)
         system = MultibodySystem(comm, [body, Gravity()])
         state = system.initial_state()
-        (block,) = system.flexible_blocks
+        (block,) = system.flexible_models
         state.u[0].array[:] = 0.1 * motion(block.positions).ravel()
         b = system.balance(state)
         numbers = [b.kinetic, b.strain, b.potential, *b.linear, *b.angular]
@@ -133,7 +133,7 @@ def test_constants_are_combined_cell_by_cell(comm, law, same_as):
     energies = []
     for material in (general, same_as(lam, mu)):
         system = clamped(comm, cells, material, cell_field(cells, lambda X: 0.0 * X[:, 0] + 500.0))
-        state, X = system.initial_state(), system.flexible_blocks[0].positions
+        state, X = system.initial_state(), system.flexible_models[0].positions
         state.u[0].array[:] = 0.05 * np.stack([X[:, 0] ** 2, X[:, 1] * X[:, 0], X[:, 2]]).T.ravel()
         energies.append(system.balance(state).strain)
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)

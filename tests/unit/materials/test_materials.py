@@ -28,7 +28,7 @@ from turbine_fenicsx.materials.base import second_piola_kirchhoff
 from turbine_fenicsx.materials.kinematics import green_lagrange, right_cauchy_green
 from turbine_fenicsx.materials.orthotropic import stiffness_matrix
 from turbine_fenicsx.materials.transversely_isotropic import neo_hookean_share
-from turbine_fenicsx.system.discrete_gradients import general_stress
+from turbine_fenicsx.time_stepping.discrete_gradients import general_stress
 
 QUADRATIC = ("svk", "orthotropic")
 TRANSVERSE = ("composite", "soft_fibre")

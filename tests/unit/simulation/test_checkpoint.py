@@ -33,7 +33,8 @@ from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
-from turbine_fenicsx.time_stepping.solver import SolverOptions, StepFailure
+from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 
 class Keeper:
@@ -331,7 +332,7 @@ class TestFiles:
         what it wrote alone."""
 
         def nodal_data(system):
-            X = system.flexible_blocks[0].positions
+            X = system.flexible_models[0].positions
             return RestartData(nodal={"u": (np.sin(3.0 * X),), "v": (X**2 - X,)})
 
         def check(system, folder):
@@ -531,7 +532,7 @@ class TestFiles:
     def test_one_of_another_mesh_is_refused(self, comm, machine, shared_tmp_path, cell):
         """Of other nodes, or of as many nodes elsewhere."""
         system = machine().system()
-        block = system.flexible_blocks[0]
+        block = system.flexible_models[0]
         Checkpoints(system, shared_tmp_path).write(
             1, 0.0, 0.0, RestartData({}, {}, {"u": (np.zeros((block.n_owned, 3)),)})
         )

@@ -9,7 +9,8 @@ from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import SolverOptions, StepFailure
+from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 from turbine_fenicsx.turbine.summary import Statistics
 
 

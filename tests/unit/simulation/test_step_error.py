@@ -11,7 +11,8 @@ from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, StepFailure
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 END = 1.2
 TOLERANCES = (4e-4, 5e-5, 6.25e-6)
@@ -67,7 +68,7 @@ def run(system, step, end, error=None, **options):
 
 def history(system, dt, n=4):
     """States of some equal steps, the first one included, and the solver."""
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     states = [system.initial_state() for _ in range(n + 1)]
     for state, new in pairwise(states):
         solver.advance(state, dt, new)
@@ -93,7 +94,7 @@ def errors_of_a_step(system, dt, last_dt=None, begin=0.4):
     """
     last_dt = last_dt or dt
     n = round((begin - last_dt) / 0.005)
-    solver, error = EnergyMomentumSolver(system), StepError(system.comm, 1.0, 1.0)
+    solver, error = EnergyMomentum(system), StepError(system.comm, 1.0, 1.0)
     state, new = system.initial_state(), system.initial_state()
     for size in [(begin - last_dt) / n] * n + [last_dt]:
         solver.advance(state, size, new)
@@ -176,7 +177,7 @@ def test_nodes_of_flexible_bodies_count_as_displacements(comm, machine):
 def test_first_step_has_no_estimate(comm):
     system = spinning(comm)
     state, new = system.initial_state(), system.initial_state()
-    EnergyMomentumSolver(system).advance(state, 0.5, new)
+    EnergyMomentum(system).advance(state, 0.5, new)
     assert StepError(comm, 1e-12, 1e-12).estimate(state, new, 0.5) == 0.0
 
 

@@ -8,7 +8,7 @@ import pytest
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 KINDS = [("hexahedron", 1, 4), ("hexahedron", 2, 9), ("tetrahedron", 1, 4), ("tetrahedron", 2, 9)]
 """Cell, degree, and nodes on a face of the beam, which is one cell (or two triangles) wide."""
@@ -28,7 +28,7 @@ def coupled(machine, cell="hexahedron", degree=1, carriers=("hub",)):
         for name, x, c in ends
     ]
     first = {m.nacelle: 0, m.hub: FIRST}
-    block = FlexibleBlock(m.beam)
+    block = FlexibleModel(m.beam)
     return m, block, CouplingBlock(block, couplings, first, RIGID_SIZE)
 
 
@@ -159,7 +159,7 @@ def test_facets_may_come_from_one_side_of_a_process_boundary_only(comm, machine)
     facets = m.facets(0.5)
     owned = facets[facets < m.beam.mesh.topology.index_map(2).size_local]
     coupling = CouplingBlock(
-        FlexibleBlock(m.beam), [Coupling("root", m.beam, owned, m.hub)], {m.hub: 0}, RIGID_SIZE
+        FlexibleModel(m.beam), [Coupling("root", m.beam, owned, m.hub)], {m.hub: 0}, RIGID_SIZE
     )
     assert comm.allreduce(coupling.nodes.size) == 4
 
@@ -176,7 +176,7 @@ def refused(comm, message, make):
 
 def test_a_coupling_without_nodes_is_refused_on_all_ranks(comm, machine):
     m = machine()
-    block = FlexibleBlock(m.beam)
+    block = FlexibleModel(m.beam)
     empty = Coupling("empty", m.beam, np.zeros(0, dtype=np.int32), m.hub)
     message = "coupling 'empty' holds no node: its surface has no facets on 'beam'"
     for couplings in ([empty], [m.root, empty]):
@@ -185,7 +185,7 @@ def test_a_coupling_without_nodes_is_refused_on_all_ranks(comm, machine):
 
 def test_a_node_in_two_couplings_is_refused_on_all_ranks(comm, machine):
     m = machine()
-    block = FlexibleBlock(m.beam)
+    block = FlexibleModel(m.beam)
     again = Coupling("again", m.beam, m.facets(0.5), m.nacelle)
     first = {m.hub: 0, m.nacelle: 12}
     refused(

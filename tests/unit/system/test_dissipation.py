@@ -11,9 +11,9 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import Gravity, JointDamper, PointDamper
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 LAMBDA, MU = 1200.0, 800.0
 ELASTIC = StVenantKirchhoff(LAMBDA, MU)
@@ -31,7 +31,7 @@ def beam(m, material):
 
 def advance(system, state, steps, dt=DT):
     """Yields report, balance and state of each step."""
-    solver = EnergyMomentumSolver(system)
+    solver = EnergyMomentum(system)
     for _ in range(steps):
         other = state.copy()
         report = solver.advance(state, dt, other)
@@ -45,7 +45,7 @@ def tumbling(comm, m, material=ELASTIC, **options):
     body = beam(m, material)
     system = MultibodySystem(comm, [body, *options.pop("more", [])], **options)
     state = system.initial_state()
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     state.u[0].array[:] = (X @ np.diag([0.1, -0.05, 0.05])).ravel()
     spin = np.cross([0.5, 1.0, 2.0], X) + 0.4 * np.sin(X[:, [1, 2, 0]])
     state.v[0].array[:] = spin.ravel()
@@ -83,7 +83,7 @@ def test_energy_falls_steadily_by_what_is_dissipated_and_momenta_stay(
 def test_a_rigid_motion_is_not_damped(comm, machine):
     m = machine()
     body = beam(m, viscous(10.0))
-    block = FlexibleBlock(body, numerical_dissipation=100.0)
+    block = FlexibleModel(body, numerical_dissipation=100.0)
     X = block.positions
     ends = []
     for axis, angle in (((1, 0, 0), 0.3), ((1, 2, 0.5), 1.5)):
@@ -113,7 +113,7 @@ def decay(machine, mode, steps, dt, make_options):
     """Frequency times step, and mean logarithmic decrement of the energy per step of a mode."""
     comm = MPI.COMM_SELF
     m = machine(comm=comm)
-    frequencies, vectors, free = modes(FlexibleBlock(m.beam))
+    frequencies, vectors, free = modes(FlexibleModel(m.beam))
     w = frequencies[mode]
     options = make_options(w)
     body = beam(m, options.pop("material", ELASTIC))

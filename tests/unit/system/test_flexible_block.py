@@ -15,8 +15,8 @@ from dolfinx import fem, mesh
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import KelvinVoigt, NeoHooke, OrthotropicSVK, StVenantKirchhoff
-from turbine_fenicsx.system.discrete_gradients import SMALL_INCREMENT, mean_stress
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.time_stepping.discrete_gradients import SMALL_INCREMENT, mean_stress
 
 KINDS = [("hexahedron", 1), ("hexahedron", 2), ("tetrahedron", 1), ("tetrahedron", 2)]
 LAWS = ("svk", "orthotropic", "neo_hooke")
@@ -40,7 +40,7 @@ def build(comm, cell, degree, law, fibre=False, **options):
         "orthotropic": OrthotropicSVK((20.0, 8.0, 7.0), (4, 3, 2.5), (0.3, 0.25, 0.3), tuple(axes)),
     }[law]
     body = FlexibleBody("b", cells, material, DENSITY, degree, axes[0] if fibre else None)
-    return FlexibleBlock(body, **options)
+    return FlexibleModel(body, **options)
 
 
 @pytest.fixture(scope="module")
@@ -370,7 +370,7 @@ def test_round_off_grows_with_the_increment_and_with_viscosity_over_the_step(mak
     assert moving[1] - rest == pytest.approx(2.0 * (moving[0] - rest), rel=0.02)
     tau = 0.5
     law = KelvinVoigt(block.body.material, tau * MU, tau * (LAMBDA + 2.0 * MU / 3.0))
-    viscous = FlexibleBlock(FlexibleBody("viscous", block.body.mesh, law, DENSITY))
+    viscous = FlexibleModel(FlexibleBody("viscous", block.body.mesh, law, DENSITY))
     assert estimate(0.0, 0.1, viscous) == pytest.approx(rest, rel=1e-12)
     more = [estimate(1e4, dt, viscous) - estimate(1e4, dt, block) for dt in (0.1, 0.01)]
     assert more[0] > 0.0

@@ -8,7 +8,6 @@ from turbine_fenicsx.foundation.quadratic import QuadraticMap
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.joints.augmented_angle import FORMS
-from turbine_fenicsx.system.rigid_block import RigidBlock, RigidStep
 
 FORM_NAMES = ("regular", "paper")
 DT = 0.1

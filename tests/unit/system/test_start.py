@@ -39,7 +39,7 @@ def rates_of(state, system, name):
 
 def worst_gap(system, state):
     """Largest velocity at which any constraint opens."""
-    G, _ = system.rigid_block.velocity_rows(state.q)
+    G, _ = system.rigid_model.velocity_rows(state.q)
     gaps = [G @ state.q_dot]
     for coupling, v in zip(system.coupling_blocks, state.v, strict=True):
         motion = coupling.B_local @ state.q_dot[coupling.columns]
@@ -146,7 +146,7 @@ def test_a_flexible_body_moves_with_what_carries_it(machine, degree):
     m = machine(degree=degree)
     system = m.system()
     state = initial_motion(system, {"rotor": 3.0, "yaw": 0.0})
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     expected = np.cross(3.0 * E3, X - m.rotor.point)
     assert np.allclose(state.v[0].array_r.reshape(-1, 3), expected, rtol=0, atol=10 * ROUND_OFF)
     assert worst_gap(system, state) < 10 * ROUND_OFF

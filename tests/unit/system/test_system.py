@@ -108,7 +108,7 @@ def test_parts_are_numbered_in_the_order_given_whatever_their_kinds(comm, machin
     assert system.couplings == (m.root,)
     assert len(system.loads) == 1
     # two bodies with six internal constraints, two joints with five, each with an angle
-    assert system.rigid_block.size == 24 + 2 + 22 + 2
+    assert system.rigid_model.size == 24 + 2 + 22 + 2
 
 
 def test_initial_state_is_what_the_bodies_say_and_fulfils_all_constraints(machine):
@@ -132,7 +132,7 @@ def test_a_coupled_body_starts_with_the_velocity_of_its_carrier(comm, machine):
     parts = [carrier, m.beam, free, Coupling("root", m.beam, m.facets(0.5), carrier)]
     system = MultibodySystem(comm, parts)
     v, at_rest = system.initial_state().v
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     expected = np.array([1, 2, 3]) + np.cross([4, 5, 6], X - [0.3, 0, 0])
     assert at_rest.norm() == 0.0
     assert np.allclose(v.array_r.reshape(-1, 3), expected, rtol=0, atol=1e-14)
@@ -206,7 +206,7 @@ def test_balance_of_a_stretched_and_lifted_beam_equals_the_hand_value(machine):
     system = m.system(Gravity())
     state = system.initial_state()
     H = np.diag([0.1, 0.0, -0.05])
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     state.u[0].array[:] = (X @ H + 3.0 * E2).ravel()
     balance = system.balance(state)
     e = 0.5 * (np.diag((np.eye(3) + H) ** 2) - 1)
@@ -249,7 +249,7 @@ def test_a_system_may_consist_of_flexible_bodies_only(comm, machine):
     ground = Coupling("foot", m.beam, m.facets(0.5), None)
     system = MultibodySystem(comm, [m.beam, ground])
     state = system.initial_state()
-    assert system.rigid_block.size == 0 and state.q.size == 0
+    assert system.rigid_model.size == 0 and state.q.size == 0
     assert system.balance(state).total == 0.0
     assert system.constraint_error(state) == 0.0
 

@@ -34,7 +34,7 @@ def residual_at(step, x):
 def rigid_part(step, x):
     """r on all ranks, split."""
     comm, part = step.system.comm, step.split(x)[2]
-    return step.system.rigid_block.split(comm.bcast(np.array(part.array_r)))
+    return step.system.rigid_model.split(comm.bcast(np.array(part.array_r)))
 
 
 def gap_power(step, state, weights):
@@ -90,7 +90,7 @@ def test_rows_of_constraints_are_their_values_at_the_end_of_the_step(machine):
     (R_c,) = step.split(R)[1]
     gap = system.coupling_blocks[0].gap(system.coordinates_of(after.q), after.u[0])
     found = np.concatenate(rigid_part(step, R)[2:])
-    expected = system.rigid_block.constraint_values(after.q, after.angles)
+    expected = system.rigid_model.constraint_values(after.q, after.angles)
     assert R_c.norm() > 0.1
     assert np.allclose(found, expected, rtol=0, atol=1e-14)
     assert np.allclose(R_c.array_r, gap, rtol=0, atol=1e-14)  # sums of numbers up to two
@@ -113,7 +113,7 @@ def test_residual_along_the_unknowns_is_the_balance_of_energy(machine, form, cel
     (du,), mu_c, _ = step.split(step.x)
     lhs = du.dot(step.split(R)[0][0]) + dq @ R_q + dT @ R_T
     ends = [system.balance(s) for s in (state, after)]
-    values = [system.rigid_block.constraint_values(s.q, s.angles) for s in (state, after)]
+    values = [system.rigid_model.constraint_values(s.q, s.angles) for s in (state, after)]
     gaps = [gap_power(step, s, mu_c) for s in (state, after)]
     rhs = HALF_DT2 * (ends[1].total - ends[0].total - work)
     rhs += np.concatenate([mu, nu]) @ (values[1] - values[0]) + gaps[1] - gaps[0]
@@ -139,7 +139,7 @@ def test_residual_along_rigid_motions_is_the_balance_of_momenta(
     R_u = step.split(R)[0][0].array_r.reshape(-1, 3)
     R_q = rigid_part(step, R).dq.reshape(-1, 3)
     mu_c = step.split(step.x)[1][0].array_r.reshape(-1, 3)
-    block, coupling = system.flexible_blocks[0], system.coupling_blocks[0]
+    block, coupling = system.flexible_models[0], system.coupling_blocks[0]
     x_mid = block.positions + 0.5 * (state.u[0].array_r + after.u[0].array_r).reshape(-1, 3)
     q_mid = 0.5 * (state.q + after.q).reshape(-1, 3)
     gap_mid = 0.5 * sum(
@@ -229,7 +229,7 @@ def test_a_step_with_guess_beyond_a_quarter_turn_is_not_accepted_on_any_rank(com
     step.x.set(0.0)
     answers = [comm.allgather(step.accepted())]
     if comm.rank == 0:
-        step.system.rigid_block.split(step.split(step.x)[2].array).dT[1] = 1.6
+        step.system.rigid_model.split(step.split(step.x)[2].array).dT[1] = 1.6
     answers.append(comm.allgather(step.accepted()))
     assert answers == [[True] * comm.size, [False] * comm.size]
 
@@ -307,7 +307,7 @@ def test_each_block_of_the_residual_is_measured_by_itself(machine, block):
     if target is not None:
         target.scale(2.0)
     elif R_r.getLocalSize():
-        step.system.rigid_block.split(R_r.array)[block - 2][:] *= 2.0
+        step.system.rigid_model.split(R_r.array)[block - 2][:] *= 2.0
     after, _ = step.relative_residuals(R)
     expected = np.where(np.arange(6) == block, 2.0, 1.0) * before
     assert np.allclose(after, expected, rtol=1e-14, atol=0)

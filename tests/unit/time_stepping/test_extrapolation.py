@@ -10,8 +10,10 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.extrapolation import WEIGHTS, Extrapolation
-from turbine_fenicsx.time_stepping.solver import EnergyMomentumSolver, SolverOptions, StepFailure
+from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 DT = 0.02
 N = len(WEIGHTS)
@@ -102,7 +104,7 @@ class Run:
     """A solver that makes steps one after the other, from the start of the system."""
 
     def __init__(self, system, **options):
-        self.solver = EnergyMomentumSolver(system, SolverOptions(**options))
+        self.solver = EnergyMomentum(system, SolverOptions(**options))
         self.state, self._out = system.initial_state(), system.initial_state()
 
     def steps(self, n, dt=DT):
@@ -160,7 +162,7 @@ def test_a_useless_guess_costs_an_attempt_and_is_forgotten(comm):
     expected.forget()
     time = run.state.time
     for n in range(N):  # as if it had come here by leaps
-        r = 1e3 * np.arange(run.solver.step.system.rigid_block.size) ** (n % 3)
+        r = 1e3 * np.arange(run.solver.step.system.rigid_model.size) ** (n % 3)
         run.solver._past.add(time + (n - N) * DT, DT, r)
     assert run.solver._past.guess(time, DT) is not None
     more, plain = run.steps(1), expected.steps(1)

@@ -19,10 +19,10 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, FrozenElimination
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import (
+from turbine_fenicsx.time_stepping.newton import (
     DIVERGENCE,
     BlockwiseConvergence,
-    EnergyMomentumSolver,
+    EnergyMomentum,
     SolverOptions,
     StepFailure,
 )
@@ -65,7 +65,7 @@ def solve():
     made = []
 
     def make(system, chosen):
-        made.append(EnergyMomentumSolver(system, chosen))
+        made.append(EnergyMomentum(system, chosen))
         return made[-1]
 
     yield make
@@ -394,7 +394,7 @@ def test_two_solvers_of_one_prefix_do_not_disturb_each_other(solve, machine):
 @all_solvers
 def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, name):
     system = loaded(machine())
-    solver = EnergyMomentumSolver(system, options(name))
+    solver = EnergyMomentum(system, options(name))
     run(solver, system, steps=1)
     destroy = solver.destroy
     assert destroy.alive
@@ -402,7 +402,7 @@ def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, na
     gc.collect()
     assert not destroy.alive
     destroy()
-    told = EnergyMomentumSolver(system, options(name))
+    told = EnergyMomentum(system, options(name))
     told.destroy()
     told.destroy()
 

@@ -50,7 +50,7 @@ def test_tower_stands_between_ground_and_yaw_bearing(turbine):
     assert (yaw.first.name, yaw.second.name) == ("tower_top", "nacelle")
     contact = system.coupling_blocks[1]
     heights = {
-        c.name: system.flexible_blocks[1].positions[contact.nodes[rows], 1]
+        c.name: system.flexible_models[1].positions[contact.nodes[rows], 1]
         for c, rows in zip(contact.couplings, contact.slices, strict=True)
     }
     assert np.allclose(heights["tower_foot"], -80.0, rtol=0, atol=1e-12)

@@ -37,7 +37,7 @@ def carried_out(
     from turbine_fenicsx.foundation.interrupts import catching_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing import names
-    from turbine_fenicsx.time_stepping.solver import StepFailure
+    from turbine_fenicsx.time_stepping.stepper import StepFailure
     from turbine_fenicsx.turbine.summary import table
 
     out = options.out

@@ -22,7 +22,7 @@ from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -69,7 +69,7 @@ class Fields:
         comm = system.comm
         if surfaces is None:
             surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
-        self._bodies = [_BodyOutput(block) for block in system.flexible_blocks]
+        self._bodies = [_BodyOutput(block) for block in system.flexible_models]
         if parts is None:
             free = 1 + max((surface.part for surface in surfaces), default=-1)
             parts = [np.full(b.n_cells, free + k) for k, b in enumerate(self._bodies)]
@@ -213,7 +213,7 @@ class _BodyOutput:
     Vertices are the nodes of a linear space, which for linear fields is that of the field itself.
     """
 
-    def __init__(self, block: FlexibleBlock) -> None:
+    def __init__(self, block: FlexibleModel) -> None:
         """Match the vertices of the mesh with the nodes of the field."""
         self._block = block
         mesh = block.body.mesh
@@ -254,7 +254,7 @@ class _BodyOutput:
 
     def couplings(self, system: MultibodySystem) -> Array:
         """Number of the coupling that holds each owned vertex, from 1; 0 for none. Collective."""
-        k = system.flexible_blocks.index(self._block)
+        k = system.flexible_models.index(self._block)
         held = system.coupling_blocks[k]
         numbers = self._block.new_vector()
         for coupling, rows in zip(held.couplings, held.slices, strict=True):

@@ -17,6 +17,7 @@ from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, ro
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.stepper import Stepper
 
 log = logging.getLogger(__name__)
 
@@ -194,17 +195,18 @@ def energy_channel() -> Channel:
 
 def angle_channel(system: MultibodySystem) -> Channel:
     """All joint coordinates: angles, and displacements under names of their own."""
-    kinds = zip(system.angle_names, system.rigid_block.is_angle, strict=True)
+    kinds = zip(system.angle_names, system.rigid_model.is_angle, strict=True)
     columns = tuple((names.ANGLE if a else names.DISPLACEMENT)(joint=n) for n, a in kinds)
     return Channel(columns, lambda s: list(s.state.angles))
 
 
-def work_channel(system: MultibodySystem) -> Channel:
+def work_channel(stepper: Stepper) -> Channel:
     """Energy of springs, work of each load, drive and damper, and viscous dissipation so far.
 
     What does not occur in the system has no column. Total energy is initial energy plus all works
     minus everything dissipated.
     """
+    system = stepper.system
     springs = any(e.kind == "conservative" for e in system.elements)
     gravity = [isinstance(load, Gravity) for load in system.loads]
     places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]
@@ -212,7 +214,7 @@ def work_channel(system: MultibodySystem) -> Channel:
     columns = (
         *((names.SPRING_ENERGY,) if springs else ()),
         *(names.WORK(name=name).replace(" ", "_") for name in works),
-        *(names.DISSIPATION(name=name).replace(" ", "_") for name in system.dissipation_names),
+        *(names.DISSIPATION(name=name).replace(" ", "_") for name in stepper.dissipation_names),
     )
 
     def values(s: Snapshot) -> list[float]:

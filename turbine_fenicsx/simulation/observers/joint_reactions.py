@@ -90,8 +90,8 @@ class JointReactions:
     def __init__(self, system: MultibodySystem, reactions: Sequence[JointReaction]) -> None:
         """Find the rows of the joints and the bodies that they act on."""
         self.reactions = tuple(reactions)
-        self._block, n = system.rigid_block, len(self.reactions)
-        self._rows = np.zeros((n, system.rigid_block.n_rows), dtype=bool)
+        self._model, n = system.rigid_model, len(self.reactions)
+        self._rows = np.zeros((n, system.rigid_model.n_rows), dtype=bool)
         self._signs = np.ones((n, 1))
         self._slots = np.zeros((2, n), dtype=np.int64)  # the body that f acts on, that of the axes
         self._xi, self._axes = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
@@ -137,21 +137,23 @@ class JointReactions:
                 self._loads = np.zeros((len(self.reactions), 2, 3))
             else:
                 assert snapshot.index == self._next_index, "reactions need every step of a run"
-                self._loads = self._between(*self._last, state)
+                forces = snapshot.stepper.constraint_forces(*self._last, state)
+                start = self._last[0] if snapshot.stepper.forces_at < 1.0 else state.q
+                self._loads = self._loads_of(*forces, 0.5 * (start + state.q))
             self._last = state.q.copy(), state.angles.copy()
             self._next_index, self._snapshot = snapshot.index + 1, snapshot
         return self._loads
 
     def at_rest(self, state: State) -> Array:
         """Loads in a static equilibrium, shape (n, 2, 3), as in `at`."""
-        return self._between(state.q, state.angles, state)
+        forces = self._model.constraint_forces(state.q, state.angles, state.multipliers)
+        return self._loads_of(*forces, state.q)
 
-    def _between(self, q0: Array, T0: Array, state: State) -> Array:
-        """Loads in the step from (q0, T0) to a state."""
-        lam, G = self._block.forces_between(q0, T0, state.q, state.angles, state.multipliers)
+    def _loads_of(self, lam: Array, G: Array, q: Array) -> Array:
+        """Loads of the constraint forces -lam_k G_k, with the bodies at q."""
         f = -(self._signs * self._rows * lam) @ G
         f = f.reshape(len(f), -1, 4, 3)[np.arange(len(f)), self._slots[0]]
-        q = np.concatenate([0.5 * (q0 + state.q), GROUND]).reshape(-1, 4, 3)
+        q = np.concatenate([q, GROUND]).reshape(-1, 4, 3)
         (phi, d), (origin, e) = ((x[:, 0], x[:, 1:]) for x in (q[s] for s in self._slots))
         r = origin + np.einsum("ni,nij->nj", self._xi, e)
         F = f[:, 0]

@@ -25,7 +25,7 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.flexible_block import FlexibleBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -95,7 +95,7 @@ class Points:
         self._start = X.copy()
         self._start[self._rigid] = 0.0
         self._flexible = []
-        for block in system.flexible_blocks:
+        for block in system.flexible_models:
             mine = [k for k, p in enumerate(self.points) if p.body is block.body]
             names = [self.points[k].name for k in mine]
             self._flexible.append((mine, _shape_functions(block, X[mine], names)))
@@ -143,7 +143,7 @@ def point_channel(points: Points) -> Channel:
     return Channel(columns, lambda s: points.at(s).ravel().tolist())
 
 
-def _shape_functions(block: FlexibleBlock, X: Array, names: Sequence[str]) -> csr_matrix:
+def _shape_functions(block: FlexibleModel, X: Array, names: Sequence[str]) -> csr_matrix:
     """Values of the shape functions of this rank's nodes at points. Collective.
 
     Args:

@@ -81,7 +81,7 @@ class Reactions:
             index = system.flexible_bodies.index(coupling.flexible)
             block = system.coupling_blocks[index]
             rows = block.slices[block.couplings.index(coupling)]
-            X = system.flexible_blocks[index].positions[block.nodes[rows]]
+            X = system.flexible_models[index].positions[block.nodes[rows]]
             arms, axes = X - np.asarray(reaction.point, dtype=float), reaction.axes
             R = np.eye(3)
             if coupling.rigid is not None:
@@ -141,7 +141,8 @@ class Reactions:
             self._directors = None
         else:
             assert snapshot.index == self._next_index, "reactions need every step of a run"
-            self._directors = 0.5 * (self._q + q)
+            start = self._q if snapshot.stepper.forces_at < 1.0 else q
+            self._directors = 0.5 * (start + q)
         self._q, self._next_index = q, snapshot.index + 1
         forces = [f.array_r.reshape(-1, 3) for f in snapshot.state.coupling]
         sums = [weights @ forces[index][rows] for index, rows, weights in self._where]

@@ -79,7 +79,7 @@ class Tips:
                         f"body {body.name!r} of tip {tip.name!r} is not among the parts"
                     )
             index = system.flexible_bodies.index(tip.body)
-            block = system.flexible_blocks[index]
+            block = system.flexible_models[index]
             node = nearest_node(comm, block.positions, tip.point)
             if node is not None:
                 X, axes, R = block.positions[node], np.eye(3), np.eye(3)
@@ -122,7 +122,7 @@ def stress_channel(system: MultibodySystem) -> Channel:
     def values(s: Snapshot) -> list[float]:
         norms = (
             np.max(block.cauchy_stress_norm(u), initial=0.0)
-            for block, u in zip(system.flexible_blocks, s.state.u, strict=True)
+            for block, u in zip(system.flexible_models, s.state.u, strict=True)
         )
         return [float(system.comm.allreduce(max(norms, default=0.0), op=MPI.MAX))]
 

@@ -123,7 +123,7 @@ def momenta(system):
     """Linear and angular momentum about the origin of each body, shape (bodies, 2, 3)."""
 
     def values(s):
-        q, p = (x.reshape(-1, 4, 3) for x in (s.state.q, system.rigid_block.masses * s.state.q_dot))
+        q, p = (x.reshape(-1, 4, 3) for x in (s.state.q, system.rigid_model.masses * s.state.q_dot))
         return np.stack([p[:, 0], np.cross(q, p).sum(axis=1)], axis=1)
 
     return values

@@ -54,7 +54,7 @@ def test_fields_are_interpolated_in_the_cell_of_a_point(machine, cell, degree):
     def field(X):
         return np.einsum("ijk,nj,nk->ni", A, X, X) if degree == 2 else X @ A[0].T + 0.3
 
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     state.u[0].array[:], state.v[0].array[:] = field(X).ravel(), -2.0 * field(X).ravel()
     motion = Points(system, followed(m)).motion(state)[: len(INSIDE)]
     expected = field(np.array(INSIDE))

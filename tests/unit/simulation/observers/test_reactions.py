@@ -81,7 +81,7 @@ def carried(machine):
 def test_load_on_the_carrier_is_the_weight_less_the_change_of_momentum(request, carrier):
     """And its moment that of the weight less the change of angular momentum, about the origin."""
     system, root = request.getfixturevalue(carrier)
-    (block,) = system.flexible_blocks
+    (block,) = system.flexible_models
     body = root.rigid
 
     def point(s):

@@ -11,7 +11,7 @@ from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.solver import StepFailure
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 PACKAGE = logging.getLogger("turbine_fenicsx")
 

@@ -20,7 +20,7 @@ def moved(m, system, R, shift, bend):
     q = m.hub.coordinates.reshape(4, 3) @ R.T
     q[0] += shift
     state.q[system.first_coordinate[m.hub] :][:12] = q.ravel()
-    X = system.flexible_blocks[0].positions
+    X = system.flexible_models[0].positions
     state.u[0].array[:] = ((X + bend) @ R.T + shift - X).ravel()
     return SimpleNamespace(state=state)
 

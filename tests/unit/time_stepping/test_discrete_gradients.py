@@ -12,7 +12,7 @@ from dolfinx import fem, mesh
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
-from turbine_fenicsx.system.discrete_gradients import (
+from turbine_fenicsx.time_stepping.discrete_gradients import (
     SMALL_INCREMENT,
     discrete_gradient_stress,
     general_stress,

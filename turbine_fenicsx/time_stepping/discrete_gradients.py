@@ -62,11 +62,6 @@ def discrete_gradient_stress(quadratic: bool) -> AlgorithmicStress:
     return mean_stress if quadratic else general_stress
 
 
-def strain_increment(F: Any, D: Any) -> Any:
-    """E_{n+1} - E_n = sym(F^T D) with F at the midpoint."""
-    return ufl.sym(F.T * D)
-
-
 def stiffness_at_rest(energy: Energy, E: Any) -> Any:
     """The linear stress D_0 : E, with the elasticity D_0 = 4 W''(I) of the material at rest."""
     C = ufl.variable(ufl.Identity(3))

@@ -13,15 +13,16 @@ import numpy as np
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, chosen_name
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, choose_solver
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
-from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.residual_place import describe_largest_residual
+from turbine_fenicsx.time_stepping.stepper import StepFailure, StepReport
 
 log = logging.getLogger(__name__)
 
@@ -40,40 +41,12 @@ DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""
 
 
-class StepFailure(RuntimeError):
-    """A step that did not converge; the message holds the reason in words."""
-
-
-@dataclass(frozen=True)
-class StepReport:
-    """What one step took.
-
-    Args:
-        newton_iterations: Newton iterations, failed attempts included.
-        krylov_iterations: Krylov iterations in them; a direct solve counts as one.
-        works: Work of each of `MultibodySystem.work_names` [J], zero for gravity.
-        dissipated: What each of `MultibodySystem.dissipation_names` dissipated [J].
-        residual: Largest relative residual of any block at the end.
-    """
-
-    newton_iterations: int
-    krylov_iterations: int
-    works: tuple[float, ...]
-    dissipated: tuple[float, ...]
-    residual: float
-
-    @property
-    def work(self) -> float:
-        """Work of all forces but gravity [J]."""
-        return sum(self.works)
-
-
 @dataclass(frozen=True)
 class SolverOptions:
     """Options of the step solver.
 
     Args:
-        preconditioner: Name of the linear solver, a key of `LINEAR_SOLVERS`, or "auto": "frozen",
+        linear_solver: Name of the linear solver, a key of `LINEAR_SOLVERS`, or "auto": "frozen",
             and "iterative" for very many unknowns.
         tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
             each block; constraints take a hundredth of it.
@@ -83,10 +56,10 @@ class SolverOptions:
         prefix: Prefix of the PETSc options.
 
     Raises:
-        ValueError: for an unknown linear solver or a tolerance outside (0, 1).
+        ModelError: for an unknown linear solver or a tolerance outside (0, 1).
     """
 
-    preconditioner: str = "auto"
+    linear_solver: str = "auto"
     tolerance: float = 1e-12
     stagnation: float = 1e-9
     max_iterations: int = 30
@@ -94,44 +67,45 @@ class SolverOptions:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if self.preconditioner not in ("auto", *LINEAR_SOLVERS):
-            raise ValueError(
-                f"solver.preconditioner must be one of {['auto', *sorted(LINEAR_SOLVERS)]}, "
-                f"got {self.preconditioner!r}"
+        if self.linear_solver not in ("auto", *LINEAR_SOLVERS):
+            raise ModelError(
+                f"solver.linear_solver must be one of {['auto', *sorted(LINEAR_SOLVERS)]}, "
+                f"got {self.linear_solver!r}"
             )
         if not 0.0 < self.tolerance < 1.0:
-            raise ValueError(f"solver.tolerance must lie between 0 and 1, got {self.tolerance}")
+            raise ModelError(f"solver.tolerance must lie between 0 and 1, got {self.tolerance}")
 
 
-class EnergyMomentumSolver:
-    """Advances a system by energy-momentum steps.
+class NewtonStepper:
+    """Advances a system by implicit steps.
 
     Args:
-        system: The system.
+        step: The equations of a step.
         options: Tolerances and linear solver.
 
     Attributes:
-        step: The blocks of the step.
-        preconditioner: Name of the linear solver in use.
+        system: The system.
+        step: The equations of the step.
+        linear_solver: Name of the linear solver in use.
         fallbacks: How often another attempt had to take over for one that failed.
         snes: The PETSc solver; options with the prefix apply.
         destroy: Frees all PETSc objects; collective; at the latest when the program ends.
     """
 
-    def __init__(self, system: MultibodySystem, options: SolverOptions | None = None) -> None:
-        """Create the SNES."""
+    def __init__(self, step: NestedStep, options: SolverOptions | None = None) -> None:
         self.options = options = options or SolverOptions()
-        self.step = step = EnergyMomentumStep(system)
-        self.preconditioner = chosen_name(options.preconditioner, step)
-        self._solvers = _LinearSolvers(step, options.prefix, self.preconditioner)
+        self.step, self.system = step, step.system
+        self.dissipation_names = step.dissipation_names
+        self.linear_solver = choose_solver(options.linear_solver, step.system)
+        self._solvers = _LinearSolvers(step, options.prefix, self.linear_solver)
         # without flexible bodies all but "monolithic" are the same
-        known = FALLBACKS if system.flexible_bodies else {}
-        exact = known.get(self.preconditioner, self.preconditioner)
-        self._attempts = Attempts(self.preconditioner, exact)
+        known = FALLBACKS if self.system.flexible_bodies else {}
+        exact = known.get(self.linear_solver, self.linear_solver)
+        self._attempts = Attempts(self.linear_solver, exact)
         self.fallbacks = 0
         self._past = Extrapolation()
         self._convergence = BlockwiseConvergence(step, options)
-        self.snes = snes = PETSc.SNES().create(system.comm)
+        self.snes = snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(options.prefix)
         snes.setType("newtonls")
         snes.setFunction(evaluate_residual, step.residual_vector, kargs={"step": step})
@@ -225,18 +199,18 @@ class EnergyMomentumSolver:
 
     def save(self) -> RestartData:
         """What later steps depend on, apart from the state."""
-        data = RestartData({"name": self.preconditioner, "fallbacks": self.fallbacks})
+        data = RestartData({"name": self.linear_solver, "fallbacks": self.fallbacks})
         data.add("attempts", self._attempts.save())
-        data.add("linear", self._solvers.use(self.preconditioner).save())
+        data.add("linear", self._solvers.use(self.linear_solver).save())
         data.add("past", self._past.save())
         return data
 
     def restore(self, data: RestartData) -> None:
         """Go on like the solver that saved this; with another linear solver, start anew."""
         self.fallbacks = data.numbers.get("fallbacks", 0)
-        if data.numbers.get("name") == self.preconditioner:
+        if data.numbers.get("name") == self.linear_solver:
             self._attempts.restore(data.part("attempts"))
-            self._solvers.use(self.preconditioner).restore(data.part("linear"))
+            self._solvers.use(self.linear_solver).restore(data.part("linear"))
         self._past.restore(data.part("past"))
 
 
@@ -250,14 +224,14 @@ def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:
 class BlockwiseConvergence:
     """Convergence by the largest relative residual of the blocks, in units of its tolerance."""
 
-    step: EnergyMomentumStep
+    step: NestedStep
     options: SolverOptions
     history: list[float] = field(default_factory=list)
     stagnation: float = 0.0
 
     def __post_init__(self) -> None:
-        """Lay out the tolerances like `EnergyMomentumStep.relative_residuals`."""
-        n = len(self.step.system.flexible_blocks)
+        """Lay out the tolerances like `NestedStep.relative_residuals`."""
+        n = len(self.step.system.flexible_models)
         balance, constraint = self.options.tolerance, 0.01 * self.options.tolerance
         self._tolerances = np.array(
             [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
@@ -290,9 +264,7 @@ class BlockwiseConvergence:
         return 0
 
 
-def evaluate_residual(
-    snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: EnergyMomentumStep
-) -> None:
+def evaluate_residual(snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: NestedStep) -> None:
     """SNES function: residual of the step."""
     with timing.event("residual"):
         step.residual(x, F)
@@ -324,7 +296,7 @@ def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
 class _LinearSolvers:
     """The linear solvers of a step by name, made when first used; PETSc's python preconditioner."""
 
-    def __init__(self, step: EnergyMomentumStep, prefix: str, name: str) -> None:
+    def __init__(self, step: NestedStep, prefix: str, name: str) -> None:
         """Make the first one."""
         self._step, self._prefix = step, prefix
         self._made: dict[str, LinearSolver] = {}

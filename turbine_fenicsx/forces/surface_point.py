@@ -1,0 +1,33 @@
+"""A point of a loaded surface, as loads see it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class SurfacePoint:
+    """Where and when a load acts, in UFL. In an energy-momentum step this is its middle.
+
+    Args:
+        X: Initial position [m], shape (3,).
+        x: Present position [m], shape (3,).
+        v: Velocity [m/s], shape (3,).
+        F: Deformation gradient, shape (3, 3).
+        N: Outward normal in the initial configuration, shape (3,).
+        time: Time [s].
+        factor: Value of the load's function of time.
+        parameter: Turns numbers and arrays into UFL constants, so that another value of a
+            parameter needs no new compilation.
+    """
+
+    X: Any
+    x: Any
+    v: Any
+    F: Any
+    N: Any
+    time: Any
+    factor: Any
+    parameter: Callable[[Any], Any]

@@ -1,0 +1,310 @@
+"""A flexible body as discretised by finite elements, without a time step.
+
+With nodal displacements u and velocities v, the test functions w, and the reference density rho,
+
+    int rho v' . w dV + int F (S + S_v) : grad w dV = int rho g . w dV + int t . w dA,
+
+where S = 2 dW/dC is the elastic stress and S_v(E') that of a viscous material, and t are the
+surface loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.nearest_node import nearest_node
+from turbine_fenicsx.forces.load import SurfaceLoad
+from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import Viscous, second_piola_kirchhoff
+from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
+from turbine_fenicsx.materials.kinematics import (
+    deformation_gradient,
+    right_cauchy_green,
+    strain_rate,
+)
+from turbine_fenicsx.system.surface_forms import SurfaceIntegrals
+
+
+class StaticForms(NamedTuple):
+    """Forces of the body at rest, without gravity, and their derivative, as compiled forms."""
+
+    forces: Any
+    stiffness: Any
+
+
+class FlexibleModel:
+    """Function space, mass, energy, stress and loads of a flexible body.
+
+    Args:
+        body: The body.
+        loads: Surface loads and forces on nodes.
+
+    Attributes:
+        loads: The surface loads, then the forces on nodes.
+        space: Space of the displacement.
+        n_owned: Number of nodes owned by this rank.
+        positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
+        local_positions: The same with those of the ghosts after them.
+        nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
+        density: rho as a UFL expression.
+        dx_mass: Measure of the inertia terms.
+        dx_stress: Measure of the stress terms.
+        surface: The surface loads as forms.
+        nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_loads`.
+    """
+
+    def __init__(self, body: FlexibleBody, loads: Sequence[SurfaceLoad | NodeForce] = ()) -> None:
+        self.body = body
+        surface_loads = [x for x in loads if not isinstance(x, NodeForce)]
+        node_forces = [x for x in loads if isinstance(x, NodeForce)]
+        self.loads: tuple[SurfaceLoad | NodeForce, ...] = (*surface_loads, *node_forces)
+        mesh = body.mesh
+        self.space = V = _compat.vector_space(mesh, body.degree)
+        self.n_owned = V.dofmap.index_map.size_local
+        self._u, self._v = fem.Function(V), fem.Function(V)
+        self.density = self.parameter(body.density)
+        self.dx_mass, self.dx_stress = (
+            ufl.dx(domain=mesh, metadata={"quadrature_degree": q}) for q in _quadrature(body)
+        )
+        self.surface = SurfaceIntegrals(mesh, surface_loads, self.parameter, 2 * body.degree + 1)
+        index_map = V.dofmap.index_map
+        self._work = PETSc.Vec().createGhost(
+            index_map.ghosts.astype(PETSc.IntType),
+            size=(3 * self.n_owned, 3 * index_map.size_global),
+            bsize=3,
+            comm=mesh.comm,
+        )
+        X = fem.Function(V)
+        X.interpolate(lambda x: x)
+        self.local_positions = X.x.array.reshape(-1, 3).copy()
+        self.positions = self.local_positions[: self.n_owned]
+        self._node_forces = [(load, self._node_at(load.point), load.force) for load in node_forces]
+        self.nodal_forces: list[tuple[slice, Array]] = []
+        self._compile()
+        ones = self.new_vector()
+        ones.set(1.0)
+        self.momentum(ones, ones)
+        self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
+        ones.destroy()
+
+    def _compile(self) -> None:
+        """Compile what every run needs: momenta, strain energy, stresses."""
+        w, mesh = ufl.TestFunction(self.space), self.body.mesh
+        F = deformation_gradient(self._u)
+        C = right_cauchy_green(F)
+        self._strain_energy = _compat.compile_form(self.energy(C) * self.dx_stress)
+        self._momentum = _compat.compile_form(self.density * ufl.dot(self._v, w) * self.dx_mass)
+        S = second_piola_kirchhoff(self.energy, C)
+        sigma = F * S * F.T / ufl.det(F)
+        norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
+        self._stresses = fem.Function(_compat.cellwise_space(mesh, (2,)))
+        self._stresses_now = _compat.expression(ufl.as_vector(norms), self._stresses.function_space)
+        self._fibre_now = None
+        if self.body.fibre is not None:
+            a = F * self.body.fibre
+            self._fibre = fem.Function(_compat.cellwise_space(mesh, (3,)))
+            self._fibre_now = _compat.expression(
+                a / ufl.sqrt(ufl.dot(a, a)), self._fibre.function_space
+            )
+
+    def parameter(self, value: Any) -> Any:
+        """A number, array or `cell_field` as a UFL coefficient on the mesh."""
+        if is_field(value):
+            return on_mesh(value, self.body.mesh, self.body.name)
+        return fem.Constant(self.body.mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
+
+    def energy(self, C: Any) -> Any:
+        """Strain energy per reference volume [J/m^3] as a UFL expression."""
+        return self.body.material.strain_energy(C, self.parameter)
+
+    def forces(self, u: Any, v: Any, w: Any) -> Any:
+        """The virtual work of stresses minus that of surface loads, without gravity.
+
+        Args:
+            u: Displacement, a UFL expression.
+            v: Velocity, a UFL expression; None at rest, where viscosity does not act.
+            w: Virtual displacement.
+        """
+        F = deformation_gradient(u)
+        S = second_piola_kirchhoff(self.energy, right_cauchy_green(F))
+        if v is not None and isinstance(self.body.material, Viscous):
+            S += self.body.material.viscous_stress(strain_rate(F, ufl.grad(v)), self.parameter)
+        total = ufl.inner(F * S, ufl.grad(w)) * self.dx_stress
+        for integral in self.surface.integrals(u, ufl.zero(3) if v is None else v, w):
+            total -= integral
+        return total
+
+    @cached_property
+    def static_forms(self) -> StaticForms:
+        """Forces at rest and their derivative; compiled on first use."""
+        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        F = self.forces(self._u, None, w)
+        return StaticForms(
+            _compat.compile_form(F), _compat.compile_form(ufl.derivative(F, self._u, delta))
+        )
+
+    def set_loads(self, time: float) -> None:
+        """Set the functions of time of all loads [s]."""
+        self.surface.set_time(time)
+        self.nodal_forces = [
+            (dofs, load.function(time) * np.asarray(force, dtype=float))
+            for load, dofs, force in self._node_forces
+        ]
+
+    def new_vector(self) -> PETSc.Vec:
+        """New distributed vector of nodal values without ghosts, zero."""
+        vector = PETSc.Vec().createMPI(
+            (3 * self.n_owned, 3 * self.space.dofmap.index_map.size_global),
+            bsize=3,
+            comm=self.body.mesh.comm,
+        )
+        vector.set(0.0)
+        return vector
+
+    def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
+        """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""
+        self.copy_to(self._v, v)
+        self.assemble(self._momentum, p)
+
+    def mass_matrix(self) -> PETSc.Mat:
+        """New consistent mass matrix M [kg]. Collective."""
+        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        form = _compat.compile_form(self.density * ufl.dot(delta, w) * self.dx_mass)
+        matrix = _compat.create_matrix(form)
+        _compat.assemble_matrix(matrix, form)
+        return matrix
+
+    def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
+        """Forces at rest that the nodes lack for equilibrium, stresses minus loads, into out [N].
+
+        Args:
+            u: Displacement.
+            gravity: Acceleration of gravity, shape (3,) [m/s^2].
+            time: Time of the loads [s].
+            out: Vector of nodal values.
+        """
+        self.set_loads(time)
+        self.copy_to(self._u, u)
+        self.assemble(self.static_forms.forces, out)
+        out.array[:] -= (self.nodal_mass[:, None] * gravity).ravel()
+        for dofs, force in self.nodal_forces:
+            out.array[dofs] -= force[: dofs.stop - dofs.start]
+
+    def new_stiffness(self) -> PETSc.Mat:
+        """New matrix for `assemble_stiffness`. Collective."""
+        return _compat.create_matrix(self.static_forms.stiffness)
+
+    def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
+        """Derivative K of the forces at rest with respect to u [N/m], into out. Collective."""
+        self.set_loads(time)
+        self.copy_to(self._u, u)
+        _compat.assemble_matrix(out, self.static_forms.stiffness)
+
+    def strain_energy(self, u: PETSc.Vec) -> float:
+        """This rank's part of the strain energy [J] of the displacement u."""
+        self.copy_to(self._u, u)
+        return float(fem.assemble_scalar(self._strain_energy))
+
+    def sum_at_owners(self, values: Array) -> Array:
+        """Sum of nodal values that several ranks hold parts of. Collective.
+
+        Args:
+            values: Values at all local nodes, ghosts included, shape (nodes, 3).
+
+        Returns:
+            Sums at the owned nodes, shape (n_owned, 3).
+        """
+        if self.body.mesh.comm.size == 1:
+            return values
+        with self._work.localForm() as local:
+            local.array[:] = values.ravel()
+        self._work.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        return self._work.array_r.reshape(-1, 3).copy()
+
+    def nodal_values(self, vector: PETSc.Vec) -> Array:
+        """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
+        self.copy_to(self._v, vector)
+        return self._v.x.array.reshape(-1, 3).copy()
+
+    def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
+        """Norm of the Cauchy stress at the cell centres [Pa], eqs (69)-(70).
+
+        Args:
+            u: Displacement.
+
+        Returns:
+            Shape (local cells,), ghosts included.
+        """
+        return self.cauchy_stresses(u)[0]
+
+    def cauchy_stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
+        """Norm of the Cauchy stress, and von Mises stress, at the cell centres [Pa].
+
+        Args:
+            u: Displacement.
+
+        Returns:
+            Shapes (local cells,), ghosts included.
+        """
+        self.copy_to(self._u, u)
+        self._stresses.interpolate(self._stresses_now)
+        norm, von_mises = self._stresses.x.array.reshape(-1, 2).T.copy()
+        return norm, von_mises
+
+    def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
+        """Unit vectors along the deformed fibres at the cell centres, None without fibres.
+
+        Args:
+            u: Displacement; zero if None.
+
+        Returns:
+            Shape (local cells, 3), ghosts included.
+        """
+        if self._fibre_now is None:
+            return None
+        if u is None:
+            self._u.x.array[:] = 0.0
+        else:
+            self.copy_to(self._u, u)
+        self._fibre.interpolate(self._fibre_now)
+        return self._fibre.x.array.reshape(-1, 3).copy()
+
+    def assemble(self, form: Any, out: PETSc.Vec) -> None:
+        """Assemble a linear form and copy the owned entries."""
+        _compat.assemble_vector(self._work, form)
+        out.array[:] = self._work.array_r
+
+    def copy_to(self, function: Any, values: PETSc.Vec) -> None:
+        """Copy a vector into a function, ghosts included."""
+        function.x.array[: 3 * self.n_owned] = values.array_r
+        function.x.scatter_forward()
+
+    def _node_at(self, point: Any) -> slice:
+        """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
+        node = nearest_node(self.body.mesh.comm, self.positions, point)
+        return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)
+
+
+def _quadrature(body: FlexibleBody) -> tuple[int, int]:
+    """Quadrature degrees of the inertia terms and of the stress terms.
+
+    Hexahedra take p + 1 Gauss points a direction for both. Tetrahedra take the degree that is
+    exact for inertia, and one point (P1) or four points (P2) for the stress; their weights are
+    positive, so that the strain energy is. Energy is conserved exactly for any choice, as energy
+    and stress use the same points.
+    """
+    p = body.degree
+    if _compat.cell_name(body.mesh) == "hexahedron":
+        return 2 * p + 1, 2 * p + 1
+    return 2 * p, p

@@ -1,0 +1,157 @@
+"""Numbers of coordinates and constraints: from bodies, joints and relations to a rigid model."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.forces.element import Layout
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
+from turbine_fenicsx.foundation.redundancy import redundant_rows
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.joints.relation import Relation
+from turbine_fenicsx.system.parts import Parts
+from turbine_fenicsx.system.rigid_model import RigidModel
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """The rigid part of a system, and which of its rows belong to what.
+
+    Args:
+        model: The rigid part.
+        angle_names: Names of the joint coordinates.
+        joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
+        redundant: Number of redundant constraints of each joint that has some, by its name.
+        warnings: What the user should know.
+    """
+
+    model: RigidModel
+    angle_names: tuple[str, ...]
+    joint_rows: Mapping[str, npt.NDArray[np.int64]]
+    redundant: Mapping[str, int]
+    warnings: tuple[str, ...]
+
+
+def number_parts(parts: Parts) -> Numbering:
+    """Number joint coordinates, find redundant constraints, bind force elements.
+
+    Raises:
+        ModelError: for two joint coordinates of one name, an unknown joint coordinate, or a
+            relation that depends on the joints and the other relations.
+    """
+    bodies = parts.rigid_bodies
+    frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}
+    constraints = [c for f in frames.values() for c in f.internal_constraints()]
+    n_internal, owners = len(constraints), []
+    coordinates: dict[str, JointCoordinate] = {}
+    of_coordinates: dict[str, str] = {}
+    for joint in parts.joints:
+        a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
+        mine = joint.constraints(a, b)
+        constraints += mine
+        owners += [joint.name] * len(mine)
+        for name, coordinate in joint.coordinates(a, b).items():
+            if name in coordinates:
+                raise ModelError(f"two joint coordinates are called {name!r}")
+            coordinates[name], of_coordinates[name] = coordinate, joint.name
+    n_q = 12 * len(bodies)
+    layout = Layout(
+        {b: 12 * k for k, b in enumerate(bodies)},
+        {name: n_q + k for k, name in enumerate(coordinates)},
+    )
+    q = np.concatenate([np.zeros(0), *(b.coordinates for b in bodies)])
+    redundant = redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
+    kept = [c for k, c in enumerate(constraints) if k not in redundant]
+    S = _relation_rows(parts.relations, layout, n_q, len(coordinates))
+    _check_relations(parts.relations, kept, list(coordinates.values()), S, q)
+    model = RigidModel(
+        np.concatenate([np.zeros(0), *(b.masses for b in bodies)]),
+        constraints,
+        list(coordinates.values()),
+        S,
+        [e.bind(layout) for e in parts.elements],
+        redundant,
+    )
+    of_rows = [*("" for _ in range(n_internal)), *owners]
+    of_rows = [name for k, name in enumerate(of_rows) if k not in redundant]
+    of_rows += 2 * [of_coordinates[name] for name in coordinates]
+    rows = {j.name: np.flatnonzero([name == j.name for name in of_rows]) for j in parts.joints}
+    counts: dict[str, int] = {}
+    for k in redundant:
+        name = owners[k - n_internal]
+        counts[name] = counts.get(name, 0) + 1
+    warnings = [
+        *_tell_redundant(counts, len(owners)),
+        *_tell_velocities(bodies, constraints[n_internal:], owners, q),
+    ]
+    return Numbering(model, tuple(coordinates), rows, counts, tuple(warnings))
+
+
+def _relation_rows(relations: Sequence[Relation], layout: Layout, n_q: int, n_T: int) -> Array:
+    """S, shape (relations, n_T)."""
+    S = np.zeros((len(relations), n_T))
+    for row, relation in zip(S, relations, strict=True):
+        for name, factor in relation.factors.items():
+            row[layout.coordinate(name) - n_q] += factor
+    return S
+
+
+def _check_relations(
+    relations: Sequence[Relation],
+    constraints: list[Quadratic],
+    coordinates: list[JointCoordinate],
+    S: Array,
+    q: Array,
+) -> None:
+    """Raise a ModelError for a relation that depends on constraints and the other relations."""
+    moved = [c[-1] for c in coordinates]  # sine or displacement
+    rows = []
+    for factors in S:
+        row = Quadratic(0.0)
+        for factor, function in zip(factors.tolist(), moved, strict=True):
+            row = row + factor * function
+        rows.append(row)
+    gradients = QuadraticMap([*constraints, *rows], q.size).jacobian(q)
+    for k in redundant_rows(gradients, len(constraints)) - len(constraints):
+        raise ModelError(
+            f"{relations[k].name!r} depends on the joints and the other relations of joint "
+            "coordinates"
+        )
+
+
+def _tell_redundant(counts: Mapping[str, int], total: int) -> list[str]:
+    """Warn of redundant constraints."""
+    if not counts:
+        return []
+    return [
+        f"{sum(counts.values())} of {total} joint constraints are redundant (in joints "
+        f"{', '.join(counts)}): they hold without a multiplier, and the forces in these joints are "
+        "one choice of many"
+    ]
+
+
+def _tell_velocities(
+    bodies: Sequence[RigidBody], constraints: list[Quadratic], owners: list[str], q: Array
+) -> list[str]:
+    """Warn of initial velocities that joints do not allow; they would make others alternate."""
+    q_dot = np.concatenate([np.zeros(0), *(b.rates for b in bodies)])
+    G = QuadraticMap(constraints, q.size).jacobian(q)
+    terms = np.abs(G) @ np.abs(q_dot)
+    wrong = np.abs(G @ q_dot) > 1e-9 * np.max(terms, initial=0.0)
+    names = dict.fromkeys(owners[k] for k in np.flatnonzero(wrong))
+    if not names:
+        return []
+    return [
+        f"the initial velocities of the bodies do not agree with joints "
+        f"{', '.join(map(repr, names))}; velocities will alternate from step to step"
+    ]

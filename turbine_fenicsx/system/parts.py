@@ -1,0 +1,119 @@
+"""Parts of a system: sorted by kind, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces.element import Element
+from turbine_fenicsx.forces.load import Load, SurfaceLoad
+from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.joints.base import Joint
+from turbine_fenicsx.joints.relation import Relation
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The parts of a system by kind, in the order in which they were given.
+
+    Raises:
+        TypeError: for a joint or coupling of the wrong kind of body.
+        ModelError: for a duplicate name, or a partner that is not among the parts.
+    """
+
+    rigid_bodies: tuple[RigidBody, ...]
+    flexible_bodies: tuple[FlexibleBody, ...]
+    couplings: tuple[Coupling, ...]
+    joints: tuple[Joint, ...]
+    relations: tuple[Relation, ...]
+    elements: tuple[Element, ...]
+    loads: tuple[Load, ...]
+    on_bodies: tuple[SurfaceLoad | NodeForce, ...]
+
+    def __post_init__(self) -> None:
+        bodies: list[Any] = [*self.rigid_bodies, *self.flexible_bodies]
+        _check_unique([*bodies, *self.joints, *self.couplings])
+        _check_unique([*self.elements, *self.on_bodies, *self.relations])
+        for joint in self.joints:
+            for body in joint.bodies:
+                _require(joint.name, body, RigidBody, "a rigid body or the ground")
+            if joint.bodies[0] is joint.bodies[1]:
+                where = getattr(joint.bodies[0], "name", "the ground")
+                raise ModelError(f"both partners of {joint.name!r} are {where!r}")
+        for coupling in self.couplings:
+            _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
+        attached: list[Any] = [*self.couplings, *self.on_bodies]
+        for part in attached:
+            _require(part.name, part.flexible, FlexibleBody, "a flexible body", or_none=False)
+        self._check_partners({id(b) for b in bodies} | {id(None)})
+
+    def _check_partners(self, known: set[int]) -> None:
+        """Raise a ModelError for partners that are not among the parts."""
+        pairs: list[tuple[str, tuple[Any, ...]]] = [(j.name, j.bodies) for j in self.joints]
+        pairs += [(c.name, (c.flexible, c.rigid)) for c in self.couplings]
+        pairs += [(x.name, (x.flexible,)) for x in self.on_bodies]
+        for name, partners in pairs:
+            for partner in partners:
+                if id(partner) not in known:
+                    body = getattr(partner, "name", partner)
+                    raise ModelError(
+                        f"{name!r} refers to body {body!r}, which is not among the parts"
+                    )
+
+
+def sort_parts(parts: Iterable[Any]) -> Parts:
+    """The parts of a system by kind.
+
+    Raises:
+        TypeError: for a part of unknown kind.
+    """
+    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce)
+    protocols = (Relation, Joint, Element, SurfaceLoad, Load)
+    groups: dict[type, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
+    for part in parts:
+        kind = next((k for k in groups if isinstance(part, k)), None)
+        if kind is None:
+            raise TypeError(f"{part!r} is no body, joint, coupling, force element or load")
+        groups[kind].append(part)
+    return Parts(
+        rigid_bodies=tuple(groups[RigidBody]),
+        flexible_bodies=tuple(groups[FlexibleBody]),
+        couplings=tuple(groups[Coupling]),
+        joints=tuple(groups[Joint]),
+        relations=tuple(groups[Relation]),
+        elements=tuple(groups[Element]),
+        loads=tuple(groups[Load]),
+        on_bodies=(*groups[SurfaceLoad], *groups[NodeForce]),
+    )
+
+
+def number_names(names: Sequence[str]) -> tuple[str, ...]:
+    """The names, numbered where they occur again."""
+    found: list[str] = []
+    for name in names:
+        number, other = 1, name
+        while other in found:
+            number += 1
+            other = f"{name} {number}"
+        found.append(other)
+    return tuple(found)
+
+
+def _check_unique(parts: Iterable[Any]) -> None:
+    """Raise a ModelError for names that occur more than once."""
+    names = [part.name for part in parts]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ModelError(f"names must be unique, but {twice} occur more than once")
+
+
+def _require(name: str, body: Any, kind: type, words: str, or_none: bool = True) -> None:
+    """Raise a TypeError unless a partner is of the right kind, or None where that is allowed."""
+    if not isinstance(body, kind) and not (or_none and body is None):
+        partner = getattr(body, "name", body)
+        raise TypeError(f"{name!r} needs {words}, but {partner!r} is none")

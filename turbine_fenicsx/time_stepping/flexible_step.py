@@ -1,0 +1,176 @@
+"""A flexible body in one energy-momentum step.
+
+Unknown: the increment du = u_{n+1} - u_n of all nodal displacements. With v_{n+1} = 2 du/dt - v_n
+the step (55), (57), multiplied by dt^2/2, is
+
+    int rho (du - dt v_n) . w dV + dt^2/2 int F_mid (S_alg + S_dis) : grad w dV
+        = dt^2/2 int rho g . w dV + dt^2/2 int t . w dA
+
+with the surface loads t. The stress S_dis takes energy out: that of a viscous material, which is a
+function of dE/dt with dE = E_{n+1} - E_n, and chi/2 D_0 : dE of the energy-decaying variant, with
+the elasticity D_0 of the material at rest. A step dissipates exactly int S_dis : dE dV, which is
+not negative; momenta are conserved for any symmetric S_dis.
+"""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import Viscous
+from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.time_stepping.discrete_gradients import (
+    AlgorithmicStress,
+    discrete_gradient_stress,
+    stiffness_at_rest,
+)
+from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
+
+
+class FlexibleStep:
+    """Compiled forms of the step of a flexible body.
+
+    Args:
+        model: The body and its loads.
+        stress: Algorithmic stress; the exact discrete gradient of the material if None.
+        numerical_dissipation: chi >= 0. A linear mode of the frequency omega loses the part
+            chi (omega dt)^2/2 of its energy per step while omega dt is small. The spectral radius
+            falls from 1 to (2 - chi)/(2 + chi) at omega dt = 4/chi, and rises again beyond. The
+            scheme is then of first order.
+
+    Attributes:
+        dissipations: What dissipates in this body, names.
+        tangent: Matrix of the tangent, filled by `assemble_tangent`.
+        round_off: This rank's sum of the squares of the round-off of the residual of the step
+            [(kg m)^2], set by `begin`.
+    """
+
+    def __init__(
+        self,
+        model: FlexibleModel,
+        stress: AlgorithmicStress | None = None,
+        numerical_dissipation: float = 0.0,
+    ) -> None:
+        self.model = model
+        mesh, V = model.body.mesh, model.space
+        self._u_n, self._du, self._dt_v = (fem.Function(V) for _ in range(3))
+        self._half_dt2 = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self._dt = fem.Constant(mesh, PETSc.ScalarType(1.0))
+        self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
+        self.dissipations = self._compile(
+            stress or discrete_gradient_stress(model.body.material.quadratic),
+            numerical_dissipation,
+        )
+        self.tangent = _compat.create_matrix(self._tangent)
+        self._half_dt2.value = 1.0
+        self._round_off = self._force_round_off()  # its tangents also fix the sparsity
+        self._masses = np.repeat(np.abs(model.nodal_mass), 3)
+        self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
+
+    def _compile(self, stress: AlgorithmicStress, chi: float) -> tuple[str, ...]:
+        """Compile the forms; returns the names of what dissipates."""
+        model, compile_form = self.model, _compat.compile_form
+        w, delta = ufl.TestFunction(model.space), ufl.TrialFunction(model.space)
+        rho, h, dx = model.density, self._half_dt2, model.dx_stress
+        u_mid = self._u_n + 0.5 * self._du
+        F_mid, D = deformation_gradient(u_mid), ufl.grad(self._du)
+        S, dE = stress(model.energy, F_mid, D), strain_rate(F_mid, D)
+        dissipative = {}
+        if isinstance(model.body.material, Viscous):
+            viscous_stress = model.body.material.viscous_stress
+            dissipative["viscosity"] = viscous_stress(dE / self._dt, model.parameter)
+        if chi:
+            S_chi = stiffness_at_rest(model.energy, dE)
+            dissipative["numerical dissipation"] = 0.5 * model.parameter(chi) * S_chi
+        for S_dis in dissipative.values():
+            S += S_dis
+        # eqs (55), (57)
+        R = rho * ufl.dot(self._du - self._dt_v - h * self._gravity, w) * model.dx_mass
+        R += h * ufl.inner(F_mid * S, ufl.grad(w)) * dx
+        v_mid = self._du / self._dt
+        for integral in model.surface.integrals(u_mid, v_mid, w):
+            R -= h * integral
+        self._residual = compile_form(R)
+        self._tangent = compile_form(ufl.derivative(R, self._du, delta))
+        works = model.surface.integrals(u_mid, v_mid, self._du)
+        self._works = [compile_form(work) for work in works]
+        losses = [ufl.inner(S_dis, dE) * dx for S_dis in dissipative.values()]
+        self._dissipated = [compile_form(loss) for loss in losses]
+        return tuple(dissipative)
+
+    def begin(
+        self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array, time: float = 0.0
+    ) -> None:
+        """Set the state at t_n, the step [s], gravity [m/s^2] and the middle of the step [s]."""
+        model, half_dt2 = self.model, 0.5 * dt * dt
+        model.copy_to(self._u_n, u)
+        model.copy_to(self._dt_v, v)
+        self._dt_v.x.array[:] *= dt
+        self._half_dt2.value = half_dt2
+        self._dt.value = dt
+        self._gravity.value[:] = gravity
+        model.set_loads(time)
+        dt_v = self._dt_v.x.array[: 3 * model.n_owned]
+        self.round_off = half_dt2**2 * self._round_off.square(dt_v, dt)
+        self._fixed_terms = self._masses * (np.abs(dt_v) + half_dt2 * np.linalg.norm(gravity))
+
+    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble the residual [kg m] for the increment du into R."""
+        self.model.copy_to(self._du, du)
+        self.model.assemble(self._residual, R)
+        for dofs, force in self.model.nodal_forces:
+            R.array[dofs] -= self._half_dt2.value * force[: dofs.stop - dofs.start]
+
+    def assemble_tangent(self, du: PETSc.Vec) -> None:
+        """Assemble the derivative of the residual [kg] into `tangent`."""
+        self.model.copy_to(self._du, du)
+        _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def assemble_at_rest(self) -> None:
+        """Assemble the tangent for du = 0."""
+        self._du.x.array[:] = 0.0
+        _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def works(self, du: PETSc.Vec) -> Array:
+        """This rank's part of the work of each load [J] in the increment du."""
+        if self.model.loads:
+            self.model.copy_to(self._du, du)
+        works = [float(fem.assemble_scalar(work)) for work in self._works]
+        for dofs, force in self.model.nodal_forces:
+            works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
+        return np.array(works)
+
+    def dissipated(self, du: PETSc.Vec) -> Array:
+        """This rank's part of what each of `dissipations` takes out [J] in the increment du."""
+        if self._dissipated:
+            self.model.copy_to(self._du, du)
+        return np.array([float(fem.assemble_scalar(form)) for form in self._dissipated])
+
+    def term_scale(self, du: PETSc.Vec) -> float:
+        """This rank's sum of the squares of the inertia and gravity terms of the residual."""
+        terms = self._masses * np.abs(du.array_r) + self._fixed_terms
+        return float(np.dot(terms, terms))
+
+    def _force_round_off(self) -> ForceRoundOff:
+        """The round-off of the forces, from tangents at rest for dt^2/2 = 1."""
+
+        def diagonal(dt: float) -> Array:
+            self._dt.value = dt
+            _compat.assemble_matrix(self.tangent, self._tangent)
+            vector = self.tangent.getDiagonal()
+            values = np.array(vector.array_r).reshape(-1, 3)
+            vector.destroy()
+            return values
+
+        stiffness = diagonal(np.inf)  # no strain rate
+        viscous = "viscosity" in self.dissipations
+        viscosity = diagonal(1.0) - stiffness if viscous else np.zeros_like(stiffness)
+        model = self.model
+        edges = smallest_edges(model.space, model.local_positions)[: model.n_owned]
+        return ForceRoundOff(edges, stiffness, viscosity)

@@ -1,0 +1,246 @@
+"""One implicit step as nested blocks, whatever the scheme.
+
+Unknowns X = (du | mu_c | r), increments and multipliers. The residual for one flexible body,
+
+    | R_u + C^T mu_c          |
+    | Phi_c(u_{n+1}, q_{n+1}) |
+    | R_r + B^T mu_c          |,
+
+is made of R_u of the body and R_r of the rigid part, which the scheme knows. Everything is a
+function of the state at t_n and of X: a rejected step changes nothing.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.blocks import StepStart
+from turbine_fenicsx.system.nested_blocks import NestedBlocks
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+
+
+class BodyStep(Protocol):
+    """A flexible body in a step.
+
+    Attributes:
+        tangent: Matrix that `assemble_tangent` fills.
+        round_off: This rank's sum of the squares of the round-off of the residual.
+    """
+
+    tangent: PETSc.Mat
+    round_off: float
+
+    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble R_u for the increment du into R."""
+
+    def assemble_tangent(self, du: PETSc.Vec) -> None:
+        """Assemble the derivative of R_u into `tangent`."""
+
+    def term_scale(self, du: PETSc.Vec) -> float:
+        """This rank's sum of the squares of the largest terms of R_u."""
+
+
+class RigidPart(Protocol):
+    """The rigid part in a step; ``data`` is what the scheme's `NestedStep.begin` made."""
+
+    def residual(self, data: Any, r: Array) -> tuple[Array, Array]:
+        """R_r and the sum of the absolute values of its terms."""
+
+    def tangent(self, data: Any, r: Array) -> Array:
+        """Derivative of R_r with respect to r."""
+
+    def acceptable(self, data: Any, r: Array) -> bool:
+        """Whether the solution r lies on the right branch."""
+
+
+class NestedStep(NestedBlocks, ABC):
+    """Nested residual and tangent of one step of a system; a scheme adds what is abstract here.
+
+    Args:
+        system: The system.
+        bodies: The flexible bodies in a step.
+        rigid: The rigid part in a step.
+
+    Attributes:
+        x: Nested vector of the unknowns.
+        residual_vector: Nested vector for the residual.
+        start: Where the step starts, set by `begin`.
+        rigid_data: What the rigid part is given in the step, set by `begin`.
+        frames: The parts of the step after which the material has turned into the frames of the
+            forces and of the unknowns.
+        dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
+    """
+
+    start: StepStart
+    rigid_data: Any
+    frames: tuple[float, float]
+    dissipation_names: tuple[str, ...]
+
+    def __init__(
+        self, system: MultibodySystem, bodies: Sequence[BodyStep], rigid: RigidPart
+    ) -> None:
+        super().__init__(system, tuple(body.tangent for body in bodies))
+        self._bodies, self._rigid, model = tuple(bodies), rigid, system.rigid_model
+        self.x, self.residual_vector = self.new_nested_vector(), self.new_nested_vector()
+        k, n = len(bodies), model.size
+        lengths = [np.max(np.abs(m.positions), initial=1.0) for m in system.flexible_models]
+        lever = float(system.comm.allreduce(max(lengths, default=1.0), op=MPI.MAX))
+        masses = model.masses.reshape(-1, 4, 3)
+        largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
+        self._per_mass = np.ones(n)  # makes accelerations of forces on bodies
+        self._per_mass[: masses.size] /= np.where(masses > 0.0, masses, largest).ravel()
+        self._levers = np.full(k, lever)  # sizes of positions in the coupling constraints
+        self._arms = np.tile(np.repeat([1.0] + 3 * [lever], 3), len(system.rigid_bodies))
+        *parts, relations = (part.size for part in model.split(np.zeros(n)))
+        parts[-1] += relations
+        sizes = np.array(parts)
+        self._parts = np.flatnonzero(sizes)
+        self._starts = (np.cumsum(sizes) - sizes)[self._parts]
+        self._gaps: tuple[Array, ...] = ()
+        self._terms = np.zeros(2 * k + n)
+
+    @abstractmethod
+    def begin(self, state: State, dt: float) -> None:
+        """Set the state at t_n and the step dt [s]; ends with `begin_at`."""
+
+    @abstractmethod
+    def guess(self, extrapolate: bool, r: Array | None = None) -> None:
+        """Set X to the start of the iteration.
+
+        Args:
+            extrapolate: Whether the bodies move on, or X is that of the last state.
+            r: The rigid part of X where it is known better, shape (n_r,).
+        """
+
+    @abstractmethod
+    def assemble_at_rest(self, body: int) -> None:
+        """Assemble A_uu of a body at t_n, where nothing moves and it is symmetric."""
+
+    @abstractmethod
+    def finish(self, out: State) -> tuple[Array, Array]:
+        """Write the state at t_{n+1} that belongs to X. Collective.
+
+        Args:
+            out: A state other than the one of `begin`, overwritten.
+
+        Returns:
+            Work of each of `MultibodySystem.work_names` in the step [J], zero for gravity, and
+            what each of `dissipation_names` dissipated [J].
+        """
+
+    def begin_at(self, state: State, dt: float, rigid_data: Any) -> None:
+        """Set the state at t_n, the step [s], and what the rigid part is given."""
+        coordinates = self.system.coordinates_of(state.q)
+        self._gaps = tuple(
+            c.gap(coordinates, u) for c, u in zip(self.system.coupling_blocks, state.u, strict=True)
+        )
+        self.start, self.rigid_data = StepStart(state, dt), rigid_data
+
+    def residual(self, x: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble the residual of X into R, and the scales of its terms."""
+        du, mu_c, r = self.split(x)
+        R_u, R_c, R_r = self.split(R)
+        k = len(du)
+        if self.n_r:
+            R_r.array[:], self._terms[2 * k :] = self._rigid.residual(self.rigid_data, r.array_r)
+        for i, (body, c) in enumerate(zip(self._bodies, self.system.coupling_blocks, strict=True)):
+            C_T, B_T = self.transposed[i]
+            body.residual(du[i], R_u[i])
+            C_T.multAdd(mu_c[i], R_u[i], R_u[i])
+            B_T.multAdd(mu_c[i], R_r, R_r)
+            # Phi_c at t_{n+1}, eq. (54)
+            c.C.mult(du[i], R_c[i])
+            c.B.multAdd(r, R_c[i], R_c[i])
+            R_c[i].array[:] += self._gaps[i]
+            self._terms[i], self._terms[k + i] = body.term_scale(du[i]), _square(mu_c[i])
+
+    def tangent(self, x: PETSc.Vec) -> None:
+        """Assemble the tangent at X into `tangent_matrix`."""
+        du, _, _ = self.split(x)
+        for body, increment in zip(self._bodies, du, strict=True):
+            body.assemble_tangent(increment)
+        self.update_rigid_tangent(x)
+
+    def update_rigid_tangent(self, x: PETSc.Vec) -> None:
+        """Assemble only the rigid block K_r of the tangent at X."""
+        r = self.split(x)[2]
+        K = self._rigid.tangent(self.rigid_data, r.array_r) if self.n_r else np.zeros((0, 0))
+        self.set_rigid_tangent(K)
+
+    def mass_weights(self) -> Array:
+        """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
+        system = self.system
+        weights = [np.repeat(np.abs(m.nodal_mass), 3) for m in system.flexible_models]
+        weights += [np.zeros(c.dofs.size) for c in system.coupling_blocks]
+        rigid = np.zeros(self.n_r)
+        if self.n_r:
+            rigid[: system.rigid_model.n_q] = system.rigid_model.masses
+        return np.concatenate([*weights, rigid])
+
+    def relative_residuals(self, R: PETSc.Vec) -> Array:
+        """Norm of each block of the residual over the norm of its terms (backward error).
+
+        The second row counts only what exceeds the round-off of the forces of flexible bodies.
+
+        Returns:
+            Shape (2, 2 bodies + 4): displacements and couplings of each flexible body, then rigid
+            coordinates, angles, rigid and joint constraints, angle constraints. Equal on all
+            ranks.
+        """
+        R_u, R_c, R_r = self.split(R)
+        k = len(R_u)
+        n = self._terms.size
+        sums = np.zeros((2, n + k))
+        sums[0, : 2 * k] = [_square(part) for part in (*R_u, *R_c)]
+        if self.n_r:
+            np.abs(R_r.array_r, out=sums[0, 2 * k : n])
+        sums[1, :n] = self._terms
+        sums[1, n:] = [body.round_off for body in self._bodies]
+        total_sums = sum_over_ranks(self.system.comm, sums)
+        residual, terms, noise = total_sums[0, :n], total_sums[1, :n], total_sums[1, n:]
+        rigid = self._largest(self._per_mass * residual[2 * k :])
+        total = np.concatenate([np.sqrt(residual[: 2 * k]), rigid])
+        beyond_round_off = total.copy()
+        beyond_round_off[:k] = np.maximum(total[:k] - np.sqrt(noise), 0.0)
+        return np.array([total, beyond_round_off]) / self._scales(terms)
+
+    def accepted(self) -> bool:
+        """Whether the angles of the solution X lie on the right branch. Collective."""
+        return self._rigid.acceptable(self.rigid_data, self.rigid_unknowns())
+
+    def rigid_unknowns(self) -> Array:
+        """The part r of X, a copy on every rank. Collective."""
+        return self.on_all_ranks(self.split(self.x)[2])
+
+    def _scales(self, terms: Array) -> Array:
+        """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""
+        k = len(self._bodies)
+        inertia, coupling, rigid = terms[:k], terms[k : 2 * k], terms[2 * k :]
+        forces = rigid[: self._arms.size]
+        forces += np.sqrt(coupling.sum()) * self._arms
+        largest = self._largest(self._per_mass * rigid)
+        largest[1] += forces.max(initial=0.0)
+        scales = np.concatenate([np.sqrt(inertia + coupling), self._levers, largest])
+        return np.where(scales > 0.0, scales, 1.0)
+
+    def _largest(self, rigid: Array) -> Array:
+        """Largest entry of each of the four parts of a rigid vector; zero for an empty part."""
+        largest = np.zeros(4)
+        if self._parts.size:
+            largest[self._parts] = np.maximum.reduceat(rigid, self._starts)
+        return largest
+
+
+def _square(vector: PETSc.Vec) -> float:
+    """Sum of the squares of this rank's entries."""
+    return float(np.dot(vector.array_r, vector.array_r))

@@ -1,0 +1,221 @@
+"""Rigid bodies, joints and joint coordinates in one energy-momentum step.
+
+Unknowns  r = (dq, dT, mu, nu, pi): increments of the coordinates and of the joint coordinates, and
+the multipliers of internal and joint constraints, of the constraints of the joint coordinates and
+of their relations, each scaled by dt^2/2. With q_{n+1} = q_n + dq and v_{n+1} = 2 dq/dt - v_n the
+step (21)-(24), (57)-(59) reads
+
+    M (dq - dt v_n) + G(q_mid)^T mu + G_c(q_mid)^T g_c nu + G_s(q_mid)^T g_s nu = dt^2/2 F_q
+                                                              g_T nu + S^T pi   = dt^2/2 F_T
+    Phi(q_{n+1})            = 0
+    Phi_T(q_{n+1}, T_{n+1}) = 0
+    S T_{n+1} - p(t_{n+1})  = 0
+
+multiplied by dt^2/2, so that neither its condition nor its round-off grows as dt -> 0. F_q and F_T
+hold the loads and the force elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.foundation.memo import Memo
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms, on_right_branch
+from turbine_fenicsx.joints.coordinates import augmentation
+from turbine_fenicsx.system.rigid_model import REDUNDANT_GAP, RigidModel, RigidUnknowns
+
+
+@dataclass(frozen=True)
+class RigidData:
+    """What a step of the rigid part is given.
+
+    Args:
+        q: Coordinates q_n, shape (n_q,) [m, -].
+        angles: Joint coordinates Theta_n, shape (n_T,) [rad, m].
+        dt_q_dot: dt times the rates at t_n, shape (n_q,).
+        impulse_q: dt^2/2 times the generalised force on q at t_{n+1/2}, shape (n_q,).
+        impulse_T: dt^2/2 times the torque on the angles at t_{n+1/2}, shape (n_T,).
+        prescribed: p(t_{n+1}) of the relations, shape (n_p,).
+        times: Length, middle and end of the step.
+    """
+
+    q: Array
+    angles: Array
+    dt_q_dot: Array
+    impulse_q: Array
+    impulse_T: Array
+    prescribed: Array = field(default_factory=lambda: np.zeros(0))
+    times: StepTimes = field(default_factory=lambda: StepTimes.from_start(0.0, 1.0))
+
+
+class _Evaluation(NamedTuple):
+    """Functions of the unknowns: q_{n+1}, values y there, Jacobians at q_mid and q_{n+1}."""
+
+    x: RigidUnknowns
+    q1: Array
+    T1: Array
+    y1: Array
+    G: Array
+    G1: Array
+    a: AngleTerms
+    lam: Array
+    forces: Array
+    forces_scale: Array
+    slope: Array | None
+
+
+class RigidStep:
+    """Residual and tangent of the rigid part; functions of the data and the unknowns alone.
+
+    Args:
+        model: The rigid part of a system.
+        angle_form: Form of the angle constraints and its discrete gradient.
+    """
+
+    def __init__(self, model: RigidModel, angle_form: AngleForm) -> None:
+        self.model = model
+        self._terms = augmentation(angle_form, model.is_angle)
+        self._start = Memo(lambda data: model.at(data.q))
+        self._at = Memo(self._evaluate)
+
+    def residual(self, data: RigidData, r: Array) -> tuple[Array, Array]:
+        """Residual of the equations and its scale.
+
+        Args:
+            data: What the step is given.
+            r: Unknowns, shape (size,).
+
+        Returns:
+            The residual R, shape (size,), and the sum of the absolute values of its terms,
+            shape (size,), which tells how small R can be made in floating point.
+        """
+        m = self.model
+        x, q1, T1, y1, G, G1, a, lam, forces, forces_scale, _ = self._at(data, r)
+        g_T_nu = a.g_T * x.nu
+        R = np.concatenate(
+            [
+                # momenta of the bodies, eqs (21), (57)
+                m.masses * (x.dq - data.dt_q_dot) + lam @ G - data.impulse_q,
+                # balance of the massless joint coordinates, eqs (22), (58)
+                g_T_nu - data.impulse_T,
+                # internal and joint constraints, eqs (23), (59)
+                y1[m.g],
+                # joint coordinates, eq. (24)
+                a.Phi,
+                # relations of joint coordinates
+                m.S @ T1 - data.prescribed,
+            ]
+        )
+        scale = np.concatenate(
+            [
+                m.masses * (np.abs(x.dq) + np.abs(data.dt_q_dot))
+                + np.abs(lam) @ np.abs(G)
+                + np.abs(data.impulse_q),
+                np.abs(g_T_nu) + np.abs(data.impulse_T),
+                np.abs(m.functions.constant[m.g]) + np.abs(G1[m.g]) @ np.abs(q1),
+                self._coordinate_scale(T1, q1, y1, G1),
+                np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ np.abs(T1)),
+            ]
+        )
+        if m.elements:
+            R[: forces.size] -= forces
+            scale[: forces.size] += forces_scale
+        if m.n_relations:
+            T = m.parts[1]
+            R[T] += x.pi @ m.S
+            scale[T] += np.abs(x.pi) @ np.abs(m.S)
+        return R, scale
+
+    def tangent(self, data: RigidData, r: Array) -> Array:
+        """Derivative of the residual with respect to r, shape (size, size)."""
+        m = self.model
+        x, _, _, _, G, G1, a, lam, _, _, slope = self._at(data, r)
+        K = np.zeros((m.size, m.size))
+        q, T, mu, nu, pi = m.parts
+        G_c, G_s, G1_c, G1_s = G[m.c].T, G[m.s].T, G1[m.c].T, G1[m.s].T
+        K[q, q] = m.mass_matrix + m.functions.hessian(0.5 * lam)
+        K[q, T] = G_c * (a.g_c_T * x.nu) + G_s * (a.g_s_T * x.nu)
+        K[q, mu] = G[m.g].T
+        K[q, nu] = G_c * a.g_c + G_s * a.g_s
+        K[T, q] = (G1_c * (a.g_T_c * x.nu) + G1_s * (a.g_T_s * x.nu)).T
+        K[T, T] = np.diag(a.g_T_T * x.nu)
+        K[T, nu] = np.diag(a.g_T)
+        K[mu, q] = G1[m.g]
+        K[nu, q] = (G1_c * a.Phi_c + G1_s * a.Phi_s).T
+        K[nu, T] = np.diag(a.Phi_T)
+        if m.n_relations:
+            K[pi, T], K[T, pi] = m.S, m.S.T
+        if slope is not None:
+            K[: len(slope), : len(slope)] -= slope
+        return K
+
+    def element_works(self, data: RigidData, r: Array) -> Array:
+        """Work of each force element [J]: exactly force times increment."""
+        return self.model.element_works(*self._ends(data, self.model.split(r)), data.times)
+
+    def acceptable(self, data: RigidData, r: Array) -> bool:
+        """Whether angles lie on the right branch and redundant constraints hold."""
+        m, x = self.model, self.model.split(r)
+        q1 = data.q + x.dq
+        (_, y1), k = m.at(q1), m.is_angle
+        angles = on_right_branch(x.dT[k], (data.angles + x.dT)[k], y1[m.c][k], y1[m.s][k])
+        return angles and bool(np.all(np.abs(m.gaps(q1)) <= REDUNDANT_GAP))
+
+    def constraint_forces(
+        self, q0: Array, T0: Array, q1: Array, T1: Array, multipliers: Array
+    ) -> tuple[Array, Array]:
+        """Forces of constraints and joint coordinates in a step.
+
+        Args:
+            q0: Coordinates at its start, shape (n_q,).
+            T0: Joint coordinates there, shape (n_angles,).
+            q1: Coordinates at its end.
+            T1: Joint coordinates there.
+            multipliers: Those of the step, as in `State`.
+
+        Returns:
+            As `RigidModel.constraint_forces`, in the middle of the step.
+        """
+        m = self.model
+        (_, y1), y0 = m.at(q1), m.functions.value(q0)
+        a = self._terms(T0, T1, y0[m.c], y1[m.c], y0[m.s], y1[m.s])
+        mu, nu = multipliers[m.g], multipliers[m.c]
+        return np.concatenate([mu, a.g_c * nu, a.g_s * nu]), m.functions.jacobian(0.5 * (q0 + q1))
+
+    def _evaluate(self, data: RigidData, r: Array) -> _Evaluation:
+        """Everything that residual and tangent have in common."""
+        m = self.model
+        G0, y0 = self._start(data)
+        x = m.split(r.copy())
+        q1, T1 = data.q + x.dq, data.angles + x.dT
+        G1, y1 = m.at(q1)
+        a = self._terms(data.angles, T1, y0[m.c], y1[m.c], y0[m.s], y1[m.s])
+        lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
+        # dt^2/2 times the force elements
+        factor = data.times.half_dt2
+        forces, sizes, slope = m.element_forces(*self._ends(data, x), data.times)
+        if slope is not None:
+            forces, sizes, slope = factor * forces, factor * sizes, factor * slope
+        return _Evaluation(x, q1, T1, y1, 0.5 * (G0 + G1), G1, a, lam, forces, sizes, slope)
+
+    def _coordinate_scale(self, T1: Array, q1: Array, y1: Array, G1: Array) -> Array:
+        """Sizes of the terms of the constraints of joint coordinates, shape (n_T,).
+
+        The angle itself is one of them: after many turns its round-off is what is left.
+        """
+        m = self.model
+        angle = np.abs(y1[m.c]) + np.abs(y1[m.s]) + np.abs(T1)
+        if np.all(m.is_angle):
+            return angle
+        length = np.abs(m.functions.constant[m.c]) + np.abs(G1[m.c]) @ np.abs(q1)
+        return np.where(m.is_angle, angle, length)
+
+    def _ends(self, data: RigidData, x: RigidUnknowns) -> tuple[Array, Array]:
+        """Coordinates (q, Theta) at both ends of the step."""
+        y0 = np.concatenate([data.q, data.angles])
+        return y0, y0 + np.concatenate([x.dq, x.dT])
