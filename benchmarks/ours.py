@@ -96,7 +96,7 @@ def main():
     comm = MPI.COMM_WORLD
     tolerance = args.tolerance or problem.tolerance
     system = build(problem, args.model, comm)
-    solver = EnergyMomentum(system, SolverOptions(args.preconditioner, tolerance))
+    solver = EnergyMomentum(system, options=SolverOptions(args.preconditioner, tolerance))
     state = system.initial_state()
     spare = state.copy()
     set_up = measure.seconds_since_start()

@@ -36,7 +36,7 @@ def shortest(function, repeat=15):
 def measure_units(problem):
     """Seconds of a step, a residual assembly and a solve, and their ratio."""
     system = ours.build(problem, "hybrid", MPI.COMM_SELF)
-    solver = EnergyMomentum(system, SolverOptions(tolerance=problem.tolerance))
+    solver = EnergyMomentum(system, options=SolverOptions(tolerance=problem.tolerance))
     state = system.initial_state()
     spare, steps = state.copy(), []
     for _ in range(problem.steps):

@@ -12,7 +12,7 @@ DT, T0 = 0.05, 0.4
 def loaded(machine, form="regular", **options):
     m = machine(spin=2.0, **options)
     loads = [Gravity(), JointTorque("rotor", Hat(5.0)), JointTorque("yaw", Hat(-2.0))]
-    return m.system(*loads, angle_form=form)
+    return m.system(*loads)
 
 
 def fill(vector, seed, size):

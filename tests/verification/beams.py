@@ -52,7 +52,7 @@ def beam(law, cell, degree, young=YOUNG):
     return FlexibleBody("beam", box, law, 1000.0, degree), root
 
 
-def free_machine(law, cell, degree, stress=None, peak=PEAK):
+def free_machine(law, cell, degree, peak=PEAK):
     """A base, a hub and a beam on it in free fall; an inner torque turns hub against base.
 
     Nothing ties it to the ground, so that the momenta follow from the weight alone, whatever the
@@ -65,4 +65,4 @@ def free_machine(law, cell, degree, stress=None, peak=PEAK):
     spin = Revolute("spin", base, hub, point=(0.0, 0.0, 0.0), axis=(0.3, 0.0, 1.0))
     parts = [base, hub, body, Coupling("root", body, root, hub), spin]
     loads = [JointTorque("spin", Hat(peak, DURATION)), Gravity(tuple(GRAVITY))]
-    return MultibodySystem(comm, [*parts, *loads], stress=stress)
+    return MultibodySystem(comm, [*parts, *loads])

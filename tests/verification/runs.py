@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx import MultibodySystem, Simulation, SolverOptions
 
 comm = MPI.COMM_WORLD
@@ -61,12 +62,13 @@ class Record:
         return self.time >= time * (1.0 - 1e-9)
 
 
-def run(system: MultibodySystem, dt: float, end: float, **options) -> Record:
-    """Run a system; no step may be halved, so that dt is what the test says."""
+def run(system: MultibodySystem, dt: float, end: float, scheme=None, **options) -> Record:
+    """Run a system, with options of the scheme and of its solver; no step may be halved, so that dt is what the test says."""
     record = Record()
-    simulation = Simulation(system, dt, end, [record], SolverOptions(**options))
+    stepper = EnergyMomentum(system, **(scheme or {}), options=SolverOptions(**options))
+    simulation = Simulation(system, dt, end, [record], stepper)
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert simulation.halvings == 0
     return record
 

@@ -97,7 +97,7 @@ def test_free_flexible_body_keeps_its_momenta_and_energy(law, preconditioner):
     # No rigid body at all: a beam thrown with spin and stretch, tumbling under gravity.
     body, _ = beam(LAWS[law](), "hexahedron", 1)
     system = MultibodySystem(comm, [body, Gravity(tuple(GRAVITY))])
-    solver = EnergyMomentum(system, SolverOptions(preconditioner=preconditioner))
+    solver = EnergyMomentum(system, options=SolverOptions(linear_solver=preconditioner))
     state = system.initial_state()
     other = state.copy()
     x = system.flexible_models[0].positions

@@ -178,7 +178,7 @@ def simulate(system, end=0.6, data=None, checkpoints=None):
     record = Works()
     simulation = Simulation(system, DT, end, [record], checkpoints=checkpoints)
     last = simulation.run(data)
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert simulation.halvings == 0
     return record, last
 

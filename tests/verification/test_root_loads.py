@@ -93,7 +93,7 @@ def blades(request):
     blades = Blades(case, turbine)
     simulation = Simulation(turbine.system, 0.02, 0.15, [blades], solver_options(case))
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
     return blades
 

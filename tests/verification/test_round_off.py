@@ -95,7 +95,7 @@ def test_default_tolerance_serves_a_fast_slender_beam(law, name):
     system, record = rotor(LAWS[law]()), Record()
     simulation = Simulation(system, 0.02, 0.12, [record], SolverOptions(name))
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert simulation.halvings == 0
     # nine and twelve at most with the frozen factor, whose attempts fail after thirty
     assert np.max(record.newton) <= 20

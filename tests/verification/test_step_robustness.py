@@ -82,10 +82,10 @@ def worst_residual(system, dt, end, preconditioner):
         def observe(self, snapshot):
             worst.append(snapshot.report.residual if snapshot.report else 0.0)
 
-    options = SolverOptions(preconditioner=preconditioner)
+    options = SolverOptions(linear_solver=preconditioner)
     simulation = Simulation(system, dt, end, [Residuals()], options)
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     return max(worst)
 
 

@@ -92,7 +92,7 @@ def watch():
     watch = Watch(BOTH)
     simulation = Simulation(watch.turbine.system, STEP, END, [watch], solver_options(BOTH))
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert simulation.halvings == 0
     return watch
 
@@ -281,7 +281,7 @@ def test_a_run_on_one_rank_gives_the_same():
         record = Record()
         simulation = Simulation(turbine.system, STEP, 0.1, [record], solver_options(BOTH))
         simulation.run()
-        simulation.solver.destroy()
+        simulation.stepper.destroy()
         results.append(record)
     alone, together = results
     for name in ("q", "angles", "kinetic", "strain"):

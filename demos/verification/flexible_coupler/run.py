@@ -150,7 +150,7 @@ def run(system, steps, observers):
     """Run a system; all steps have the same length."""
     simulation = Simulation(system, STEP, steps * STEP, observers)
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     assert simulation.halvings == 0
 
 

@@ -99,7 +99,7 @@ def simulate(steps, step=STEP, stress=None, comm=MPI.COMM_WORLD):
     system, seen = MultibodySystem(comm, [body, *loads], stress=stress), Momenta()
     simulation = Simulation(system, step, steps * step, [seen])
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     return np.array(seen.rows)
 
 

@@ -107,7 +107,7 @@ def test_broyden_needs_fewer_iterations_than_the_chord(machine):
     counts = {}
     for name in ("broyden", "chord"):
         system = machine(spin=3.0).system(Gravity((0.0, -9.81, 0.0)))
-        solver = EnergyMomentum(system, SolverOptions("frozen", max_iterations=60))
+        solver = EnergyMomentum(system, options=SolverOptions("frozen", max_iterations=60))
         linear_solver = solver._solvers.use("frozen")
         if name == "chord":
             linear_solver._improve = lambda z: z
@@ -204,7 +204,7 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
     ends = {}
     for name in ("lu", "frozen", "iterative"):
         system = machine(spin=1.0, law=law).system(Gravity())
-        solver = EnergyMomentum(system, SolverOptions(name))
+        solver = EnergyMomentum(system, options=SolverOptions(name))
         state = system.initial_state()
         other = state.copy()
         for _ in range(5):

@@ -56,7 +56,7 @@ def swing(system, steps=6, **options):
     """Balances after each step, and the last displacements."""
     simulation = Simulation(system, 0.02, steps * 0.02, options=SolverOptions(**options))
     last = simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     b = last.balance
     numbers = [b.kinetic, b.strain, b.potential, *b.linear, *b.angular, last.energy_error]
     return np.array(numbers), last.state.u[0].array_r.copy()

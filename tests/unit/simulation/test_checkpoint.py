@@ -106,7 +106,7 @@ def simulate(system, data=None, *, step=0.02, end=0.16, fails=None, **options):
     options = {"checkpoints": keeper} | options
     simulation = Simulation(system, step, end, [recorder], **options)
     if fails is not None:
-        simulation.solver = Fussy(simulation.solver, fails)
+        simulation.stepper = Fussy(simulation.stepper, fails)
     simulation.run(data)
     return recorder.seen, keeper.saved, simulation
 
@@ -121,16 +121,16 @@ def goes_on_everywhere(system, make_options, every=1):
         for k, record in part.items():
             assert equal(record, whole[k]), (index, k)
         assert again.halvings == simulation.halvings
-        again.solver.destroy()
+        again.stepper.destroy()
     return whole, saved, simulation
 
 
 @pytest.mark.parametrize("name", ["frozen", "iterative", "lu", "monolithic"])
 def test_a_run_goes_on_bit_for_bit_with_any_linear_solver(flexible, name):
-    options = SolverOptions(preconditioner=name)
+    options = SolverOptions(linear_solver=name)
     whole, *_ = goes_on_everywhere(flexible, lambda: {"options": options}, every=3)
     if name == "frozen":  # without its factor it would not be the same
-        other, *_ = simulate(flexible, options=SolverOptions(preconditioner="lu"))
+        other, *_ = simulate(flexible, options=SolverOptions(linear_solver="lu"))
         assert not equal(whole[8], other[8])
 
 
@@ -171,7 +171,7 @@ def test_a_run_goes_on_bit_for_bit_while_the_exact_solver_stands_in(flexible, mo
 
     monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
     _, saved, simulation = goes_on_everywhere(flexible, dict)
-    assert simulation.solver.fallbacks >= 2
+    assert simulation.stepper.fallbacks >= 2
     waits = [data.numbers["solver.attempts.wait"] for data in saved.values()]
     assert 0 < min(filter(None, waits)) and 0 in waits
 
@@ -260,7 +260,7 @@ def test_the_step_can_change_when_a_run_goes_on(flexible):
 def test_the_linear_solver_can_change_when_a_run_goes_on(flexible):
     whole, saved, _ = simulate(flexible)
     for name in ("frozen", "lu"):
-        rest, *_ = simulate(flexible, saved[4], options=SolverOptions(preconditioner=name))
+        rest, *_ = simulate(flexible, saved[4], options=SolverOptions(linear_solver=name))
         assert rest[8][1][0] == pytest.approx(whole[8][1][0], abs=1e-9)
 
 
@@ -278,7 +278,7 @@ def test_a_step_that_fails_leaves_a_checkpoint_of_the_last_good_one(flexible):
     simulation = Simulation(
         flexible, 0.02, 0.16, [recorder], smallest_step=0.25, checkpoints=keeper
     )
-    simulation.solver = Fussy(simulation.solver, lambda t, dt: t > 0.05)
+    simulation.stepper = Fussy(simulation.stepper, lambda t, dt: t > 0.05)
     with pytest.raises(StepFailure, match="Steps are not halved below"):
         simulation.run()
     assert sorted(keeper.saved) == [0, max(recorder.seen)]

@@ -74,7 +74,7 @@ def simulate(system, folder, end, observers, resume=False):
     checkpoints = Checkpoints(system, folder / "checkpoints", every=0.04)
     simulation = Simulation(system, 0.02, end, observers, checkpoints=checkpoints)
     last = simulation.resume() if resume else simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     return last
 
 

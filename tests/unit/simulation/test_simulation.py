@@ -64,7 +64,7 @@ def simulate(system, step, end, fails=None, fail_at=None, **options):
     recorder = Recorder(fail_at)
     simulation = Simulation(system, step, end, [recorder], **options)
     if fails is not None:
-        simulation.solver = Fussy(simulation.solver, fails)
+        simulation.stepper = Fussy(simulation.stepper, fails)
     return simulation.run(), recorder, simulation
 
 
@@ -165,7 +165,7 @@ def test_the_shortened_last_step_may_be_halved(rotor):
 def test_a_step_that_cannot_be_halved_any_further_ends_the_run_in_words(rotor):
     recorder = Recorder()
     simulation = Simulation(rotor, 0.02, 0.2, [recorder], smallest_step=0.25)
-    simulation.solver = fussy = Fussy(simulation.solver, lambda t, dt: t > 0.03)
+    simulation.stepper = fussy = Fussy(simulation.stepper, lambda t, dt: t > 0.03)
     message = (
         r"no solution from t = 0.04.*\. Steps are not halved below 0.005 s: try a smaller time.step"
     )
@@ -178,7 +178,7 @@ def test_a_step_that_cannot_be_halved_any_further_ends_the_run_in_words(rotor):
 
 
 def test_a_real_failure_ends_the_run_too(rotor):
-    options = SolverOptions(preconditioner="lu", max_iterations=1)
+    options = SolverOptions(linear_solver="lu", max_iterations=1)
     with pytest.raises(
         StepFailure,
         match=r"still too large after .* iteration.*not halved below .*: try a smaller time.step",

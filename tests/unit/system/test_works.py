@@ -63,7 +63,7 @@ def simulate(system, end=0.5, more=()):
     recorder = Recorder()
     simulation = Simulation(system, 0.02, end, [recorder, *more])
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     return recorder.seen
 
 

@@ -104,7 +104,7 @@ class Run:
     """A solver that makes steps one after the other, from the start of the system."""
 
     def __init__(self, system, **options):
-        self.solver = EnergyMomentum(system, SolverOptions(**options))
+        self.solver = EnergyMomentum(system, options=SolverOptions(**options))
         self.state, self._out = system.initial_state(), system.initial_state()
 
     def steps(self, n, dt=DT):

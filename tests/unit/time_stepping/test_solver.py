@@ -33,7 +33,7 @@ all_solvers = pytest.mark.parametrize("name", sorted(LINEAR_SOLVERS))
 
 
 def options(name="lu", **changes):
-    return SolverOptions(preconditioner=name, prefix=PREFIX, **changes)
+    return SolverOptions(linear_solver=name, prefix=PREFIX, **changes)
 
 
 def loaded(m):
@@ -196,7 +196,7 @@ def test_a_system_without_rigid_bodies_advances(solve, comm, machine, name):
 def test_options_leave_no_trace_in_the_database(solve, machine, database, name):
     prefix = f"no_trace_of_{name}_"  # used by no other test
     before, system = database.getAll(), loaded(machine())
-    solver = solve(system, SolverOptions(preconditioner=name, prefix=prefix))
+    solver = solve(system, SolverOptions(linear_solver=name, prefix=prefix))
     assert database.getAll() == before
     run(solver, system, steps=1)
     solver.destroy()
@@ -394,7 +394,7 @@ def test_two_solvers_of_one_prefix_do_not_disturb_each_other(solve, machine):
 @all_solvers
 def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, name):
     system = loaded(machine())
-    solver = EnergyMomentum(system, options(name))
+    solver = EnergyMomentum(system, options=options(name))
     run(solver, system, steps=1)
     destroy = solver.destroy
     assert destroy.alive
@@ -402,7 +402,7 @@ def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, na
     gc.collect()
     assert not destroy.alive
     destroy()
-    told = EnergyMomentum(system, options(name))
+    told = EnergyMomentum(system, options=options(name))
     told.destroy()
     told.destroy()
 
@@ -415,7 +415,7 @@ def test_the_tolerance_must_lie_between_zero_and_one(tolerance):
 
 def test_an_unknown_linear_solver_is_refused_with_the_names_there_are():
     with pytest.raises(ValueError, match=r"must be one of \[.*'lu', 'monolithic'.*got 'magic'"):
-        SolverOptions(preconditioner="magic")
+        SolverOptions(linear_solver="magic")
 
 
 def ends(residuals, round_off=0.0, approximate=False):

@@ -37,7 +37,7 @@ def run(system, *functions, steps=4):
     seen = Seen(*functions)
     simulation = Simulation(system, DT, steps * DT, [seen])
     simulation.run()
-    simulation.solver.destroy()
+    simulation.stepper.destroy()
     return seen.values
 
 

@@ -37,14 +37,14 @@ def simulate(system, folder, end, data=None, fails=None, append=False):
     checkpoints = Checkpoints(system, folder / "checkpoints", every=0.04)
     simulation = Simulation(system, 0.02, end, [StepLog()], checkpoints=checkpoints)
     if fails is not None:
-        advance = simulation.solver.advance
+        advance = simulation.stepper.advance
 
         def fussy(state, dt, out):
             if fails(state.time, dt):
                 raise StepFailure("no solution")
             return advance(state, dt, out)
 
-        simulation.solver.advance = fussy
+        simulation.stepper.advance = fussy
     with logging_to(system.comm, folder / "run.log", append):
         simulation.run(data)
 
