@@ -24,10 +24,8 @@ import numpy as np
 
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.joints.augmented_angle import on_right_branch
 from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.system.nested_blocks import NestedBlocks
-from turbine_fenicsx.system.rigid_model import REDUNDANT_GAP
 from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -243,10 +241,8 @@ def _reach(system: MultibodySystem) -> float:
 def _check_angles(blocks: EquilibriumBlocks, start: Array) -> None:
     """Raise a StepFailure if angles went astray in a load step or a redundant constraint opened."""
     model, state = blocks.system.rigid_model, blocks.state
-    k, (_, y) = model.is_angle, model.at(state.q)
-    astray = bool(np.any(np.abs(state.angles - start)[k] >= np.pi))
-    right = on_right_branch(np.zeros(k.sum()), state.angles[k], y[model.c][k], y[model.s][k])
-    if astray or not right or np.any(np.abs(model.gaps(state.q)) > REDUNDANT_GAP):
+    astray = bool(np.any(np.abs(state.angles - start)[model.is_angle] >= np.pi))
+    if astray or not model.acceptable(state.q, state.angles, np.zeros(start.size)):
         raise StepFailure(
             f"no equilibrium at t = {blocks.time:g} s: a joint turned by half a revolution or more "
             "in one load step, or a redundant constraint does not hold; more load steps may help"

@@ -24,7 +24,7 @@ from turbine_fenicsx.forces.element import BoundElement, StepTimes
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.joints.augmented_angle import AngleTerms, regular
+from turbine_fenicsx.joints.augmented_angle import AngleTerms, on_right_branch, regular
 from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, augmentation
 
 NOTHING: Array = np.zeros(0)
@@ -123,7 +123,7 @@ class RigidModel:
         return D
 
     def stiffness(self, q: Array, angles: Array, multipliers: Array, time: float) -> Array:
-        """Stiffness of multipliers and force elements, -d/dy of all forces at rest.
+        """Stiffness of constraints and force elements, the derivative of `static_forces`.
 
         Args:
             q: Coordinates, shape (n_q,).
@@ -134,6 +134,12 @@ class RigidModel:
         Returns:
             Shape (n_q + n_angles, n_q + n_angles).
         """
+        K, y = self.constraint_stiffness(q, angles, multipliers), np.concatenate([q, angles])
+        _, _, slope = self.element_forces(y, y, StepTimes.at_rest(time))
+        return K if slope is None else K - 2.0 * slope  # the ends of a step count equally
+
+    def constraint_stiffness(self, q: Array, angles: Array, multipliers: Array) -> Array:
+        """Derivative of the constraint forces at constant multipliers, as in `stiffness`."""
         (G, _), a, n = self.at(q), self.angle_terms(q, angles), self.n_q
         mu, nu = multipliers[self.g], multipliers[self.c]
         # The factors g of a step are symmetric in its ends: d/dT of the limit is twice d/dT_1.
@@ -142,9 +148,7 @@ class RigidModel:
         K[:n, :n] = self.functions.hessian(np.concatenate([mu, a.g_c * nu, a.g_s * nu]))
         K[n:, :n], K[:n, n:] = mixed, mixed.T
         K[n:, n:] = np.diag(2.0 * nu * a.g_T_T)
-        y = np.concatenate([q, angles])
-        _, _, slope = self.element_forces(y, y, StepTimes.at_rest(time))
-        return K if slope is None else K - 2.0 * slope
+        return K
 
     def static_forces(
         self, q: Array, angles: Array, multipliers: Array, time: float, loads: Array
@@ -229,6 +233,18 @@ class RigidModel:
             start, end = y0[e.index], y1[e.index]
             works.append(float(e.force(start, end, step)[0] @ (end - start)))
         return np.array(works)
+
+    def acceptable(self, q: Array, angles: Array, turned: Array) -> bool:
+        """Whether joint angles that turned so far lie on the right branch, and gaps are closed.
+
+        Args:
+            q: Coordinates, shape (n_q,).
+            angles: Joint coordinates, shape (n_angles,).
+            turned: Their increments in the last step.
+        """
+        (_, y), k = self.at(q), self.is_angle
+        right = on_right_branch(turned[k], angles[k], y[self.c][k], y[self.s][k])
+        return right and bool(np.all(np.abs(self.gaps(q)) <= REDUNDANT_GAP))
 
     def gaps(self, q: Array) -> Array:
         """Values of the redundant constraints."""

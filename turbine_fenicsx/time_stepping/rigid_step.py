@@ -25,9 +25,9 @@ import numpy as np
 from turbine_fenicsx.forces.element import StepTimes
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms, on_right_branch
+from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms
 from turbine_fenicsx.joints.coordinates import augmentation
-from turbine_fenicsx.system.rigid_model import REDUNDANT_GAP, RigidModel, RigidUnknowns
+from turbine_fenicsx.system.rigid_model import RigidModel, RigidUnknowns
 
 
 @dataclass(frozen=True)
@@ -160,11 +160,8 @@ class RigidStep:
 
     def acceptable(self, data: RigidData, r: Array) -> bool:
         """Whether angles lie on the right branch and redundant constraints hold."""
-        m, x = self.model, self.model.split(r)
-        q1 = data.q + x.dq
-        (_, y1), k = m.at(q1), m.is_angle
-        angles = on_right_branch(x.dT[k], (data.angles + x.dT)[k], y1[m.c][k], y1[m.s][k])
-        return angles and bool(np.all(np.abs(m.gaps(q1)) <= REDUNDANT_GAP))
+        x = self.model.split(r)
+        return self.model.acceptable(data.q + x.dq, data.angles + x.dT, x.dT)
 
     def constraint_forces(
         self, q0: Array, T0: Array, q1: Array, T1: Array, multipliers: Array

@@ -1,131 +1,93 @@
-"""Claims about joint coordinates of both kinds in one block, with motions and force elements."""
+"""Claims about joint coordinates of both kinds in one step, with relations and force elements."""
 
 import numpy as np
 import pytest
+from rigid_models import ELEMENTS, N_Q, RELATIONS, SLIDES, A, B, constraint_values, sliding
 
-from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.forces import (
-    FollowerForce,
-    JointDamper,
-    JointSpring,
-    JointTorque,
-    PointDamper,
-    PointSpring,
-    Torque,
-)
-from turbine_fenicsx.forces.element import Layout, Step
+from turbine_fenicsx.forces import JointSpring, JointTorque
+from turbine_fenicsx.forces.element import StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Cylindrical, Planar, Revolute
+from turbine_fenicsx.joints import Cylindrical, Revolute
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.joints.coordinates import augmentation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.rigid_step import RigidData, RigidStep
 
 DT = 0.1
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 0, 0), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 3.0, (4, 2, 0.3), (1, 2, 0), rotation_about((0, 1, 2), -1.9))
-JOINTS = (
-    Cylindrical("first", None, A, (0, 0, 0), (1.0, 0.2, 3.0)),
-    Planar("second", A, B, (1, 1, 0), (0.3, 1.0, 0.0)),
-)
 IS_ANGLE = np.array([True, False, False, False, True])
-NAMES = ("first.angle", "first.displacement", "second.first", "second.second", "second.angle")
-N_Q, N_T, N_G = 24, 5, 19
-LAYOUT = Layout({A: 0, B: 12}, {name: N_Q + k for k, name in enumerate(NAMES)})
-PRESCRIBED = (1, 4)
-ELEMENTS = (
-    JointSpring("s", "second.first", 3.0, 0.2),
-    JointDamper("d", "first.displacement", 2.0),
-    PointSpring("p", A, B, (1, 0, 2), (0, 1, 0), 5.0, 0.5),
-    PointDamper("q", None, B, (1, 0, 2), (0, 1, 0), 0.7),
-    FollowerForce("f", A, (0, 1, 0), (1, 2, -1)),
-    Torque("t", B, (0.5, 1, -1), follower=True),
-    Torque("u", B, (0.5, -1, 2)),
-)
+N_T, N_G = 5, 19
 
 
 def block(form="regular"):
-    frames = {A: BodyFrame(A, 0), B: BodyFrame(B, 4), None: BodyFrame(None)}
-    constraints = [c for b in (A, B) for c in frames[b].internal_constraints()]
-    coordinates = {}
-    for j in JOINTS:
-        pair = [frames[b] for b in j.bodies]
-        constraints += j.constraints(*pair)
-        coordinates |= j.coordinates(*pair)
-    assert tuple(coordinates) == NAMES
-    return RigidBlock(
-        np.concatenate([A.masses, B.masses]),
-        constraints,
-        list(coordinates.values()),
-        FORMS[form],
-        PRESCRIBED,
-        [e.bind(LAYOUT) for e in ELEMENTS],
-    )
+    """A step, and the model in it."""
+    m = sliding()
+    return RigidStep(m, FORMS[form]), m
 
 
-def arbitrary(b, seed, size=1.0):
+def arbitrary(m, seed, size=1.0):
     """A step and unknowns that fulfil nothing; directors are far from singular."""
     rng = np.random.default_rng(seed)
-    step = RigidStep(
+    data = RigidData(
         q=np.concatenate([A.coordinates, B.coordinates]) + 0.3 * rng.normal(size=N_Q),
         angles=rng.uniform(-7, 7, N_T),
         dt_q_dot=rng.normal(size=N_Q),
         impulse_q=rng.normal(size=N_Q),
         impulse_T=rng.normal(size=N_T),
-        prescribed=rng.normal(size=len(PRESCRIBED)),
-        elements=Step(DT, 0.4),
+        prescribed=rng.normal(size=len(RELATIONS)),
+        times=StepTimes.from_start(0.4 - 0.5 * DT, DT),
     )
-    r = rng.normal(size=b.size) * size
+    r = rng.normal(size=m.size) * size
     r[:N_Q] *= 0.3
-    return step, r
+    return data, r
 
 
 def test_both_kinds_are_numbered_in_the_order_of_the_joints():
-    b = block()
-    assert (b.n_q, b.n_angles, b.n_constraints, b.n_prescribed) == (N_Q, N_T, N_G, 2)
-    assert np.array_equal(b.is_angle, IS_ANGLE)
-    assert [x.size for x in b.split(np.arange(float(b.size)))] == [N_Q, N_T, N_G, N_T, 2]
+    b, m = block()
+    assert (m.n_q, m.n_angles, m.n_constraints, m.n_relations) == (N_Q, N_T, N_G, 2)
+    assert np.array_equal(m.is_angle, IS_ANGLE)
+    assert [x.size for x in m.split(np.arange(float(m.size)))] == [N_Q, N_T, N_G, N_T, 2]
 
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("size", [1.0, 1e-3])
 def test_tangent_agrees_with_finite_differences(form, size):
-    b = block(form)
-    (step, r), h = arbitrary(b, 3, size), 1e-5
+    b, m = block(form)
+    (data, r), h = arbitrary(m, 3, size), 1e-5
     columns = [
-        (b.residual(step, r + h * e)[0] - b.residual(step, r - h * e)[0]) / (2 * h)
-        for e in np.eye(b.size)
+        (b.residual(data, r + h * e)[0] - b.residual(data, r - h * e)[0]) / (2 * h)
+        for e in np.eye(m.size)
     ]
     # h^2/6 times third derivatives and 1e-16/h, with terms up to 100 in size
-    assert np.allclose(b.tangent(step, r), np.column_stack(columns), rtol=0, atol=3e-8)
+    assert np.allclose(b.tangent(data, r), np.column_stack(columns), rtol=0, atol=3e-8)
 
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("size", [1.0, 1e-3])
 def test_residual_along_the_increment_is_the_balance_of_energy(form, size):
     """For any unknowns: once R = 0 and all constraints hold at both ends, energy grows by works."""
-    b = block(form)
-    step, r = arbitrary(b, 2, size)
-    x = b.split(r)
-    R, scale = b.residual(step, r)
-    v0 = step.dt_q_dot / DT
+    b, m = block(form)
+    data, r = arbitrary(m, 2, size)
+    x = m.split(r)
+    R, scale = b.residual(data, r)
+    v0 = data.dt_q_dot / DT
     v1 = 2 * x.dq / DT - v0
-    kinetic = 0.5 * (v1 @ (b.masses * v1) - v0 @ (b.masses * v0))
-    work = (step.impulse_q @ x.dq + step.impulse_T @ x.dT) / (0.5 * DT**2)
-    work += b.element_works(step, r).sum() - x.pi @ x.dT[list(PRESCRIBED)] / (0.5 * DT**2)
-    before = b.constraint_values(step.q, step.angles)
-    after = b.constraint_values(step.q + x.dq, step.angles + x.dT)
+    kinetic = 0.5 * (v1 @ (m.masses * v1) - v0 @ (m.masses * v0))
+    work = (data.impulse_q @ x.dq + data.impulse_T @ x.dT) / (0.5 * DT**2)
+    work += b.element_works(data, r).sum() - x.pi @ RELATIONS @ x.dT / (0.5 * DT**2)
+    before = constraint_values(m, FORMS[form], data.q, data.angles)
+    after = constraint_values(m, FORMS[form], data.q + x.dq, data.angles + x.dT)
     balance = 0.5 * DT**2 * (kinetic - work) + np.concatenate([x.mu, x.nu]) @ (after - before)
     n = N_Q + N_T
-    terms = np.abs(r[:n]) @ scale[:n] + b.masses @ step.dt_q_dot**2
+    terms = np.abs(r[:n]) @ scale[:n] + m.masses @ data.dt_q_dot**2
     assert abs(r[:n] @ R[:n] - balance) <= 1e-14 * terms
 
 
 def test_works_of_springs_are_the_loss_of_their_energy():
-    b = block()
-    step, r = arbitrary(b, 5)
-    x, works = b.split(r), b.element_works(step, r)
-    energies = [b.element_energy(step.q + s * x.dq, step.angles + s * x.dT) for s in (0.0, 1.0)]
+    b, m = block()
+    data, r = arbitrary(m, 5)
+    x, works = m.split(r), b.element_works(data, r)
+    energies = [m.element_energy(data.q + s * x.dq, data.angles + s * x.dT) for s in (0.0, 1.0)]
     springs = [e.kind == "conservative" for e in ELEMENTS]
     assert works[springs].sum() == pytest.approx(energies[0] - energies[1], rel=1e-13)
     assert np.all(works[[e.kind == "dissipative" for e in ELEMENTS]] < 0.0)
@@ -133,9 +95,9 @@ def test_works_of_springs_are_the_loss_of_their_energy():
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_scale_bounds_all_terms(form):
-    b = block(form)
+    b, m = block(form)
     for seed in range(4):
-        R, scale = b.residual(*arbitrary(b, seed))
+        R, scale = b.residual(*arbitrary(m, seed))
         scale[N_Q + N_T + N_G : N_Q + 2 * N_T + N_G] += 14.0  # the coordinates themselves
         scale[-2:] += 14.0
         assert np.all(np.abs(R) <= scale * (1 + 1e-14))
@@ -167,14 +129,14 @@ def test_angles_alone_are_as_they_were():
 
 
 def test_a_displacement_may_grow_by_any_length_in_a_step_and_an_angle_may_not():
-    b = block()
+    b, m = block()
     q = np.concatenate([A.coordinates, B.coordinates])
     zero = np.zeros(N_Q)
-    step = RigidStep(q, np.zeros(N_T), zero, zero, np.zeros(N_T), np.zeros(2))
+    data = RigidData(q, np.zeros(N_T), zero, zero, np.zeros(N_T), np.zeros(2))
     for k in range(N_T):
-        r = np.zeros(b.size)
-        b.split(r).dT[k] = 1.6  # more than a quarter of a revolution
-        assert b.acceptable(step, r) == (not IS_ANGLE[k])
+        r = np.zeros(m.size)
+        m.split(r).dT[k] = 1.6  # more than a quarter of a revolution
+        assert b.acceptable(data, r) == (not IS_ANGLE[k])
 
 
 def test_a_screw_motion_is_followed_over_several_turns(comm):
@@ -208,4 +170,4 @@ def test_a_screw_motion_is_followed_over_several_turns(comm):
 def test_two_joints_may_not_make_coordinates_of_the_same_name(comm):
     twin = Revolute("first.angle", A, B, (1, 1, 0), (0.3, 1.0, 0.0))
     with pytest.raises(ValueError, match=r"two joint coordinates are called 'first\.angle'"):
-        MultibodySystem(comm, [A, B, JOINTS[0], twin])
+        MultibodySystem(comm, [A, B, SLIDES[0], twin])
