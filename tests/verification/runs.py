@@ -6,8 +6,16 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx import MultibodySystem, Simulation, SolverOptions
+from turbine_fenicsx import (
+    Case,
+    EnergyMomentum,
+    MultibodySystem,
+    Simulation,
+    SolverOptions,
+    Stepper,
+)
+from turbine_fenicsx.turbine.model import Turbine
+from turbine_fenicsx.turbine.scheme import make_stepper
 
 comm = MPI.COMM_WORLD
 
@@ -63,12 +71,22 @@ class Record:
 
 
 def run(system: MultibodySystem, dt: float, end: float, scheme=None, **options) -> Record:
-    """Run a system, with options of the scheme and of its solver; no step may be halved, so that dt is what the test says."""
-    record = Record()
+    """Run a system, with options of the scheme and of its solver."""
     stepper = EnergyMomentum(system, **(scheme or {}), options=SolverOptions(**options))
-    simulation = Simulation(system, dt, end, [record], stepper)
+    return run_with(stepper, dt, end)
+
+
+def run_case(case: Case, turbine: Turbine, dt: float, end: float) -> Record:
+    """Run a turbine as its case says."""
+    return run_with(make_stepper(case, turbine.system), dt, end)
+
+
+def run_with(stepper: Stepper, dt: float, end: float) -> Record:
+    """Run and free a stepper; no step may be halved, so that dt is what the test says."""
+    record = Record()
+    simulation = Simulation(stepper.system, dt, end, [record], stepper)
     simulation.run()
-    simulation.stepper.destroy()
+    stepper.destroy()
     assert simulation.halvings == 0
     return record
 

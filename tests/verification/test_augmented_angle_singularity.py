@@ -21,7 +21,7 @@ from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 
 
-def rotor(form, torque, speed=0.0):
+def rotor(torque, speed=0.0):
     """One body on a bearing: its angle obeys SPIN_INERTIA d2T/dt2 = torque."""
     body = RigidBody("rotor", 1.0, (0.5, 0.5, 0.5), angular_velocity=(0.0, 0.0, speed))
     spin = Revolute("spin", None, body, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), reference=(1.0, 0.0, 0.0))
@@ -48,7 +48,7 @@ def braked_at(singular_angle):
 @pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
 @pytest.mark.parametrize("dt", [0.1, 0.05, 0.02])
 def test_regular_form_rests_at_the_singular_angle_and_goes_on(singular_angle, dt):
-    r = run(rotor("regular", braked_at(singular_angle)), dt, 4.0)
+    r = run(rotor(braked_at(singular_angle)), dt, 4.0)
     angle, mismatch = angle_and_directors(r)
     expected = singular_angle + 0.05 * np.sign(singular_angle) * 2.0**2
     # Second order: the angle that the step gains under a torque F is wrong by D^2/12 of itself;
@@ -71,7 +71,7 @@ def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(
     silent = 0
     for dt in (0.1, 0.05, 0.02, 0.01):
         try:
-            r = run(rotor("paper", braked_at(singular_angle)), dt, 4.0)
+            r = run(rotor(braked_at(singular_angle)), dt, 4.0, {"angle_form": "paper"})
         except StepFailure:
             continue
         # the energy looks perfect and Newton's method converged without a complaint
@@ -89,7 +89,7 @@ def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_constant_torque_turns_the_regular_form_through_all_angles(sign):
     dt, end = 0.02, 7.0  # half a revolution takes 2.5 s, four take 7 s
-    r = run(rotor("regular", Constant(sign)), dt, end)
+    r = run(rotor(Constant(sign)), dt, end)
     angle, mismatch = angle_and_directors(r)
     exact = 0.5 * sign * r.time**2
     assert abs(angle[-1]) > 7.5 * pi
@@ -105,7 +105,7 @@ def test_constant_torque_turns_the_regular_form_through_all_angles(sign):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_constant_torque_makes_the_multiplier_of_the_paper_form_spike(sign):
     for dt in (0.02, 0.05, 0.1):
-        r = run(rotor("paper", Constant(sign)), dt, 4.0)
+        r = run(rotor(Constant(sign)), dt, 4.0, {"angle_form": "paper"})
         D = np.max(np.abs(np.diff(r.angles[:, 0])))
         # nu (cos Tm + sin Tm) sinc(D/2) = torque, and some Tm comes within D of the singular angle
         assert np.max(np.abs(r.multipliers[:, -1])) > 1.0 / (np.sqrt(2.0) * np.sin(D))
@@ -118,7 +118,7 @@ def test_angle_is_continuous_whatever_the_number_of_revolutions(first_revolution
     # there. Here, 24 revolutions in 100 steps of almost a quarter revolution each.
     D, dt, n_steps = 1.5, 0.02, 100
     start = 2.0 * pi * first_revolution
-    system = rotor("regular", Constant(0.0), speed=2.0 / dt * np.tan(0.5 * D))
+    system = rotor(Constant(0.0), speed=2.0 / dt * np.tan(0.5 * D))
     solver = EnergyMomentum(system)
     state = system.initial_state()
     other = state.copy()
@@ -139,7 +139,7 @@ def test_angle_is_continuous_whatever_the_number_of_revolutions(first_revolution
 def test_step_of_more_than_a_quarter_revolution_is_refused_not_miscounted():
     # D would be 2 atan(w dt/2) = 1.77 > pi/2; the run halves its steps and keeps the right count
     record = Record()
-    simulation = Simulation(rotor("regular", Constant(0.0), speed=60.0), 0.04, 0.4, [record])
+    simulation = Simulation(rotor(Constant(0.0), speed=60.0), 0.04, 0.4, [record])
     simulation.run()
     simulation.stepper.destroy()
     assert simulation.halvings > 0

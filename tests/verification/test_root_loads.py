@@ -8,7 +8,8 @@ from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import BladeSensors, blade_axes
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout, solver_options
+from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
+from turbine_fenicsx.turbine.scheme import make_stepper
 
 LOADS = {"rotor_torque": -3.6e7, "yaw_torque": -3.6e6, "duration": 0.12, "gravity": 9.81}
 CASES = {
@@ -91,9 +92,9 @@ def blades(request):
     case = Case.parse({"loads": LOADS, **CASES[request.param]})
     turbine = build_turbine(case, comm)
     blades = Blades(case, turbine)
-    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], solver_options(case))
-    simulation.run()
-    simulation.stepper.destroy()
+    stepper = make_stepper(case, turbine.system)
+    Simulation(turbine.system, 0.02, 0.15, [blades], stepper).run()
+    stepper.destroy()
     assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
     return blades
 

@@ -11,6 +11,7 @@ from runs import Record, comm
 
 from turbine_fenicsx import (
     Coupling,
+    EnergyMomentum,
     FlexibleBody,
     KelvinVoigt,
     MultibodySystem,
@@ -93,9 +94,9 @@ def test_residuals_rest_a_little_below_the_estimate(law, dt, degree):
 @pytest.mark.parametrize("law", ["stiff", "stiff and viscous"])
 def test_default_tolerance_serves_a_fast_slender_beam(law, name):
     system, record = rotor(LAWS[law]()), Record()
-    simulation = Simulation(system, 0.02, 0.12, [record], SolverOptions(name))
-    simulation.run()
-    simulation.stepper.destroy()
+    stepper = EnergyMomentum(system, options=SolverOptions(name))
+    Simulation(system, 0.02, 0.12, [record], stepper).run()
+    stepper.destroy()
     assert simulation.halvings == 0
     # nine and twelve at most with the frozen factor, whose attempts fail after thirty
     assert np.max(record.newton) <= 20

@@ -12,7 +12,6 @@ import numpy as np
 
 from turbine_fenicsx.forces.element import StepTimes
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.state import State
@@ -56,13 +55,6 @@ class EnergyMomentumStep(NestedStep):
         )
         self.rigid = RigidStep(system.rigid_model, FORMS[angle_form])
         super().__init__(system, self._flexible, self.rigid)
-        self.dissipation_names = (
-            *(e.name for e in system.elements if e.kind == "dissipative"),
-            *(f"{name} of {f.model.body.name}" for f in self._flexible for name in f.dissipations),
-        )
-        kinds = np.array([e.kind for e in system.elements], dtype=object)
-        self._external, self._dissipative = kinds == "external", kinds == "dissipative"
-        self._driven = np.array([r.motion is not None for r in system.relations], dtype=bool)
         self._weight = system.gravity_force(system.gravity)
         self._forces: tuple[Array, Array] = (np.zeros((0, 0)), np.zeros((0, 0)))
 
@@ -125,24 +117,13 @@ class EnergyMomentumStep(NestedStep):
             out.v[i].axpby(2.0 / dt, -1.0, increment)
             mu_c[i].copy(out.coupling[i])
             out.coupling[i].scale(2.0 / dt**2)
-        flexible = [
-            *(f.works(x) for f, x in zip(self._flexible, du, strict=True)),
-            *(f.dissipated(x) for f, x in zip(self._flexible, du, strict=True)),
-        ]
-        totals = np.concatenate([np.zeros(0), *flexible])
-        if totals.size:
-            totals = sum_over_ranks(self.system.comm, totals)
-        n_works = sum(len(f.model.loads) for f in self._flexible)
-        elements = self.rigid.element_works(self.rigid_data, r)
         load_q, load_T = self._forces
-        works = [
+        return self.sum_works(
             load_q @ dq + load_T @ dT,
-            elements[self._external],
-            totals[:n_works],
-            (-2.0 / dt**2 * pi * (model.S @ dT))[self._driven],
-        ]
-        damped = elements[self._dissipative]
-        return np.concatenate(works), np.concatenate([-damped, totals[n_works:]])
+            self.rigid.element_works(self.rigid_data, r),
+            du,
+            -2.0 / dt**2 * pi * (model.S @ dT),
+        )
 
 
 class EnergyMomentum(NewtonStepper):

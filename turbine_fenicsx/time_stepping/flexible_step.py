@@ -22,7 +22,6 @@ from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.discrete_gradients import (
@@ -31,6 +30,7 @@ from turbine_fenicsx.time_stepping.discrete_gradients import (
     stiffness_at_rest,
 )
 from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
+from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
 
 
 class FlexibleStep:
@@ -45,7 +45,7 @@ class FlexibleStep:
             scheme is then of first order.
 
     Attributes:
-        dissipations: What dissipates in this body, names.
+        midpoint: Works of loads, and what dissipates in this body.
         tangent: Matrix of the tangent, filled by `assemble_tangent`.
         round_off: This rank's sum of the squares of the round-off of the residual of the step
             [(kg m)^2], set by `begin`.
@@ -63,7 +63,7 @@ class FlexibleStep:
         self._half_dt2 = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self._dt = fem.Constant(mesh, PETSc.ScalarType(1.0))
         self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
-        self.dissipations = self._compile(
+        self._compile(
             stress or discrete_gradient_stress(model.body.material.quadratic),
             numerical_dissipation,
         )
@@ -73,36 +73,28 @@ class FlexibleStep:
         self._masses = np.repeat(np.abs(model.nodal_mass), 3)
         self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
 
-    def _compile(self, stress: AlgorithmicStress, chi: float) -> tuple[str, ...]:
-        """Compile the forms; returns the names of what dissipates."""
+    def _compile(self, stress: AlgorithmicStress, chi: float) -> None:
+        """Compile the forms."""
         model, compile_form = self.model, _compat.compile_form
         w, delta = ufl.TestFunction(model.space), ufl.TrialFunction(model.space)
-        rho, h, dx = model.density, self._half_dt2, model.dx_stress
-        u_mid = self._u_n + 0.5 * self._du
+        h, u_mid = self._half_dt2, self._u_n + 0.5 * self._du
         F_mid, D = deformation_gradient(u_mid), ufl.grad(self._du)
-        S, dE = stress(model.energy, F_mid, D), strain_rate(F_mid, D)
-        dissipative = {}
-        if isinstance(model.body.material, Viscous):
-            viscous_stress = model.body.material.viscous_stress
-            dissipative["viscosity"] = viscous_stress(dE / self._dt, model.parameter)
+        more = {}
         if chi:
-            S_chi = stiffness_at_rest(model.energy, dE)
-            dissipative["numerical dissipation"] = 0.5 * model.parameter(chi) * S_chi
-        for S_dis in dissipative.values():
+            S_chi = stiffness_at_rest(model.energy, strain_rate(F_mid, D))
+            more["numerical dissipation"] = 0.5 * model.parameter(chi) * S_chi
+        self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, more)
+        S = stress(model.energy, F_mid, D)
+        for S_dis in self.midpoint.stresses.values():
             S += S_dis
         # eqs (55), (57)
-        R = rho * ufl.dot(self._du - self._dt_v - h * self._gravity, w) * model.dx_mass
-        R += h * ufl.inner(F_mid * S, ufl.grad(w)) * dx
-        v_mid = self._du / self._dt
-        for integral in model.surface.integrals(u_mid, v_mid, w):
+        inertia = self._du - self._dt_v - h * self._gravity
+        R = model.density * ufl.dot(inertia, w) * model.dx_mass
+        R += h * ufl.inner(F_mid * S, ufl.grad(w)) * model.dx_stress
+        for integral in model.surface.integrals(u_mid, self._du / self._dt, w):
             R -= h * integral
         self._residual = compile_form(R)
         self._tangent = compile_form(ufl.derivative(R, self._du, delta))
-        works = model.surface.integrals(u_mid, v_mid, self._du)
-        self._works = [compile_form(work) for work in works]
-        losses = [ufl.inner(S_dis, dE) * dx for S_dis in dissipative.values()]
-        self._dissipated = [compile_form(loss) for loss in losses]
-        return tuple(dissipative)
 
     def begin(
         self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array, time: float = 0.0
@@ -137,21 +129,6 @@ class FlexibleStep:
         self._du.x.array[:] = 0.0
         _compat.assemble_matrix(self.tangent, self._tangent)
 
-    def works(self, du: PETSc.Vec) -> Array:
-        """This rank's part of the work of each load [J] in the increment du."""
-        if self.model.loads:
-            self.model.copy_to(self._du, du)
-        works = [float(fem.assemble_scalar(work)) for work in self._works]
-        for dofs, force in self.model.nodal_forces:
-            works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
-        return np.array(works)
-
-    def dissipated(self, du: PETSc.Vec) -> Array:
-        """This rank's part of what each of `dissipations` takes out [J] in the increment du."""
-        if self._dissipated:
-            self.model.copy_to(self._du, du)
-        return np.array([float(fem.assemble_scalar(form)) for form in self._dissipated])
-
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the inertia and gravity terms of the residual."""
         terms = self._masses * np.abs(du.array_r) + self._fixed_terms
@@ -169,7 +146,7 @@ class FlexibleStep:
             return values
 
         stiffness = diagonal(np.inf)  # no strain rate
-        viscous = "viscosity" in self.dissipations
+        viscous = "viscosity" in self.midpoint.stresses
         viscosity = diagonal(1.0) - stiffness if viscous else np.zeros_like(stiffness)
         model = self.model
         edges = smallest_edges(model.space, model.local_positions)[: model.n_owned]

@@ -27,6 +27,7 @@ from turbine_fenicsx.linear_solvers.blocks import StepStart
 from turbine_fenicsx.system.nested_blocks import NestedBlocks
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
 
 
 class BodyStep(Protocol):
@@ -35,10 +36,12 @@ class BodyStep(Protocol):
     Attributes:
         tangent: Matrix that `assemble_tangent` fills.
         round_off: This rank's sum of the squares of the round-off of the residual.
+        midpoint: Works of loads, and what dissipates in this body.
     """
 
     tangent: PETSc.Mat
     round_off: float
+    midpoint: MidpointWorks
 
     def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
         """Assemble R_u for the increment du into R."""
@@ -84,7 +87,6 @@ class NestedStep(NestedBlocks, ABC):
     start: StepStart
     rigid_data: Any
     frames: tuple[float, float]
-    dissipation_names: tuple[str, ...]
 
     def __init__(
         self, system: MultibodySystem, bodies: Sequence[BodyStep], rigid: RigidPart
@@ -106,6 +108,17 @@ class NestedStep(NestedBlocks, ABC):
         sizes = np.array(parts)
         self._parts = np.flatnonzero(sizes)
         self._starts = (np.cumsum(sizes) - sizes)[self._parts]
+        kinds = np.array([e.kind for e in system.elements], dtype=object)
+        self._external, self._dissipative = kinds == "external", kinds == "dissipative"
+        self._driven = np.array([r.motion is not None for r in system.relations], dtype=bool)
+        self.dissipation_names = (
+            *(e.name for e in system.elements if e.kind == "dissipative"),
+            *(
+                f"{name} of {model.body.name}"
+                for model, body in zip(system.flexible_models, bodies, strict=True)
+                for name in body.midpoint.stresses
+            ),
+        )
         self._gaps: tuple[Array, ...] = ()
         self._terms = np.zeros(2 * k + n)
 
@@ -221,6 +234,26 @@ class NestedStep(NestedBlocks, ABC):
     def rigid_unknowns(self) -> Array:
         """The part r of X, a copy on every rank. Collective."""
         return self.on_all_ranks(self.split(self.x)[2])
+
+    def sum_works(
+        self, of_loads: Array, of_elements: Array, du: list[PETSc.Vec], of_relations: Array
+    ) -> tuple[Array, Array]:
+        """Works and dissipated energies in the order of their names [J]. Collective.
+
+        Args:
+            of_loads: Work of each load on rigid bodies and joint coordinates.
+            of_elements: Work of each force element.
+            du: Increment of each flexible body.
+            of_relations: Work of each relation.
+        """
+        parts = [body.midpoint.works(x) for body, x in zip(self._bodies, du, strict=True)]
+        works = np.concatenate([np.zeros(0), *(w for w, _ in parts)])
+        totals = np.concatenate([works, *(losses for _, losses in parts)])
+        if totals.size:
+            totals = sum_over_ranks(self.system.comm, totals)
+        on_bodies, lost = totals[: works.size], totals[works.size :]
+        done = [of_loads, of_elements[self._external], on_bodies, of_relations[self._driven]]
+        return np.concatenate(done), np.concatenate([-of_elements[self._dissipative], lost])
 
     def _scales(self, terms: Array) -> Array:
         """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""

@@ -19,6 +19,7 @@ from dolfinx import mesh
 from published import Row, references
 
 from turbine_fenicsx import (
+    EnergyMomentum,
     FlexibleBody,
     Hat,
     MultibodySystem,
@@ -96,10 +97,10 @@ def simulate(steps, step=STEP, stress=None, comm=MPI.COMM_WORLD):
         SurfaceTraction("short leg", body, ends[0], -FORCE, hat),
         SurfaceTraction("long leg", body, ends[1], FORCE, hat),
     ]
-    system, seen = MultibodySystem(comm, [body, *loads], stress=stress), Momenta()
-    simulation = Simulation(system, step, steps * step, [seen])
-    simulation.run()
-    simulation.stepper.destroy()
+    system, seen = MultibodySystem(comm, [body, *loads]), Momenta()
+    stepper = EnergyMomentum(system, stress)
+    Simulation(system, step, steps * step, [seen], stepper).run()
+    stepper.destroy()
     return np.array(seen.rows)
 
 

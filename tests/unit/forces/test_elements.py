@@ -5,7 +5,7 @@ import pytest
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Element, JointDamper, JointSpring, PointDamper, PointSpring
-from turbine_fenicsx.forces.element import Layout, Step
+from turbine_fenicsx.forces.element import Layout, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -45,7 +45,7 @@ def some_steps(element, count=4, size=1.0):
 
 
 def force(bound, y0, y1, dt=DT):
-    return bound.force(y0, y1, Step(dt, 0.0))
+    return bound.force(y0, y1, StepTimes.from_start(0.0, dt))
 
 
 def distance(element, bound, y):

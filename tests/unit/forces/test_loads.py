@@ -87,7 +87,7 @@ def resultant(load, y, time=1.0):
     bound = load.bind(LAYOUT)
     f = np.zeros(24)
     f[bound.index] = bound.force(
-        *(np.concatenate([B.coordinates, y])[bound.index],) * 2, StepTimes(0.1, time)
+        *(np.concatenate([B.coordinates, y])[bound.index],) * 2, StepTimes(0.1, time, time + 0.05)
     )[0]
     rows = f[12:].reshape(4, 3)
     return rows[0], np.cross(y.reshape(4, 3), rows).sum(axis=0), f[12:]
@@ -130,7 +130,7 @@ def test_follower_tangents_agree_with_finite_differences(load):
     bound, rng, h = load.bind(LAYOUT), np.random.default_rng(2), 1e-6
     y = np.concatenate([B.coordinates, A.coordinates])[bound.index]
     y0, y1 = y + 0.2 * rng.normal(size=(2, y.size))
-    step = StepTimes(0.1, 1.0)
+    step = StepTimes(0.1, 1.0, 1.05)
     columns = [
         (bound.force(y0, y1 + h * e, step)[0] - bound.force(y0, y1 - h * e, step)[0]) / (2 * h)
         for e in np.eye(y.size)
@@ -144,7 +144,7 @@ def test_followers_act_at_the_middle_of_a_step(load):
     bound, rng = load.bind(LAYOUT), np.random.default_rng(3)
     y = np.concatenate([B.coordinates, A.coordinates])[bound.index]
     y0, y1 = y + 0.2 * rng.normal(size=(2, y.size))
-    middle, step = 0.5 * (y0 + y1), StepTimes(0.1, 1.0)
+    middle, step = 0.5 * (y0 + y1), StepTimes(0.1, 1.0, 1.05)
     there = bound.force(middle, middle, step)[0]
     assert np.allclose(bound.force(y0, y1, step)[0], there, rtol=0, atol=1e-13)
 

@@ -16,6 +16,7 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
 KINDS = [("hexahedron", 1), ("tetrahedron", 2)]
 SIZE, DT = np.array([1.0, 0.5, 0.4]), 0.6
@@ -41,7 +42,8 @@ class Loaded:
         if not closed:
             surface = np.append(self.traction.facets, self.facets(lambda x: np.isclose(x[1], 0.5)))
         self.pressure = Pressure("p", self.body, surface, P, self.factor(1))
-        self.block = FlexibleModel(self.body, loads=[self.traction, self.pressure])
+        self.model = FlexibleModel(self.body, [self.traction, self.pressure])
+        self.step = FlexibleStep(self.model)
 
     def factor(self, k):
         return lambda time: self.factors[k] * time
@@ -50,14 +52,14 @@ class Loaded:
         return mesh.locate_entities_boundary(self.body.mesh, 2, on)
 
     def nodal(self, values):
-        vector = self.block.new_vector()
-        vector.array[:] = np.asarray(values(self.block.positions), dtype=float).ravel()
+        vector = self.model.new_vector()
+        vector.array[:] = np.asarray(values(self.model.positions), dtype=float).ravel()
         return vector
 
     def residual(self, u, du, time=1.0):
-        R = self.block.new_vector()
-        self.block.begin(u, 0 * u, DT, np.zeros(3), time)
-        self.block.residual(du, R)
+        R = self.model.new_vector()
+        self.step.begin(u, 0 * u, DT, np.zeros(3), time)
+        self.step.residual(du, R)
         return R
 
     def forces(self, u, du, traction, pressure):
@@ -73,8 +75,8 @@ class Loaded:
         return self.comm.allreduce(np.asarray(values).sum(axis=0))
 
     def works(self, u, du, time=1.0):
-        self.block.begin(u, 0 * u, DT, np.zeros(3), time)
-        return self.comm.allreduce(self.block.works(du))
+        self.step.begin(u, 0 * u, DT, np.zeros(3), time)
+        return self.comm.allreduce(self.step.works(du))
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +105,7 @@ def affine(H, shift=(0.0, 0.0, 0.0)):
 def test_surface_loads_are_surface_loads(make, cell, degree):
     x = make(cell, degree)
     assert isinstance(x.traction, SurfaceLoad) and isinstance(x.pressure, SurfaceLoad)
-    assert x.block.loads == (x.traction, x.pressure)
+    assert x.model.loads == (x.traction, x.pressure)
 
 
 @all_kinds
@@ -132,7 +134,7 @@ def test_pressure_on_a_closed_surface_has_neither_resultant_nor_moment(make, cel
     u, du = x.nodal(wild(3, 0.05)), x.nodal(wild(4, 0.05))
     f = x.forces(u, du, 0.0, 1.0)
     size = x.total(np.abs(f)).sum()
-    middle = x.block.positions + (u + 0.5 * du).array_r.reshape(-1, 3)
+    middle = x.model.positions + (u + 0.5 * du).array_r.reshape(-1, 3)
     assert size > 1.0
     assert np.max(np.abs(x.total(f))) <= 1e-13 * size
     assert np.max(np.abs(x.total(np.cross(middle, f)))) <= 1e-13 * size
@@ -181,19 +183,19 @@ def test_work_of_pressure_is_pressure_times_loss_of_volume_to_second_order(make,
 def test_tangent_with_loads_agrees_with_finite_differences(make, cell, degree):
     x = make(cell, degree)
     u, du, w = (x.nodal(wild(k, s)) for k, s in ((9, 0.02), (10, 0.02), (11, 1.0)))
-    x.block.begin(u, 0 * u, DT, np.zeros(3), 50.0)  # so that the loads count
-    x.block.assemble_tangent(du)
-    exact, ends, h = x.block.new_vector(), [], 1e-6
-    x.block.tangent.mult(w, exact)
+    x.step.begin(u, 0 * u, DT, np.zeros(3), 50.0)  # so that the loads count
+    x.step.assemble_tangent(du)
+    exact, ends, h = x.model.new_vector(), [], 1e-6
+    x.step.tangent.mult(w, exact)
     for sign in (1, -1):
-        ends.append(x.block.new_vector())
-        x.block.residual(du + sign * h * w, ends[-1])
+        ends.append(x.model.new_vector())
+        x.step.residual(du + sign * h * w, ends[-1])
     difference = (ends[0] - ends[1]) * (0.5 / h)
     assert (difference - exact).norm() <= 2e-7 * exact.norm()
-    x.block.begin(u, 0 * u, DT, np.zeros(3), 0.0)
-    x.block.assemble_tangent(du)
-    unloaded = x.block.new_vector()
-    x.block.tangent.mult(w, unloaded)
+    x.step.begin(u, 0 * u, DT, np.zeros(3), 0.0)
+    x.step.assemble_tangent(du)
+    unloaded = x.model.new_vector()
+    x.step.tangent.mult(w, unloaded)
     assert (unloaded - exact).norm() > 1e-2 * exact.norm()
 
 
@@ -276,27 +278,17 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
     m = machine()
     for point, nearest in (((1.52, 0.3, -0.8), [1.5, 0.25, -0.8]), ((1.5, 0.0, -0.8), None)):
         load = NodeForce("n", m.beam, point, FORCE, lambda t: 2 * t)
-        block = FlexibleModel(m.beam, loads=[load])
-        u, R = block.new_vector(), block.new_vector()
-        block.begin(u, u, DT, np.zeros(3), 1.5)
-        block.residual(u, R)
+        model = FlexibleModel(m.beam, [load])
+        step = FlexibleStep(model)
+        u, R = model.new_vector(), model.new_vector()
+        step.begin(u, u, DT, np.zeros(3), 1.5)
+        step.residual(u, R)
         forces = -R.array_r.reshape(-1, 3) / HALF_DT2
-        at = comm.allgather(block.positions[np.linalg.norm(forces, axis=1) > 1e-12])
-        import turbine_fenicsx.system.flexible_model as fb
-
-        print(
-            "AT",
-            comm.rank,
-            fb.__file__,
-            block._node_forces[0][1],
-            block._nodal_forces,
-            np.linalg.norm(forces, axis=1),
-            flush=True,
-        )
+        at = comm.allgather(model.positions[np.linalg.norm(forces, axis=1) > 1e-12])
         (place,) = np.concatenate(at)
         assert nearest is None or np.allclose(place, nearest, rtol=0, atol=1e-12)
         assert np.allclose(comm.allreduce(forces.sum(axis=0)), 3 * FORCE, rtol=1e-13, atol=1e-13)
-        du = block.new_vector()
-        du.array[:] = (block.positions @ np.diag([1.0, 2.0, -1.0])).ravel()
-        work = comm.allreduce(block.works(du))
+        du = model.new_vector()
+        du.array[:] = (model.positions @ np.diag([1.0, 2.0, -1.0])).ravel()
+        work = comm.allreduce(step.works(du))
         assert work == pytest.approx([3 * FORCE @ (place * [1, 2, -1])], rel=1e-13)

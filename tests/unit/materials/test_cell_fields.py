@@ -146,7 +146,7 @@ def test_a_soft_half_bends_and_energy_is_conserved(comm):
     density = cell_field(cells, lambda X: np.where(X[:, 0] < 1.0, 800.0, 200.0))
     law = StVenantKirchhoff(1e4, shear)
     results = [
-        swing(clamped(comm, cells, law, density), preconditioner=p) for p in ("frozen", "lu")
+        swing(clamped(comm, cells, law, density), linear_solver=p) for p in ("frozen", "lu")
     ]
     for numbers, _ in results:
         assert abs(numbers[-1]) < 1e-9 * numbers[1]

@@ -10,9 +10,11 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Constant
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 BEAM_SIZE, BEAM_MASS, BEAM_CENTRE = np.array([1.0, 0.5, 0.4]), 3.0 * 0.2, np.array([1.0, 0, -1])
 
@@ -92,7 +94,9 @@ def test_a_coupling_carried_by_a_flexible_body_is_refused(comm, machine):
 
 
 def test_an_unknown_form_of_the_angle_is_refused_by_name(comm, machine):
-    refused(comm, ValueError, "paper", machine().parts, angle_form="singular")
+    system = machine().system()
+    with pytest.raises(ModelError, match=r"angle_form must be one of \['paper', 'regular'\], got"):
+        EnergyMomentum(system, angle_form="singular")
 
 
 def test_parts_are_numbered_in_the_order_given_whatever_their_kinds(comm, machine):

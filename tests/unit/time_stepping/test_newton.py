@@ -19,16 +19,12 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, FrozenElimination
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.newton import (
-    DIVERGENCE,
-    BlockwiseConvergence,
-    EnergyMomentum,
-    SolverOptions,
-    StepFailure,
-)
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.newton import DIVERGENCE, BlockwiseConvergence, SolverOptions
+from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 DT = 0.02
-PREFIX = "test_solver_"
+PREFIX = "test_newton_"
 all_solvers = pytest.mark.parametrize("name", sorted(LINEAR_SOLVERS))
 
 
@@ -65,7 +61,7 @@ def solve():
     made = []
 
     def make(system, chosen):
-        made.append(EnergyMomentum(system, chosen))
+        made.append(EnergyMomentum(system, options=chosen))
         return made[-1]
 
     yield make
@@ -422,7 +418,7 @@ def ends(residuals, round_off=0.0, approximate=False):
     """PETSc's reason after the first residual that ends the iteration, and how many there were."""
     current = [0.0]
     step = SimpleNamespace(
-        system=SimpleNamespace(flexible_blocks=()),
+        system=SimpleNamespace(flexible_models=()),
         relative_residuals=lambda R: np.array(
             [[current[0]] * 4, [max(current[0] - round_off, 0.0)] * 4]
         ),

@@ -1,0 +1,332 @@
+"""Equations of motion at the end of a step, for schemes of the Newmark family.
+
+Whatever the scheme, with the increment dy of all positions from t_n on
+
+    v'_{n+1} = (dy - p)/s,    v_{n+1} = dy/r + w,
+
+where the numbers s [s^2] and r [s] and what is known at t_n, p and w, tell the schemes apart.
+Multiplied by s, and so are the multipliers, the step is
+
+    M (dy - p) + s D(y_{n+1})^T lambda_{n+1} = s F(y_{n+1}, v_{n+1}, t_{n+1}),    Phi(y_{n+1}) = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.rigid_model import RigidModel
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
+from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
+from turbine_fenicsx.time_stepping.nested_step import NestedStep
+
+
+@dataclass(frozen=True)
+class EndScheme:
+    """What tells schemes apart.
+
+    Args:
+        s: Factor of the forces [s^2].
+        r: Increment over change of velocity [s].
+        p: Increment without acceleration at t_{n+1}; of this rank's nodes of each flexible body one
+            after another, then of (q, T).
+        w: Velocity at t_{n+1} without increment, laid out like p.
+    """
+
+    s: float
+    r: float
+    p: Array
+    w: Array
+
+
+@dataclass(frozen=True)
+class EndData:
+    """What a step of the rigid part is given.
+
+    Args:
+        y: (q, T) at t_n, shape (n_y,).
+        n_q: Number of coordinates q.
+        p, w, s, r: Those of the scheme.
+        loads: Forces of all loads at t_{n+1}, shape (n_y,).
+        prescribed: p(t_{n+1}) of the relations.
+        times: Length and end of the step.
+    """
+
+    y: Array
+    n_q: int
+    p: Array
+    w: Array
+    s: float
+    r: float
+    loads: Array
+    prescribed: Array
+    times: StepTimes
+
+
+class RigidEnd:
+    """Equations of motion and constraints of the rigid part at the end of a step."""
+
+    def __init__(self, model: RigidModel) -> None:
+        self.model = model
+
+    def residual(self, data: EndData, r: Array) -> tuple[Array, Array]:
+        """R_r and the sum of the absolute values of its terms."""
+        m, (dq, multipliers, q1, T1) = self.model, self._unknowns(data, r)
+        D, (_, values) = m.constraint_jacobian(q1, T1), m.at(q1)
+        n = data.y.size
+        inertia = np.zeros(n)
+        inertia[: m.n_q] = m.masses * (dq - data.p[: m.n_q])
+        R = np.concatenate(
+            [
+                # equations of motion at t_{n+1}
+                inertia + multipliers @ D - data.s * data.loads,
+                # constraints at t_{n+1}
+                m.constraint_values(q1, T1)[: m.n_constraints + m.n_angles],
+                m.S @ T1 - data.prescribed,
+            ]
+        )
+        scale = np.concatenate(
+            [
+                np.abs(inertia) + np.abs(multipliers) @ np.abs(D) + np.abs(data.s * data.loads),
+                np.abs(m.functions.constant[m.g]) + np.abs(m.at(q1)[0][m.g]) @ np.abs(q1),
+                np.abs(values[m.c]) + np.abs(values[m.s]) + np.abs(T1),
+                np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ np.abs(T1)),
+            ]
+        )
+        scale[: m.n_q] += m.masses * (np.abs(dq) + np.abs(data.p[: m.n_q]))
+        forces, sizes, _ = m.element_forces(*self._around(data, r), data.times)
+        if forces.size:
+            R[:n] -= data.s * forces
+            scale[:n] += data.s * sizes
+        return R, scale
+
+    def tangent(self, data: EndData, r: Array) -> Array:
+        """Derivative of R_r with respect to r."""
+        m, (_, multipliers, q1, T1) = self.model, self._unknowns(data, r)
+        n, K = data.y.size, np.zeros((self.model.size,) * 2)
+        K[:n, :n] = m.constraint_stiffness(q1, T1, multipliers)
+        K[: m.n_q, : m.n_q] += m.mass_matrix
+        K[n:, :n] = m.constraint_jacobian(q1, T1)
+        K[:n, n:] = K[n:, :n].T
+        ends, times, half = self._around(data, r), data.times, 0.5 * data.times.dt / data.r
+        _, _, slope_1 = m.element_forces(*ends, times)
+        if slope_1 is not None:
+            # a step backwards has the same forces: the derivative with respect to its start
+            back = StepTimes(-times.dt, times.middle, times.middle)
+            _, _, slope_0 = m.element_forces(*ends[::-1], back)
+            assert slope_0 is not None
+            K[:n, :n] -= data.s * ((1.0 - half) * slope_0 + (1.0 + half) * slope_1)
+        return K
+
+    def acceptable(self, data: EndData, r: Array) -> bool:
+        """Whether angles lie on the right branch and redundant constraints hold."""
+        _, _, q1, T1 = self._unknowns(data, r)
+        return self.model.acceptable(q1, T1, self.model.split(r).dT)
+
+    def _unknowns(self, data: EndData, r: Array) -> tuple[Array, Array, Array, Array]:
+        """dq, the multipliers, and q and T at the end of the step."""
+        n, dy = data.y.size, r[: data.y.size]
+        y1 = data.y + dy
+        return dy[: data.n_q], r[n:], y1[: data.n_q], y1[data.n_q :]
+
+    def _around(self, data: EndData, r: Array) -> tuple[Array, Array]:
+        """Two configurations h apart with y_{n+1} between them, moving as the end does.
+
+        The force elements' mean over the step between them is their force at the end, but for
+        O(h^2).
+        """
+        dy = r[: data.y.size]
+        way = 0.5 * data.times.dt * (dy / data.r + data.w)
+        return data.y + dy - way, data.y + dy + way
+
+
+class FlexibleEnd:
+    """Equations of motion of a flexible body at the end of a step.
+
+    Attributes:
+        tangent: Matrix of the tangent.
+        round_off: This rank's sum of the squares of the round-off of the residual.
+        midpoint: Works of loads, and what dissipates in this body.
+    """
+
+    def __init__(self, model: FlexibleModel, gravity: Array) -> None:
+        self.model = model
+        mesh, V = model.body.mesh, model.space
+        self._u_n, self._du, self._p, self._w = (fem.Function(V) for _ in range(4))
+        self._s, self._rate, self._dt = (fem.Constant(mesh, 1.0) for _ in range(3))
+        self._gravity = fem.Constant(mesh, gravity)
+        test, delta = ufl.TestFunction(V), ufl.TrialFunction(V)
+        u, v = self._u_n + self._du, self._rate * self._du + self._w
+        inertia = self._du - self._p - self._s * self._gravity
+        R = model.density * ufl.dot(inertia, test) * model.dx_mass
+        R += self._s * model.forces(u, v, test)
+        self._residual = _compat.compile_form(R)
+        self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
+        self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, {})
+        self.tangent = _compat.create_matrix(self._tangent)
+        self._round_off = self._estimate_round_off()
+        self._masses = np.repeat(np.abs(model.nodal_mass), 3)
+        self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
+
+    def begin(self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, time: float) -> None:
+        """Set u_n, p, w, s, r and the end of the step [s]."""
+        model = self.model
+        model.copy_to(self._u_n, u)
+        for function, values in ((self._p, p), (self._w, w)):
+            function.x.array[: values.size] = values
+            function.x.scatter_forward()
+        self._s.value, self._rate.value = s, 1.0 / r
+        model.set_loads(time)
+        self.round_off = s * s * self._round_off.square(p, r)
+        self._fixed_terms = self._masses * (np.abs(p) + s * np.linalg.norm(self._gravity.value))
+
+    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
+        """Assemble R_u for the increment du into R."""
+        self.model.copy_to(self._du, du)
+        self.model.assemble(self._residual, R)
+        for dofs, force in self.model.nodal_forces:
+            R.array[dofs] -= float(self._s.value) * force[: dofs.stop - dofs.start]
+
+    def assemble_tangent(self, du: PETSc.Vec) -> None:
+        """Assemble the derivative of R_u into `tangent`."""
+        self.model.copy_to(self._du, du)
+        _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def assemble_at_rest(self) -> None:
+        """Assemble the tangent for du = 0."""
+        self._du.x.array[:] = 0.0
+        _compat.assemble_matrix(self.tangent, self._tangent)
+
+    def term_scale(self, du: PETSc.Vec) -> float:
+        """This rank's sum of the squares of the inertia and gravity terms of R_u."""
+        terms = self._masses * np.abs(du.array_r) + self._fixed_terms
+        return float(np.dot(terms, terms))
+
+    def set_middle(self, times: StepTimes) -> None:
+        """Set the loads to the middle of the step, for `midpoint`."""
+        self._dt.value = times.dt
+        self.model.set_loads(times.middle)
+
+    def _estimate_round_off(self) -> ForceRoundOff:
+        """The round-off of the forces, from tangents at rest for s = 1."""
+        diagonals = []
+        for rate in (0.0, 1.0):
+            self._rate.value = rate
+            _compat.assemble_matrix(self.tangent, self._tangent)
+            vector = self.tangent.getDiagonal()
+            diagonals.append(np.array(vector.array_r).reshape(-1, 3))
+            vector.destroy()
+        model = self.model
+        edges = smallest_edges(model.space, model.local_positions)[: model.n_owned]
+        return ForceRoundOff(edges, diagonals[0], diagonals[1] - diagonals[0])
+
+
+class EndStep(NestedStep):
+    """Nested residual and tangent of one step of a scheme of the family.
+
+    Args:
+        system: The system.
+    """
+
+    frames = (1.0, 1.0)
+
+    def __init__(self, system: MultibodySystem) -> None:
+        gravity = system.gravity
+        self._flexible = tuple(FlexibleEnd(model, gravity) for model in system.flexible_models)
+        super().__init__(system, self._flexible, RigidEnd(system.rigid_model))
+        self._weight = system.gravity_force(gravity)
+        self._ends = np.cumsum([3 * model.n_owned for model in system.flexible_models])
+
+    def begin_scheme(self, state: State, dt: float, end: float, scheme: EndScheme) -> None:
+        """Set the state at t_n, the step [s], its end [s], and the scheme."""
+        system, times = self.system, StepTimes(dt, end, end)
+        load_q, load_T = (forces.sum(axis=0) for forces in system.forces_by_load(end))
+        *p_bodies, p = self.split_flat(scheme.p)
+        *w_bodies, w = self.split_flat(scheme.w)
+        data = EndData(
+            y=np.concatenate([state.q, state.angles]),
+            n_q=state.q.size,
+            p=p,
+            w=w,
+            s=scheme.s,
+            r=scheme.r,
+            loads=np.concatenate([load_q + self._weight, load_T]),
+            prescribed=system.relation_values(end),
+            times=times,
+        )
+        for f, u, p_k, w_k in zip(self._flexible, state.u, p_bodies, w_bodies, strict=True):
+            f.begin(u, p_k, w_k, scheme.s, scheme.r, end)
+        self.begin_at(state, dt, data)
+
+    def set_increments(self, dy: Array, state: State) -> None:
+        """Set X to increments laid out like `EndScheme.p`, with the multipliers of a state."""
+        *bodies, rigid = self.split_flat(dy)
+        du, mu_c, r = self.split(self.x)
+        for increment, values in zip(du, bodies, strict=True):
+            increment.array[:] = values
+        for mu, force in zip(mu_c, state.coupling, strict=True):
+            force.copy(mu)
+            mu.scale(self.rigid_data.s)
+        if self.n_r:
+            r.array[:] = np.concatenate([rigid, self.rigid_data.s * state.multipliers])
+
+    def increments(self, x: PETSc.Vec) -> Array:
+        """Increments in X, laid out like `EndScheme.p`. Collective."""
+        du, _, r = self.split(x)
+        rigid = self.on_all_ranks(r)[: self.rigid_data.y.size]
+        return np.concatenate([*(part.array_r for part in du), rigid])
+
+    def velocities(self, state: State) -> Array:
+        """Velocities of a state, laid out like `EndScheme.p`."""
+        return np.concatenate([*(v.array_r for v in state.v), state.q_dot, state.angle_rates])
+
+    def split_flat(self, values: Array) -> list[Array]:
+        """Parts of an array laid out like `EndScheme.p`: of each body, then of (q, T)."""
+        return np.split(values, self._ends)
+
+    def assemble_at_rest(self, body: int) -> None:
+        """Assemble A_uu of a body at t_n for du = 0."""
+        self._flexible[body].assemble_at_rest()
+
+    def write_state(self, velocities: Array, out: State) -> tuple[Array, Array]:
+        """Write the state at t_{n+1}; returns works and losses by the midpoint rule. Collective.
+
+        Args:
+            velocities: Velocities at t_{n+1}, laid out like `EndScheme.p`.
+            out: The state.
+        """
+        state, data, model = self.start.state, self.rigid_data, self.system.rigid_model
+        du, mu_c, _ = self.split(self.x)
+        r, n = self.rigid_unknowns(), data.y.size
+        dq, dT = r[: data.n_q], r[data.n_q : n]
+        *v, y_dot = self.split_flat(velocities)
+        out.time, out.q, out.angles = data.times.end, state.q + dq, state.angles + dT
+        out.q_dot, out.angle_rates = y_dot[: data.n_q], y_dot[data.n_q :]
+        out.multipliers = r[n:] / data.s
+        for k, increment in enumerate(du):
+            out.u[k].waxpy(1.0, state.u[k], increment)
+            out.v[k].array[:] = v[k]
+            mu_c[k].copy(out.coupling[k])
+            out.coupling[k].scale(1.0 / data.s)
+        middle = StepTimes.from_start(state.time, data.times.dt)
+        load_q, load_T = self.system.forces_by_load(middle.middle)
+        for f in self._flexible:
+            f.set_middle(middle)
+        pi_0, pi_1 = (x[x.size - model.n_relations :] for x in (state.multipliers, out.multipliers))
+        return self.sum_works(
+            np.asarray(load_q @ dq + load_T @ dT),
+            model.element_works(data.y, data.y + r[:n], middle),
+            du,
+            -0.5 * (pi_0 + pi_1) * (model.S @ dT),
+        )

@@ -1,0 +1,58 @@
+"""Works and losses of a flexible body in a step, by the midpoint rule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import Viscous
+from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+
+
+class MidpointWorks:
+    """Force in the middle of the step times increment; exact where the scheme does the same.
+
+    Args:
+        model: The body and its loads, which must be set to the middle of the step.
+        u_n: Displacement at its start, a function on the mesh.
+        du: Increment, a function on the mesh.
+        dt: Step [s], a constant on the mesh.
+        more: Further stresses that dissipate, by name, beside that of a viscous material.
+
+    Attributes:
+        stresses: All stresses that dissipate, by name.
+    """
+
+    def __init__(
+        self, model: FlexibleModel, u_n: Any, du: Any, dt: Any, more: Mapping[str, Any]
+    ) -> None:
+        self._model, self._du = model, du
+        u_mid = u_n + 0.5 * du
+        dE = strain_rate(deformation_gradient(u_mid), ufl.grad(du))
+        self.stresses: dict[str, Any] = {}
+        if isinstance(model.body.material, Viscous):
+            stress = model.body.material.viscous_stress(dE / dt, model.parameter)
+            self.stresses["viscosity"] = stress
+        self.stresses.update(more)
+        works = model.surface.integrals(u_mid, du / dt, du)
+        self._works = [_compat.compile_form(work) for work in works]
+        losses = [ufl.inner(S, dE) * model.dx_stress for S in self.stresses.values()]
+        self._losses = [_compat.compile_form(loss) for loss in losses]
+
+    def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """This rank's part of the work of each load [J], and of what each stress dissipates [J]."""
+        if self._works or self._losses:
+            self._model.copy_to(self._du, du)
+        works = [float(fem.assemble_scalar(work)) for work in self._works]
+        for dofs, force in self._model.nodal_forces:
+            works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
+        return np.array(works), np.array([float(fem.assemble_scalar(x)) for x in self._losses])
