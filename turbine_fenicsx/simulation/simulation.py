@@ -167,6 +167,7 @@ class Simulation:
     def _begin(self) -> _Run:
         """Start at t = 0."""
         self.halvings = 0
+        self.stepper.restore(RestartData())
         state = self.system.initial_state() if self._start is None else self._start.copy()
         state.time = 0.0
         grid = StepGrid(self.step, self.end, self._deepest)
