@@ -81,6 +81,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.time_stepping.energy_momentum import (
         EnergyMomentumStep as EnergyMomentumStep,
     )
+    from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha as GeneralisedAlpha
     from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
     from turbine_fenicsx.time_stepping.stepper import StepFailure as StepFailure
     from turbine_fenicsx.turbine.case.case import Case as Case
@@ -100,6 +101,7 @@ _PUBLIC = {
     "Fields": "simulation.observers.fields",
     "FlexibleBody": "bodies.flexible_body",
     "FollowerForce": "forces",
+    "GeneralisedAlpha": "time_stepping.generalised_alpha",
     "Gravity": "forces",
     "Hat": "forces.time_functions",
     "History": "simulation.observers.history",

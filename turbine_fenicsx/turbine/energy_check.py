@@ -47,9 +47,13 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
 def verdict(summary: dict[str, Any]) -> str:
     """What is wrong with the balance of a run, a sentence; empty if nothing is.
 
+    A scheme that does not conserve energy promises nothing.
+
     Args:
         summary: What `summary.json` holds.
     """
+    if names.ALLOWED_ENERGY_ERROR not in summary:
+        return ""
     error, allowed = summary[names.WORST_ENERGY_ERROR], summary[names.ALLOWED_ENERGY_ERROR]
     if error <= allowed:
         return ""

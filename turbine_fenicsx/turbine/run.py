@@ -51,7 +51,7 @@ from turbine_fenicsx.turbine.energy_check import verdict
 from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import changed_case, label_case
-from turbine_fenicsx.turbine.scheme import make_stepper
+from turbine_fenicsx.turbine.scheme import conserves_energy, make_stepper
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
@@ -138,7 +138,8 @@ def run_case(
         start = time.perf_counter()
         simulation.run(data)
         seconds = time.perf_counter() - start
-        result = summary(turbine, statistics, seconds, simulation, case.solver.tolerance)
+        tolerance = case.solver.tolerance if conserves_energy(case) else None
+        result = summary(turbine, statistics, seconds, simulation, tolerance)
         result[names.INTERRUPTED] = simulation.stopped
         _write_summary(result, folder, comm)
     return result

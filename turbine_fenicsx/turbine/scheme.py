@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha
 from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 
 
-def make_stepper(case: Case, system: MultibodySystem) -> EnergyMomentum:
+def make_stepper(case: Case, system: MultibodySystem) -> Stepper:
     """What integrates the turbine of a case. Collective."""
-    solver, turbine = case.solver, case.turbine
+    options = SolverOptions(
+        linear_solver=case.solver.preconditioner,
+        tolerance=case.solver.tolerance,
+        max_iterations=case.solver.max_iterations,
+    )
+    if case.time.scheme == "generalised_alpha":
+        return GeneralisedAlpha(system, case.time.spectral_radius, options)
     return EnergyMomentum(
         system,
-        numerical_dissipation=turbine.numerical_dissipation,
-        angle_form=turbine.angle_form,
-        options=SolverOptions(
-            linear_solver=solver.preconditioner,
-            tolerance=solver.tolerance,
-            max_iterations=solver.max_iterations,
-        ),
+        numerical_dissipation=case.turbine.numerical_dissipation,
+        angle_form=case.turbine.angle_form,
+        options=options,
     )
+
+
+def conserves_energy(case: Case) -> bool:
+    """Whether the balance of energy must close to the tolerance of the solver."""
+    return case.time.scheme == "energy_momentum"

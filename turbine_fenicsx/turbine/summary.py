@@ -121,7 +121,7 @@ def summary(
     statistics: Statistics,
     seconds: float,
     simulation: Simulation,
-    tolerance: float,
+    tolerance: float | None,
 ) -> dict[str, Any]:
     """Everything worth keeping about a run. Collective.
 
@@ -130,7 +130,7 @@ def summary(
         statistics: What was seen during the run.
         seconds: Wall time of the time loop, since the run went on if it did [s].
         simulation: The run, for what its steps and its solver count.
-        tolerance: That of the solver.
+        tolerance: That of the solver; None for a scheme that does not conserve energy.
     """
     steps, steps_now = (
         max(n, 1) for n in (statistics.steps, statistics.steps - statistics.steps_before)
@@ -140,6 +140,11 @@ def summary(
     last = statistics.last
     assert last is not None
     mass = masses(turbine)
+    allowed = {}
+    if tolerance is not None:
+        allowed[names.ALLOWED_ENERGY_ERROR] = allowed_energy_error(
+            statistics.largest_energy, min(mass.values()), statistics.steps, tolerance
+        )
     return {
         names.VERSIONS: versions(),
         "ranks": turbine.system.comm.size,
@@ -152,12 +157,7 @@ def summary(
         "solver_fallbacks": simulation.stepper.fallbacks,
         names.END_TIME: last.state.time,
         names.WORST_ENERGY_ERROR: statistics.worst_energy_error,
-        names.ALLOWED_ENERGY_ERROR: allowed_energy_error(
-            statistics.largest_energy,
-            min(mass.values()),
-            statistics.steps,
-            tolerance,
-        ),
+        **allowed,
         names.LARGEST_ENERGY: statistics.largest_energy,
         "worst_constraint_error_[-]": statistics.worst_constraint,
         "angular_momentum_[Nms]": [float(x) for x in last.balance.angular],

@@ -13,7 +13,7 @@ from turbine_fenicsx.forces import (
     PointForce,
     Torque,
 )
-from turbine_fenicsx.forces.element import Element, Layout
+from turbine_fenicsx.forces.element import Element, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import Constant, Hat, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute

@@ -140,7 +140,7 @@ def test_motions_that_depend_on_joints_or_on_each_other_are_refused_by_name(comm
     lock = Rigid("lock", None, A, (0, 0, 0))
     twin = Cylindrical("twin", None, A, (0.2, 0, 0), N)
     motions = [PrescribedMotion(f"{j}.angle", Ramp(1.0, 1.0)) for j in ("screw", "twin")]
-    words = "the prescribed motion of '{}.angle' depends on the joints and the other"
+    words = "'motion of {}.angle' depends on the joints and the other relations"
     with pytest.raises(ValueError, match=words.format("screw")):
         MultibodySystem(comm, [A, SCREW, lock, motions[0]])
     with pytest.raises(ValueError, match=words.format("twin")):

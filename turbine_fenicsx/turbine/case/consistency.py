@@ -253,6 +253,11 @@ def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
         elif m.size:
             yield "mesh", ("elements",), "beside mesh.size"
     yield from _idle_pitch(case)
+    if case.time.scheme == "generalised_alpha":
+        keys = ("numerical_dissipation", "angle_form")
+        yield "turbine", keys, 'with time.scheme = "generalised_alpha"'
+    else:
+        yield "time", ("spectral_radius",), f'with time.scheme = "{case.time.scheme}"'
     if case.turbine.model == "rigid" and not case.tower.flexible:
         yield "turbine", ("numerical_dissipation",), "without flexible parts"
     if not case.tower.flexible:

@@ -50,7 +50,11 @@ class Section(BaseModel):
 
 
 class TimeCase(Section):
-    """Time step and end of the run [s].
+    """Time step and end of the run [s], and the integrator.
+
+    ``scheme`` is the energy-momentum scheme of the paper, or the generalised-alpha method, which
+    damps high frequencies but conserves neither energy nor momenta: ``spectral_radius`` is what a
+    step leaves of a mode of infinite frequency.
 
     With a tolerance, steps whose estimated error exceeds it are halved, and grow again up to
     ``step``: of directions of rigid bodies [rad], of displacements [m].
@@ -60,6 +64,8 @@ class TimeCase(Section):
     end: Annotated[Seconds, NotNegative] = 12.0
     angle_tolerance: Annotated[Number, Positive] | None = None
     displacement_tolerance: Annotated[Metres, Positive] | None = None
+    scheme: Literal["energy_momentum", "generalised_alpha"] = "energy_momentum"
+    spectral_radius: Annotated[Number, Field(ge=0.0, lt=1.0)] = 0.9
 
 
 Moment = Annotated[EulerMoment, Positive]
