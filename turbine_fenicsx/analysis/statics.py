@@ -37,6 +37,10 @@ EARLY = 1e-12
 """Square of the time [s^2] for which the first multipliers are those of the motion from rest: they
 follow from the masses, and from the stiffness where there is no mass."""
 
+UNHELD = 4e-16
+"""Stiffness of rigid bodies that nothing holds, over their masses [1/s^2]: without forces they stay
+where they are, and with forces they go so far that there is no equilibrium."""
+
 SMALLEST_EXTENT = 1e-12
 """Displacements below this [m] count as none."""
 
@@ -116,6 +120,8 @@ class EquilibriumBlocks(NestedBlocks):
     def __init__(self, system: MultibodySystem, state: State) -> None:
         super().__init__(system, tuple(m.new_stiffness() for m in system.flexible_models))
         self.state, self.time, self.mass = state, 0.0, 0.0
+        for m, K, u in zip(system.flexible_models, self.tangents, state.u, strict=True):
+            m.assemble_stiffness(u, 0.0, K)  # linear solvers need the sparsity when they are made
         self.residual_vector, self.correction = self.new_nested_vector(), self.new_nested_vector()
 
     def residual(self) -> None:
@@ -172,7 +178,7 @@ class EquilibriumBlocks(NestedBlocks):
         n = model.n_q + model.n_angles
         K = np.zeros((model.size, model.size))
         K[:n, :n] = model.stiffness(state.q, state.angles, state.multipliers, self.time)
-        K[: model.n_q, : model.n_q] += self.mass * model.mass_matrix
+        K[: model.n_q, : model.n_q] += (self.mass + UNHELD) * model.mass_matrix
         K[n:, :n] = model.constraint_jacobian(state.q, state.angles)
         K[:n, n:] = K[n:, :n].T
         return K
@@ -258,19 +264,19 @@ def _move(blocks: EquilibriumBlocks) -> tuple[float, float]:
     """
     system, state = blocks.system, blocks.state
     du, _, dr = blocks.split(blocks.correction)
-    size = extent = 0.0
+    moved, far = [0.0], [SMALLEST_EXTENT]
     for u, increment in zip(state.u, du, strict=True):
         u.axpy(-1.0, increment)
-        size = max(size, increment.norm(PETSc.NormType.NORM_INFINITY))
-        extent = max(extent, u.norm(PETSc.NormType.NORM_INFINITY))
+        moved.append(increment.norm(PETSc.NormType.NORM_INFINITY))
+        far.append(u.norm(PETSc.NormType.NORM_INFINITY))
     _correct_multipliers(blocks)
     dq, dT, *_ = system.rigid_model.split(blocks.on_all_ranks(dr))
     start = np.concatenate([np.zeros(0), *(b.coordinates for b in system.rigid_bodies)])
     state.q = state.q - dq
     state.angles = state.angles - dT
-    size = max(size, float(np.max(np.abs(dq), initial=0.0)))
-    extent = max(extent, float(np.max(np.abs(state.q - start), initial=0.0)), SMALLEST_EXTENT)
-    return size, extent
+    moved.append(np.max(np.abs(dq), initial=0.0))
+    far.append(np.max(np.abs(state.q - start), initial=0.0))
+    return float(np.max(moved)), float(np.max(far))  # not a number if one of them is none
 
 
 def _correct_multipliers(blocks: EquilibriumBlocks) -> None:
