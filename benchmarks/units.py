@@ -20,6 +20,7 @@ from problem import Problem, parse_size, prepare
 
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 
@@ -46,12 +47,12 @@ def measure_units(problem):
         state, spare = spare, state
 
     (block,), (coupling,) = system.flexible_models, system.coupling_blocks
-    du, R = block.new_vector(), block.new_vector()
-    block.begin(state.u[0], state.v[0], problem.dt, np.zeros(3))
-    residual = shortest(lambda: block.residual(du, R))
-    block.assemble_tangent(du)
-    block.tangent.zeroRowsColumns(coupling.dofs.astype(PETSc.IntType), 1.0)
-    factor = SymmetricFactor(block.tangent, "tfx_free_")
+    du, R, body = block.new_vector(), block.new_vector(), FlexibleStep(block)
+    body.begin(state.u[0], state.v[0], problem.dt, np.zeros(3))
+    residual = shortest(lambda: body.residual(du, R))
+    body.assemble_tangent(du)
+    body.tangent.zeroRowsColumns(coupling.dofs.astype(PETSc.IntType), 1.0)
+    factor = SymmetricFactor(body.tangent, "tfx_free_")
     factor.update()
     solve = shortest(lambda: factor.solve(R, du))
     factor.destroy()

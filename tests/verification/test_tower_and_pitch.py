@@ -24,8 +24,8 @@ from turbine_fenicsx.turbine.channels import (
     openfast_channels,
 )
 from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
-from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.run import restart_case, run_case
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.tower import build_tower
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1

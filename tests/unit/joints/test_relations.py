@@ -182,9 +182,7 @@ def test_equilibrium_knows_of_gears():
     """A torque on one rotor and a spring on the other: M = i c phi."""
     ratio, c, M = -3.0, 2.0, 1.2
     parts = [*two_rotors(), gear_pair("gear", "SLOW", "FAST", ratio), JointSpring("s", "FAST", c)]
-    state = equilibrium(
-        MultibodySystem(MPI.COMM_WORLD, [*parts, JointTorque("SLOW", Constant(M))])
-    )
+    state = equilibrium(MultibodySystem(MPI.COMM_WORLD, [*parts, JointTorque("SLOW", Constant(M))]))
     assert state.angles[1] == pytest.approx(M / (ratio * c), rel=1e-12)
     assert state.angles[0] == pytest.approx(state.angles[1] / ratio, rel=1e-12)
     assert -state.multipliers[-1] == pytest.approx(c * state.angles[1], rel=1e-12)
@@ -250,8 +248,10 @@ def test_relations_that_depend_on_each_other_are_refused_by_name():
     gear = gear_pair("gear", "SLOW", "FAST", 2.0)
     words = " depends on the joints and the other relations of joint coordinates"
     refused([gear, gear_pair("back", "FAST", "SLOW", 0.5)], "'back'" + words)
-    refused([gear, gear_pair("other", "SLOW", "FAST", 3.0), PrescribedMotion("SLOW", Constant(0.0))],
-            "'motion of SLOW'" + words)
+    refused(
+        [gear, gear_pair("other", "SLOW", "FAST", 3.0), PrescribedMotion("SLOW", Constant(0.0))],
+        "'motion of SLOW'" + words,
+    )
     MultibodySystem(MPI.COMM_WORLD, [*two_rotors(), gear, gear_pair("lock", "SLOW", "FAST", 3.0)])
 
 

@@ -145,9 +145,7 @@ def test_a_soft_half_bends_and_energy_is_conserved(comm):
     shear = cell_field(cells, lambda X: np.where(X[:, 0] < 1.0, 3e4, 3e3))
     density = cell_field(cells, lambda X: np.where(X[:, 0] < 1.0, 800.0, 200.0))
     law = StVenantKirchhoff(1e4, shear)
-    results = [
-        swing(clamped(comm, cells, law, density), linear_solver=p) for p in ("frozen", "lu")
-    ]
+    results = [swing(clamped(comm, cells, law, density), linear_solver=p) for p in ("frozen", "lu")]
     for numbers, _ in results:
         assert abs(numbers[-1]) < 1e-9 * numbers[1]
     assert np.allclose(results[0][1], results[1][1], rtol=0, atol=1e-9)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from dolfinx import fem, mesh
 from small_body import (
-    DENSITY,
     EPS,
     FRAME,
     GRAVITY,
