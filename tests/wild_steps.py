@@ -9,7 +9,7 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 DT, T0 = 0.05, 0.4
 
 
-def loaded(machine, form="regular", **options):
+def loaded(machine, **options):
     m = machine(spin=2.0, **options)
     loads = [Gravity(), JointTorque("rotor", Hat(5.0)), JointTorque("yaw", Hat(-2.0))]
     return m.system(*loads)
@@ -44,9 +44,9 @@ def wild_unknowns(step, seed=10, sizes=(0.02, 0.1, 0.1)):
     return x
 
 
-def begun(system, seed=0):
+def begun(system, seed=0, form="regular"):
     """A step begun from a wild state, with wild unknowns."""
-    step, state = EnergyMomentumStep(system), wild_state(system, seed)
+    step, state = EnergyMomentumStep(system, angle_form=form), wild_state(system, seed)
     step.begin(state, DT)
     x = wild_unknowns(step)
     x.copy(step.x)

@@ -12,6 +12,7 @@ from turbine_fenicsx.linear_solvers import substructures
 from turbine_fenicsx.linear_solvers.substructures import Substructures, interface_rows, worthwhile
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
 pytestmark = pytest.mark.skipif(
     not PETSc.Sys.hasExternalPackage("suitesparse"), reason="this PETSc has no CHOLMOD"
@@ -23,11 +24,11 @@ def stiffness(comm, layers=32, width=2, length=8.0):
     corners = [np.zeros(3), np.array([1.0, 1.0, length])]
     mesh = create_box(comm, corners, [width, width, layers], cell_type=CellType.hexahedron)
     block = FlexibleModel(FlexibleBody("bar", mesh, StVenantKirchhoff(1e9, 1e9), 1e3))
-    rest = block.new_vector()
-    block.begin(rest, rest, 0.02, np.zeros(3))
-    block.assemble_tangent(rest)
-    block.tangent.setOption(PETSc.Mat.Option.SPD, True)
-    return block.tangent, np.repeat(block.positions[:, 2], 3)
+    step, rest = FlexibleStep(block), block.new_vector()
+    step.begin(rest, rest, 0.02, np.zeros(3))
+    step.assemble_tangent(rest)
+    step.tangent.setOption(PETSc.Mat.Option.SPD, True)
+    return step.tangent, np.repeat(block.positions[:, 2], 3)
 
 
 def interface_of(A, z):

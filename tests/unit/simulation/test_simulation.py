@@ -9,6 +9,7 @@ from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import StepFailure
 from turbine_fenicsx.turbine.summary import Statistics
@@ -179,11 +180,12 @@ def test_a_step_that_cannot_be_halved_any_further_ends_the_run_in_words(rotor):
 
 def test_a_real_failure_ends_the_run_too(rotor):
     options = SolverOptions(linear_solver="lu", max_iterations=1)
+    stepper = EnergyMomentum(rotor, options=options)
     with pytest.raises(
         StepFailure,
         match=r"still too large after .* iteration.*not halved below .*: try a smaller time.step",
     ):
-        Simulation(rotor, 0.02, 0.06, options=options, smallest_step=0.5).run()
+        Simulation(rotor, 0.02, 0.06, stepper=stepper, smallest_step=0.5).run()
 
 
 def test_observers_are_finished_when_one_of_them_fails(rotor):

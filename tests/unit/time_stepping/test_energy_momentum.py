@@ -61,7 +61,7 @@ def test_unknowns_are_displacements_then_couplings_then_the_rigid_part(comm, mac
 def test_nested_tangent_agrees_with_finite_differences_of_the_residual(
     machine, form, cell, degree, law
 ):
-    step, _ = begun(loaded(machine, form, cell=cell, degree=degree, law=law))
+    step, _ = begun(loaded(machine, cell=cell, degree=degree, law=law), form=form)
     step.tangent(step.x)
     direction, h = wild_unknowns(step, seed=20, sizes=(1.0, 1.0, 1.0)), 1e-6
     exact = step.new_nested_vector()
@@ -102,8 +102,8 @@ def test_rows_of_constraints_are_their_values_at_the_end_of_the_step(machine):
 def test_residual_along_the_unknowns_is_the_balance_of_energy(machine, form, cell, degree, law):
     """X . R = dt^2/2 (H_{n+1} - H_n - work) + multipliers . (constraints_{n+1} - constraints_n),
     for any X: where R = 0 and the constraints hold, energy changes by the work alone."""
-    system = loaded(machine, form, cell=cell, degree=degree, law=law)
-    step, state = begun(system)
+    system = loaded(machine, cell=cell, degree=degree, law=law)
+    step, state = begun(system, form=form)
     after = state.copy()
     works, _ = step.finish(after)
     work = works.sum()
