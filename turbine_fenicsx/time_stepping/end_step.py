@@ -204,9 +204,11 @@ class FlexibleEnd:
         _compat.assemble_matrix(self.tangent, self._tangent)
 
     def assemble_at_rest(self) -> None:
-        """Assemble the tangent for du = 0."""
-        self._du.x.array[:] = 0.0
+        """Assemble the tangent for du = 0 and w = 0."""
+        w = self._w.x.array.copy()
+        self._du.x.array[:] = self._w.x.array[:] = 0.0
         _compat.assemble_matrix(self.tangent, self._tangent)
+        self._w.x.array[:] = w
 
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the inertia and gravity terms of R_u."""
@@ -299,11 +301,12 @@ class EndStep(NestedStep):
         """Assemble A_uu of a body at t_n for du = 0."""
         self._flexible[body].assemble_at_rest()
 
-    def write_state(self, velocities: Array, out: State) -> tuple[Array, Array]:
+    def write_state(self, velocities: Array, drives: Array, out: State) -> tuple[Array, Array]:
         """Write the state at t_{n+1}; returns works and losses by the midpoint rule. Collective.
 
         Args:
             velocities: Velocities at t_{n+1}, laid out like `EndScheme.p`.
+            drives: Multipliers of the relations of joint coordinates at t_n.
             out: The state.
         """
         state, data, model = self.start.state, self.rigid_data, self.system.rigid_model
@@ -323,10 +326,10 @@ class EndStep(NestedStep):
         load_q, load_T = self.system.forces_by_load(middle.middle)
         for f in self._flexible:
             f.set_middle(middle)
-        pi_0, pi_1 = (x[x.size - model.n_relations :] for x in (state.multipliers, out.multipliers))
+        drives_1 = out.multipliers[out.multipliers.size - drives.size :]
         return self.sum_works(
             np.asarray(load_q @ dq + load_T @ dT),
             model.element_works(data.y, data.y + r[:n], middle),
             du,
-            -0.5 * (pi_0 + pi_1) * (model.S @ dT),
+            -0.5 * (drives + drives_1) * (model.S @ dT),
         )

@@ -63,11 +63,13 @@ class Accelerations:
         time: The time [s].
         algorithmic: a.
         true: v'; without meaning for joint coordinates, which have no mass.
+        drives: Multipliers of the relations of joint coordinates.
     """
 
     time: float
     algorithmic: Array
     true: Array
+    drives: Array
 
 
 class GeneralisedAlphaStep(EndStep):
@@ -118,16 +120,20 @@ class GeneralisedAlphaStep(EndStep):
         known = dt * v + dt * dt * (0.5 - c.beta) * now.algorithmic
         a = (dy - known) / (c.beta * dt * dt)
         true = (dy - self._scheme.p) / self._scheme.s
-        self.ends = [now, Accelerations(state.time + dt, a, true)]
-        return self.write_state(dy / self._scheme.r + self._scheme.w, out)
+        done = self.write_state(dy / self._scheme.r + self._scheme.w, now.drives, out)
+        drives = out.multipliers[out.multipliers.size - now.drives.size :]
+        self.ends = [now, Accelerations(state.time + dt, a, true, drives)]
+        return done
 
     def _find_accelerations(self, state: State, dt: float) -> Accelerations:
-        """Accelerations of the motion from a state, M v' + D^T lambda = F and D v' = -D' v.
+        """Accelerations of the motion from a state, M v' + D^T lambda = F and D v' = -D' v + p''.
 
         They are the increments over s of a step that is too short for anything to move.
         """
         v = self.velocities(state)
         self.begin_scheme(state, dt, state.time, EndScheme(EARLY, np.inf, np.zeros(v.size), v))
+        model, p = self.system.rigid_model, self.system.relation_values
+        driven = (p(state.time + 2.0 * dt) - 2.0 * p(state.time + dt) + p(state.time)) / dt**2
         x, zero, R = self.new_nested_vector(), self.new_nested_vector(), self.residual_vector
         self.residual(zero, R)
         _, R_c, R_r = self.split(R)
@@ -136,14 +142,16 @@ class GeneralisedAlphaStep(EndStep):
         if self.n_r:
             y, y_dot = self.rigid_data.y, self.split_flat(v)[-1]
             R_r.array[y.size :] = EARLY * self._curvature(y, y_dot)
+            R_r.array[y.size + model.n_constraints + model.n_angles :] -= EARLY * driven
         solver = Elimination(self, "initial_")
         solver.update(zero)
         solver.solve(R, x)
         solver.destroy()
         a = -self.increments(x) / EARLY
+        *_, drives = model.split(-self.on_all_ranks(self.split(x)[2]) / EARLY)
         x.destroy()
         zero.destroy()
-        return Accelerations(state.time, a, a)
+        return Accelerations(state.time, a, a, drives)
 
     def _curvature(self, y: Array, v: Array) -> Array:
         """D' v, the acceleration of the constraints along a motion without acceleration.
@@ -190,7 +198,7 @@ class GeneralisedAlpha(NewtonStepper):
         """What later steps depend on apart from the state: the accelerations, too."""
         data = super().save()
         for end in self._equations.ends[-1:]:
-            saved = RestartData({"time": end.time})
+            saved = RestartData({"time": end.time}, {"drives": end.drives})
             for name, values in (("algorithmic", end.algorithmic), ("true", end.true)):
                 *bodies, saved.arrays[name] = self._equations.split_flat(values)
                 saved.nodal[name] = tuple(x.reshape(-1, 3) for x in bodies)
@@ -199,14 +207,16 @@ class GeneralisedAlpha(NewtonStepper):
 
     def restore(self, data: RestartData) -> None:
         """Go on like the stepper that saved this."""
+        super().restore(data)
         saved = data.part("accelerations")
         self._equations.ends = []
         if saved:
-            values = [
+            algorithmic, true = (
                 np.concatenate(
                     [*(x.ravel() for x in saved.nodal.get(name, ())), saved.arrays[name]]
                 )
                 for name in ("algorithmic", "true")
-            ]
-            self._equations.ends = [Accelerations(saved.numbers["time"], *values)]
-        super().restore(data)
+            )
+            time, drives = saved.numbers["time"], saved.arrays["drives"]
+            now = Accelerations(time, algorithmic, true, drives)
+            self._equations.ends = [now]
