@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from dolfinx.mesh import Mesh
+from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
-from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 CELLS = ("hexahedron", "tetrahedron")
 """Cells that a mesh may have."""
@@ -41,11 +42,11 @@ class FlexibleBody:
     """
 
     name: str
-    mesh: Any
+    mesh: Mesh
     material: Material
-    density: Any
+    density: Scalar
     degree: int = 1
-    fibre: Any = None
+    fibre: Expr | None = None
     velocity: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat, Ramp
@@ -44,7 +46,7 @@ class RootRings:
         for k, (azimuth, sign) in enumerate(zip(AZIMUTHS, PITCH_SIGNS, strict=True)):
             R = rotation_about(E3, azimuth)
             span = R @ E2
-            centre = hub.position + self.radius * span
+            centre = np.asarray(hub.position) + self.radius * span
             ring = RigidBody(f"ring_{k + 1}", self.inertia.mass, self.inertia.euler, centre, R)
             rings.append(ring)
             bearings.append(

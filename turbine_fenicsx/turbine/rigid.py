@@ -59,7 +59,7 @@ def rigid_turbine(p: TurbineParameters, support: RigidBody | None = None) -> lis
                 f"blade_{k}",
                 p.blade.mass,
                 p.blade.euler,
-                position=hub.position + arm * span,
+                position=np.asarray(hub.position) + arm * span,
                 directors=R,
             )
         )
