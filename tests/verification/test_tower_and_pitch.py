@@ -17,15 +17,12 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.tables import TowerCase
-from turbine_fenicsx.turbine.channels import (
-    BladeSensors,
-    TowerSensors,
-    blade_axes,
-    openfast_channels,
-)
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout, solver_options
+from turbine_fenicsx.turbine.channels import turbine_channels
+from turbine_fenicsx.turbine.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.model import assemble, build_turbine, solver_options
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run import restart_case, run_case
-from turbine_fenicsx.turbine.tower import build_tower
+from turbine_fenicsx.turbine.tower import Tower
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1
 FEATHER = {"bearings": True, "drive": "prescribed", "angle": ANGLE, "start": 0.03, "duration": 0.2}
@@ -44,18 +41,14 @@ class Watch(Record):
     def __init__(self, case):
         super().__init__()
         self.turbine = turbine = build_turbine(case, comm)
-        self.out = openfast_channels(
-            turbine, BladeSensors(case, turbine), TowerSensors(case, turbine)
-        )
+        self.out = turbine_channels(turbine, stress=False).openfast
         self.columns = [name for channel in self.out for name in channel.columns]
         system = turbine.system
         self.moment = []  # sum of m x of everything
         self.rows, self.base, self.roots = [], [], []
-        self.foot = Reactions(system, [Reaction(turbine.tower.foot, (0, 0, 0))])
-        places = [np.asarray(root.rigid.position) for root in turbine.roots]
-        self.root_loads = Reactions(
-            system, [Reaction(c, x) for c, x in zip(turbine.roots, places, strict=True)]
-        )
+        self.foot = Reactions(system, [Reaction(turbine.part("tower_foot"), (0, 0, 0))])
+        roots = [turbine.part(f"root_{k}") for k in (1, 2, 3)]
+        self.root_loads = Reactions(system, [Reaction(c, c.rigid.position) for c in roots])
 
     def observe(self, s):
         super().observe(s)
@@ -121,7 +114,7 @@ def test_blades_turn_to_the_prescribed_angle_and_stay(watch):
 
 def test_feathering_turns_the_leading_edges_upwind(watch):
     """And the frames of root loads and tip deflections with them."""
-    layout, hub = rotor_layout(BOTH), watch.directors("hub")
+    layout, hub = plan_rotor(BOTH).layout, watch.directors("hub")
     for k in (1, 2, 3):
         x, y, span = blade_axes(layout.frame(k)[0], E3)
         ring = watch.directors(f"ring_{k}")
@@ -134,7 +127,7 @@ def test_feathering_turns_the_leading_edges_upwind(watch):
 
 
 def test_root_loads_are_those_in_axes_that_turn_with_the_ring(watch):
-    layout = rotor_layout(BOTH)
+    layout = plan_rotor(BOTH).layout
     for k in (1, 2, 3):
         d = watch.directors(f"ring_{k}")
         U, _, V = np.linalg.svd(0.5 * (d[1:] + d[:-1]))
@@ -165,8 +158,8 @@ def test_base_loads_and_weight_change_all_momenta(watch):
 
 
 def test_tower_channels_are_the_motion_of_the_top_and_the_loads_at_the_foot(watch):
-    tower, height = watch.turbine.tower, BOTH.tower.height
-    first = watch.turbine.system.first_coordinate[tower.top]
+    turbine, height = watch.turbine, BOTH.tower.height
+    first = turbine.system.first_coordinate[turbine.part("tower_top")]
     top = watch.q[:, first : first + 3] @ TOWER_FRAME.T
     found = np.stack([watch.column(f"TTDsp{name}_[m]") for name in ("FA", "SS", "Ax")], axis=1)
     assert np.array_equal(found, top)
@@ -210,7 +203,7 @@ def test_rigid_blades_on_a_flexible_tower_conserve_too():
     data = {"turbine": {"model": "rigid"}, "tower": TOWER, "loads": LOADS, "pitch": FEATHER}
     case = Case.parse({**data, "pitch": FEATHER | {"bearings": False}})
     turbine = build_turbine(case, comm)
-    assert len(turbine.surfaces) == 5 and turbine.mesh is None
+    assert len(turbine.surfaces()) == 5 and list(turbine.meshes) == ["tower"]
     r = run(turbine.system, STEP, END, **case.solver.model_dump())
     scale = np.max(r.kinetic) + np.max(r.strain)
     assert np.max(np.abs(r.energy_error)) < 1e-11 * scale
@@ -251,8 +244,8 @@ def test_tower_bends_and_sways_like_a_beam(poisson, tolerance):
         top_mass=3e5,
         top_euler=(100.0, 100.0, 100.0),
     )
-    tower = build_tower(t, comm)
-    system = MultibodySystem(comm, [*tower.parts, Gravity((0.0, 0.0, 0.1))])
+    parts = assemble(Case(tower=t), [Tower()], comm).parts
+    system = MultibodySystem(comm, [*parts, Gravity((0.0, 0.0, 0.1))])
     static, frequency = beam(t)
     period = 2.0 * pi / frequency
     dt = period / 60

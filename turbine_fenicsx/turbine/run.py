@@ -25,47 +25,22 @@ from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.folder_lock import claimed
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
-from turbine_fenicsx.simulation.observers.history import (
-    Channel,
-    History,
-    angle_channel,
-    energy_channel,
-    numerics_channel,
-    work_channel,
-)
+from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
-from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.channels import (
-    CONVENTIONS,
-    BladeSensors,
-    TowerSensors,
-    openfast_channels,
-)
+from turbine_fenicsx.turbine.channels import CONVENTIONS, turbine_channels
+from turbine_fenicsx.turbine.component import Component, Turbine
 from turbine_fenicsx.turbine.energy_check import verdict
-from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine, solver_options
+from turbine_fenicsx.turbine.model import build_turbine, solver_options
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import changed_case, label_case
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
-
-
-def channels(
-    turbine: Turbine, sensors: Iterable[BladeSensors | TowerSensors], stress: bool
-) -> list[Channel]:
-    """Columns of ``history.csv`` from left to right."""
-    system = turbine.system
-    found = [energy_channel(), angle_channel(system)]
-    for sensor in sensors:
-        found += sensor.history_channels()
-    if system.flexible_bodies and stress:
-        found.append(stress_channel(system))
-    return [*found, work_channel(system), numerics_channel()]
 
 
 def run_case(
@@ -78,6 +53,7 @@ def run_case(
     resume: bool = False,
     force: bool = False,
     overwrite: bool = False,
+    components: Iterable[Component] | None = None,
 ) -> dict[str, Any]:
     """Run a case and write everything into a folder.
 
@@ -94,6 +70,7 @@ def run_case(
         resume: Whether to go on from the last checkpoint in the folder.
         force: Whether to go on even if the memory of the machine seems too small.
         overwrite: Whether the results of an earlier run in the folder may be replaced.
+        components: What the turbine is made of from the ground up; `list_components` if None.
 
     Returns:
         The summary, on every rank.
@@ -113,7 +90,7 @@ def run_case(
             on_rank0(comm, lambda: _refuse_to_overwrite(folder))
         open_folder.enter_context(logging_to(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
-        turbine = build_turbine(case, comm)
+        turbine = build_turbine(case, comm, components)
         labels = on_rank0(comm, lambda: label_case(case))
         checkpoints = Checkpoints(
             turbine.system,
@@ -206,21 +183,21 @@ def _prepare(
     """Make the simulation; nothing is written yet."""
     end, every, system = case.time.end, case.output.fields_every, turbine.system
     comm, statistics = system.comm, Statistics()
-    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
     stress = every > 0.0 or resume  # a run that goes on keeps its columns
+    channels = turbine_channels(turbine, stress)
     watching: list[Observer] = [
         statistics,
-        History(comm, folder / "history.csv", channels(turbine, sensors, stress)),
+        History(comm, folder / "history.csv", channels.history),
         OpenFastOutput(
             comm,
             folder / "history.out",
-            openfast_channels(turbine, *sensors),
+            channels.openfast,
             case.title,
             CONVENTIONS,
         ),
     ]
     if every > 0.0:
-        parts = turbine.surfaces, turbine.parts, PART_NAMES
+        parts = turbine.surfaces(), turbine.parts_of_cells(), turbine.part_names()
         watching.append(Fields(system, folder / "fields.xdmf", every, end, *parts))
     watching += [Progress(comm, end, progress), StepLog(), *observers]
     simulation = Simulation(

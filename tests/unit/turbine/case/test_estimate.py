@@ -14,8 +14,9 @@ from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_options
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.machine import machine_memory
-from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, build_turbine, mesh_options
+from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_mesh
+from turbine_fenicsx.turbine.rotor_plan import ROOTS, plan_rotor
 from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.summary import unknowns
 
@@ -25,7 +26,7 @@ def expected(data):
     case = Case.parse(data)
     size = None
     if case.turbine.model == "hybrid":
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+        size = plan_rotor(case).size
     return estimate(case, size)
 
 
@@ -70,7 +71,8 @@ def test_unknowns_of_a_mesh_that_exists_are_counted(comm, cell, degree):
 @pytest.mark.parametrize("fineness", [{}, {"size": 0.8}, {"elements": (1, 1, 6)}])
 def test_numbers_of_tetrahedra_are_known_roughly(fineness):
     case = Case.parse({"mesh": {"cell": "tetrahedron"} | fineness})
-    options, blade = mesh_options(case), blade_geometry(case)
+    plan = plan_rotor(case)
+    options, blade = plan.options, plan.blade
     mesh = rotor_arrays(blade, RotorLayout(), MeshOptions("tetrahedron", **fineness))
     for degree in (1, 2):
         counted = size_of_arrays(mesh, ROOTS, degree)
