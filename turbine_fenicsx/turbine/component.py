@@ -97,6 +97,11 @@ class Turbine(Assembly):
     system: MultibodySystem
     numbers: dict[str, int]
 
+    @property
+    def component_names(self) -> str:
+        """What it is made of, in words."""
+        return ", ".join(type(component).__name__ for component in self.components)
+
     def surfaces(self) -> list[RigidSurface]:
         """Surfaces of all rigid parts, for pictures."""
         return [surface for c in self.components for surface in c.surfaces(self)]

@@ -91,29 +91,8 @@ def run_case(
         open_folder.enter_context(logging_to(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm, components)
-        labels = on_rank0(comm, lambda: label_case(case))
-        checkpoints = Checkpoints(
-            turbine.system,
-            folder / "checkpoints",
-            labels,
-            case.output.checkpoint_every,
-            case.output.checkpoint_wall_time,
-        )
-        simulation, statistics = _prepare(
-            case, turbine, folder, checkpoints, resume, progress, observers, stop
-        )
-        data = checkpoints.load(simulation.observers) if resume else None
-        if data is None:
-            _empty_folder(folder, comm, checkpoints)
-        _write_case(case, folder, comm)
-        timing.start()
-        start = time.perf_counter()
-        simulation.run(data)
-        seconds = time.perf_counter() - start
-        result = summary(turbine, statistics, seconds, simulation)
-        result[names.INTERRUPTED] = simulation.stopped
-        _write_summary(result, folder, comm)
-    return result
+        watching: list[Observer] = [Progress(comm, case.time.end, progress), StepLog(), *observers]
+        return _run(case, turbine, folder, resume, watching, stop)
 
 
 def restart_case(
@@ -123,6 +102,8 @@ def restart_case(
     progress: str = "auto",
     stop: Callable[[], bool] | None = None,
     force: bool = False,
+    observers: Iterable[Observer] = (),
+    components: Iterable[Component] | None = None,
 ) -> tuple[Case, dict[str, Any]]:
     """Go on with a run from its last checkpoint.
 
@@ -133,6 +114,8 @@ def restart_case(
         progress: As in `run_case`.
         stop: As in `run_case`.
         force: As in `run_case`.
+        observers: As in `run_case`; those of the run.
+        components: As in `run_case`; those of the run.
 
     Returns:
         The case and the summary.
@@ -143,7 +126,53 @@ def restart_case(
         StepFailure: as in `run_case`.
     """
     case = on_rank0(comm, lambda: changed_case(Path(out), list(overrides)))
-    return case, run_case(case, out, comm, progress, stop=stop, resume=True, force=force)
+    result = run_case(
+        case,
+        out,
+        comm,
+        progress,
+        observers,
+        stop,
+        resume=True,
+        force=force,
+        components=components,
+    )
+    return case, result
+
+
+def _run(
+    case: Case,
+    turbine: Turbine,
+    folder: Path,
+    resume: bool,
+    watching: list[Observer],
+    stop: Callable[[], bool] | None,
+) -> dict[str, Any]:
+    """Run a turbine in a folder that is locked; the summary."""
+    comm, statistics = turbine.comm, Statistics()
+    checkpoints = _checkpoints(case, turbine, folder)
+    simulation = Simulation(
+        turbine.system,
+        case.time.step,
+        case.time.end,
+        [statistics, *_outputs(case, turbine, folder, resume), *watching],
+        solver_options(case),
+        step_error=_step_error(case, comm),
+        checkpoints=checkpoints,
+        stop=stop,
+    )
+    data = checkpoints.load(simulation.observers) if resume else None
+    if data is None:
+        _empty_folder(folder, comm, checkpoints)
+    _write_case(case, folder, comm)
+    timing.start()
+    start = time.perf_counter()
+    simulation.run(data)
+    seconds = time.perf_counter() - start
+    result = summary(turbine, statistics, seconds, simulation)
+    result[names.INTERRUPTED] = simulation.stopped
+    _write_summary(result, folder, comm)
+    return result
 
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
@@ -170,47 +199,35 @@ def _refuse_to_overwrite(folder: Path) -> None:
         )
 
 
-def _prepare(
-    case: Case,
-    turbine: Turbine,
-    folder: Path,
-    checkpoints: Checkpoints,
-    resume: bool,
-    progress: str,
-    observers: Iterable[Observer],
-    stop: Callable[[], bool] | None,
-) -> tuple[Simulation, Statistics]:
-    """Make the simulation; nothing is written yet."""
-    end, every, system = case.time.end, case.output.fields_every, turbine.system
-    comm, statistics = system.comm, Statistics()
+def _checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
+    """Checkpoints of a run, which others can only go on with if they agree with it."""
+    labels = on_rank0(turbine.comm, lambda: label_case(case))
+    labels["list of components"] = turbine.component_names
+    output = case.output
+    return Checkpoints(
+        turbine.system,
+        folder / "checkpoints",
+        labels,
+        output.checkpoint_every,
+        output.checkpoint_wall_time,
+    )
+
+
+def _outputs(case: Case, turbine: Turbine, folder: Path, resume: bool) -> list[Observer]:
+    """Observers that write time series and fields; they open no file yet."""
+    comm, every = turbine.comm, case.output.fields_every
     stress = every > 0.0 or resume  # a run that goes on keeps its columns
     channels = turbine_channels(turbine, stress)
-    watching: list[Observer] = [
-        statistics,
+    out = folder / "history.out"
+    found: list[Observer] = [
         History(comm, folder / "history.csv", channels.history),
-        OpenFastOutput(
-            comm,
-            folder / "history.out",
-            channels.openfast,
-            case.title,
-            CONVENTIONS,
-        ),
+        OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
     if every > 0.0:
-        parts = turbine.surfaces(), turbine.parts_of_cells(), turbine.part_names()
-        watching.append(Fields(system, folder / "fields.xdmf", every, end, *parts))
-    watching += [Progress(comm, end, progress), StepLog(), *observers]
-    simulation = Simulation(
-        system,
-        case.time.step,
-        end,
-        watching,
-        solver_options(case),
-        step_error=_step_error(case, comm),
-        checkpoints=checkpoints,
-        stop=stop,
-    )
-    return simulation, statistics
+        path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())
+        names_of_parts = turbine.part_names()
+        found.append(Fields(turbine.system, path, every, case.time.end, *parts, names_of_parts))
+    return found
 
 
 def _empty_folder(folder: Path, comm: MPI.Intracomm, checkpoints: Checkpoints) -> None:

@@ -143,7 +143,7 @@ def summary(
     mass = masses(turbine)
     return {
         names.VERSIONS: versions(),
-        "components": ", ".join(type(c).__name__ for c in turbine.components),
+        "components": turbine.component_names,
         "ranks": turbine.system.comm.size,
         "unknowns": unknowns(turbine),
         **_mesh_sizes(turbine),
