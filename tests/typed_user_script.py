@@ -176,6 +176,31 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     return assert_type(assert_type(run, tfx.Simulation).run(), tfx.Snapshot)
 
 
+class Generator(tfx.Component):
+    """A disc on the hub and its speed."""
+
+    def parts(self, assembly: tfx.Assembly) -> list[tfx.RigidBody | tfx.Revolute]:
+        hub = assembly.part("hub")
+        disc = tfx.RigidBody("disc", 1e3, (1e6, 1e6, 1e6), hub.position)
+        return [disc, tfx.Revolute("shaft", hub, disc, hub.position, (0.0, 0.0, 1.0))]
+
+    def channels(self, turbine: tfx.Turbine) -> tfx.Channels:
+        speed = tfx.Channel(("speed_[rad/s]",), lambda s: [float(s.state.angle_rates[-1])])
+        return assert_type(tfx.Channels(history=[speed]), tfx.Channels)
+
+
+def turbine(comm: MPI.Intracomm, folder: Path) -> None:
+    """A turbine with a component of one's own, and the same run as one that goes on."""
+    table = {"turbine": {"model": "rigid"}, "time": {"end": 0.04}, "output": {"fields_every": 0.0}}
+    case = tfx.Case.parse(table)
+    components = assert_type(tfx.list_components(case), list[tfx.Component])
+    components.append(Generator())
+    assert_type(tfx.build_turbine(case, comm, components), tfx.Turbine)
+    print(len(tfx.run_case(case, folder / "out", comm, "none", components=components)))
+    more = tfx.restart_case(folder / "out", comm, ["time.end=0.08"], "none", components=components)
+    assert_type(more[0], tfx.Case)
+
+
 def main(folder: Path) -> None:
     """Run all of it."""
     comm: MPI.Intracomm = MPI.COMM_WORLD
@@ -184,6 +209,7 @@ def main(folder: Path) -> None:
     print(joints(a, b), len(forces(a, b, beam(comm)[0])))
     case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
+    turbine(comm, folder)
     try:
         tfx.JointSpring("spring", "hinge", -1.0)
     except tfx.ModelError as error:
