@@ -72,6 +72,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.simulation.observers.points import point_channel as point_channel
     from turbine_fenicsx.simulation.simulation import Simulation as Simulation
     from turbine_fenicsx.simulation.snapshot import Snapshot as Snapshot
+    from turbine_fenicsx.system.body_fields import BodyFields as BodyFields
     from turbine_fenicsx.system.restart_data import RestartData as RestartData
     from turbine_fenicsx.system.start import initial_motion as initial_motion
     from turbine_fenicsx.system.state import State as State
@@ -98,6 +99,7 @@ _PUBLIC = {
     "Assembly": "turbine.component",
     "Balance": "system.system",
     "BladeGeometry": "meshing",
+    "BodyFields": "system.body_fields",
     "Case": "turbine.case.case",
     "Channel": "simulation.observers.history",
     "Channels": "turbine.component",

@@ -8,6 +8,8 @@ from typing import Any, Protocol, runtime_checkable
 import ufl
 from ufl.core.expr import Expr
 
+from turbine_fenicsx.materials.kinematics import right_cauchy_green
+
 
 @runtime_checkable
 class Material(Protocol):
@@ -55,3 +57,8 @@ def second_piola_kirchhoff(energy: Callable[[Expr], Expr], C: Expr) -> Expr:
     """S = 2 dW/dC, symmetric, shape (3, 3) [Pa]."""
     C = ufl.variable(C)
     return 2.0 * ufl.sym(ufl.diff(energy(C), C))
+
+
+def cauchy_stress(energy: Callable[[Any], Any], F: Any) -> Any:
+    """Sigma = F S F^T / det F with S = 2 dW/dC at C = F^T F, shape (3, 3) [Pa]."""
+    return F * second_piola_kirchhoff(energy, right_cauchy_green(F)) * F.T / ufl.det(F)
