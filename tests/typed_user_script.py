@@ -170,6 +170,9 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
         restartable,
     ]
     checkpoints = assert_type(tfx.Checkpoints(system, folder / "checkpoints"), tfx.Checkpoints)
+    fields = assert_type(tfx.BodyFields(system, body, degree=1), tfx.BodyFields)
+    fields.update(at_rest)
+    assert_type(fields.stress, fem.Function)
     run = tfx.Simulation(
         system, 0.01, 0.02, observers, options, checkpoints=checkpoints, start=swinging
     )

@@ -59,6 +59,6 @@ def second_piola_kirchhoff(energy: Callable[[Expr], Expr], C: Expr) -> Expr:
     return 2.0 * ufl.sym(ufl.diff(energy(C), C))
 
 
-def cauchy_stress(energy: Callable[[Any], Any], F: Any) -> Any:
-    """Sigma = F S F^T / det F with S = 2 dW/dC at C = F^T F, shape (3, 3) [Pa]."""
+def cauchy_stress(energy: Callable[[Expr], Expr], F: Expr) -> Expr:
+    """The stress sigma = F S F^T / det F with S = 2 dW/dC at C = F^T F, shape (3, 3) [Pa]."""
     return F * second_piola_kirchhoff(energy, right_cauchy_green(F)) * F.T / ufl.det(F)

@@ -13,6 +13,7 @@ from petsc4py import PETSc
 
 import numpy as np
 from dolfinx import fem
+from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -59,12 +60,12 @@ class BodyFields:
         self._block = system.flexible_blocks[self._index]
         mesh = body.mesh
 
-        def parameter(value: Any) -> Any:
+        def parameter(value: Any) -> Expr:
             if is_field(value):
                 return on_mesh(value, mesh, body.name)
             return fem.Constant(mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
 
-        def energy(C: Any) -> Any:
+        def energy(C: Expr) -> Expr:
             return body.material.strain_energy(C, parameter)
 
         space = _compat.cellwise_space(mesh, (3, 3), degree)
