@@ -79,9 +79,10 @@ def check_not_negative(what: str, value: Any) -> float:
 def check_function(name: str, function: Any) -> None:
     """Raise a TypeError unless a function of time can be called."""
     if not callable(function):
+        example = function if isinstance(function, int | float) else 1.0
         raise TypeError(
-            f"{name!r} needs a function of time, for example Constant({function!r}), "
-            f"but {function!r} is none"
+            f"{name!r} needs a function of time, for example Constant({example!r}), got "
+            f"{describe(function)}"
         )
 
 
@@ -90,7 +91,19 @@ def check_methods(what: str, thing: Any, methods: Sequence[str]) -> None:
     if isinstance(thing, type) or not all(callable(getattr(thing, m, None)) for m in methods):
         *others, last = (f"{name}()" for name in methods)
         needed = f"{', '.join(others)} and {last}" if others else last
-        raise TypeError(f"{what} needs the methods {needed}, but {thing!r} has none")
+        raise TypeError(f"{what} needs the methods {needed}, got {describe(thing)}")
+
+
+def describe(value: Any) -> str:
+    """What was given in place of something else, for messages: its type and its name or value."""
+    if value is None:
+        return "None"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    name = getattr(value, "name", None)
+    text = repr(name if isinstance(name, str) else value)
+    kind = type(value).__name__
+    return f"{kind} {text}" if len(text) <= 60 else f"an object of type {kind}"
 
 
 def _number(value: Any) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 
 
@@ -31,7 +32,7 @@ class PrescribedMotion:
         if not callable(self.motion):
             raise TypeError(
                 f"the prescribed motion of {self.coordinate!r} must be a function of time, "
-                f"got {self.motion!r}"
+                f"got {describe(self.motion)}"
             )
         if not abs(self.motion(0.0)) <= 1e-12:
             raise ModelError(

@@ -10,6 +10,7 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.materials.base import Material, Viscous
 from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
@@ -51,9 +52,15 @@ class KelvinVoigt:
                 **{f"{name}_viscosity": getattr(self, f"{name}_viscosity")},
             )
         if not isinstance(self.elastic, Material):
-            raise TypeError(f"elastic part of a viscous material is no material: {self.elastic!r}")
+            raise TypeError(
+                "the elastic part of a viscous material must be a material, got "
+                f"{describe(self.elastic)}"
+            )
         if isinstance(self.elastic, Viscous):
-            raise TypeError(f"elastic part of a viscous material is viscous: {self.elastic!r}")
+            raise TypeError(
+                "the elastic part of a viscous material must not be viscous itself, got "
+                f"{describe(self.elastic)}"
+            )
 
     @property
     def quadratic(self) -> bool:

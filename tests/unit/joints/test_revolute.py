@@ -139,7 +139,7 @@ def test_angle_changes_sign_with_the_axis_and_with_the_order_of_the_bodies():
 
 
 def test_a_revolute_without_angle_has_none_and_locks_the_same():
-    j = joint(with_angle=False)
+    j = joint(with_coordinates=False)
     assert j.coordinates(*frames(j.bodies)) == {}
     q = np.random.default_rng(9).normal(size=24)
     assert np.array_equal(constraints_of(j).value(q), constraints_of(joint()).value(q))
