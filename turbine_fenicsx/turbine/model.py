@@ -24,7 +24,10 @@ from turbine_fenicsx.turbine.tower import Tower
 
 def solver_options(case: Case) -> SolverOptions:
     """Options of the step solver of a case."""
-    return SolverOptions(**case.solver.model_dump())
+    s = case.solver
+    return SolverOptions(
+        preconditioner=s.linear_solver, tolerance=s.tolerance, max_iterations=s.max_iterations
+    )
 
 
 def list_components(case: Case) -> list[Component]:

@@ -94,11 +94,11 @@ def test_numbers_of_tetrahedra_are_known_roughly(fineness):
         (70713, {}, 0.33),
         (70713, {"tolerance": 1e-8}, 0.24),
         (301725, {}, 1.95),
-        (11025, {"preconditioner": "iterative"}, 0.06),
-        (70713, {"preconditioner": "iterative"}, 0.59),
-        (301725, {"preconditioner": "iterative"}, 3.2),
-        (11025, {"preconditioner": "lu"}, 0.6),
-        (70713, {"preconditioner": "lu"}, 11.0),
+        (11025, {"linear_solver": "iterative"}, 0.06),
+        (70713, {"linear_solver": "iterative"}, 0.59),
+        (301725, {"linear_solver": "iterative"}, 3.2),
+        (11025, {"linear_solver": "lu"}, 0.6),
+        (70713, {"linear_solver": "lu"}, 11.0),
     ],
 )
 def test_step_takes_what_was_measured_within_a_factor_of_two(displacements, solver, seconds):
@@ -145,13 +145,13 @@ def test_several_ranks_take_more_memory_and_less_time():
 
 
 def test_solver_is_named_and_too_little_memory_is_told():
-    assert hexahedra(1000)().preconditioner == "frozen"
-    assert hexahedra(3_000_000)().preconditioner == "iterative"
-    assert hexahedra(1000)(preconditioner="lu").preconditioner == "lu"
+    assert hexahedra(1000)().linear_solver == "frozen"
+    assert hexahedra(3_000_000)().linear_solver == "iterative"
+    assert hexahedra(1000)(linear_solver="lu").linear_solver == "lu"
     assert hexahedra(1000)().too_large(1e9) == ""
-    sentence = hexahedra(3_000_000)(preconditioner="frozen").too_large(2e9)
+    sentence = hexahedra(3_000_000)(linear_solver="frozen").too_large(2e9)
     assert sentence.startswith("the run needs about ")
-    assert sentence.endswith('has 2 GB; solver.preconditioner = "iterative" needs less')
+    assert sentence.endswith('has 2 GB; solver.linear_solver = "iterative" needs less')
 
 
 def test_more_steps_and_finer_tolerance_take_longer():
