@@ -52,6 +52,12 @@ def check_directions(name: str, **directions: Any) -> None:
             raise ModelError(f"{what} must be {words}, got {direction!r}")
 
 
+def check_among_parts(what: str, part: Any, parts: Sequence[Any]) -> None:
+    """Raise a ModelError unless a body, joint or coupling is one of those of a system."""
+    if part not in parts:
+        raise ModelError(f"{what} is not among the parts")
+
+
 def check_number(what: str, value: Any) -> float:
     """A finite number; a ModelError for anything else."""
     number = _number(value)

@@ -17,7 +17,7 @@ from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
 from turbine_fenicsx.materials.kinematics import (
@@ -54,8 +54,7 @@ class BodyFields:
     """
 
     def __init__(self, system: MultibodySystem, body: FlexibleBody, degree: int = 0) -> None:
-        if body not in system.flexible_bodies:
-            raise ModelError(f"flexible body {body.name!r} is not among the parts")
+        check_among_parts(f"flexible body {body.name!r}", body, system.flexible_bodies)
         self._index = system.flexible_bodies.index(body)
         self._block = system.flexible_blocks[self._index]
         mesh = body.mesh
