@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test attack lint docs verification bench bench-peers clean
+.PHONY: help setup demo quick test attack lint docs gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -14,6 +14,12 @@ setup: ## install what is missing, make .venv
 
 demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
 	$(VENV)/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o $(OUT)/hybrid_stiff --overwrite
+
+# The tests of formulas, without those that compile the forms of every material and cell.
+FORMULAS = tests/test_layers.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \
+    --ignore-glob='*/test_flexible_*.py' --ignore-glob='*/test_cell_fields.py'
+quick: lint ## before every commit: ruff, mypy, tests of formulas on one rank; below two minutes
+	$(VENV)/bin/python -m pytest -q -n 2 --dist worksteal $(FORMULAS)
 
 test: setup ## run all tests on 1 and on 2 MPI ranks
 	scripts/test.sh
@@ -32,6 +38,9 @@ docs: setup ## build docs/_build/html, the documentation; warnings are errors
 	    --disable-pip-version-check -c $(VENV)/constraints.txt -e '.[docs]'; }
 	$(VENV)/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
 	@echo "docs: $(CURDIR)/docs/_build/html/index.html"
+
+gallery: setup ## run all demos and draw docs/gallery.md and the README's pictures, some twenty minutes
+	$(VENV)/bin/python demos/gallery
 
 verification: setup ## run the published benchmarks and write docs/verification.md, some minutes
 	$(VENV)/bin/python demos/verification

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 import dolfinx
 import measure
 import numpy as np
-from problem import mesh_case, tip_points
+from problem import tip_points
 
 from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, StVenantKirchhoff
 from turbine_fenicsx.foundation.rotations import E3
@@ -19,35 +19,30 @@ from turbine_fenicsx.meshing import load_msh
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.hybrid import hybrid_turbine
-from turbine_fenicsx.turbine.model import rotor_layout
+from turbine_fenicsx.turbine.flexible_blades import FlexibleBlades
+from turbine_fenicsx.turbine.model import assemble
+from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.rotor_plan import ROOTS
 
 
 def build(problem, model, comm):
     """The system of the problem."""
-    case = Case.parse(mesh_case(problem.elements))
-    mesh = load_msh(comm, problem.msh)
-    material = StVenantKirchhoff(*problem.lame)
     gravity = Gravity((0.0, -problem.gravity, 0.0))
-    roots = [mesh.facet_names[f"root_{k}"] for k in (1, 2, 3)]
     if model == "clamped":
+        mesh = load_msh(comm, problem.msh)
+        material = StVenantKirchhoff(*problem.lame)
         body = FlexibleBody("blades", mesh.mesh, material, problem.density)
-        couplings = [
-            Coupling(f"root_{tag}", body, mesh.facet_tags.find(tag), None) for tag in roots
-        ]
-        return MultibodySystem(comm, [body, *couplings, gravity])
-    frames = [rotor_layout(case).frame(k) for k in (1, 2, 3)]
-    cells = [mesh.cell_names[f"blade_{k}"] for k in (1, 2, 3)]
-    parameters = case.turbine.parameters()
-    parts = hybrid_turbine(
-        parameters,
-        mesh.mesh,
-        mesh.cell_tags,
-        mesh.facet_tags,
-        list(zip(cells, roots, frames, strict=True)),
-        lambda axes: material,
-        problem.density,
+        roots = [Coupling(root, body, mesh.facets(root), None) for root in ROOTS]
+        return MultibodySystem(comm, [body, *roots, gravity])
+    first, shear = problem.lame
+    material = {"first_lame": first, "shear_modulus": shear, "density": problem.density}
+    case = Case.parse(
+        {
+            "mesh": {"file": problem.msh},
+            "material": {"law": "st_venant_kirchhoff", **material},
+        }
     )
+    parts = assemble(case, [Nacelle(), FlexibleBlades()], comm).parts
     if model == "turning":
         parts = turning(parts, 1.0)
     return MultibodySystem(comm, [*parts, gravity])

@@ -97,11 +97,11 @@ def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
     from turbine_fenicsx.meshing import cached_mesh
     from turbine_fenicsx.meshing.read import read_msh
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
+    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
-    case = Case.parse(mesh_case(elements))
-    layout, blade = rotor_layout(case), blade_geometry(case)
-    msh = cached_mesh(MPI.COMM_SELF, blade, layout, mesh_options(case))
+    plan = plan_rotor(Case.parse(mesh_case(elements)))
+    layout = plan.layout
+    msh = cached_mesh(MPI.COMM_SELF, plan.blade, layout, plan.options)
     mesh = read_msh(msh, layout.volume_groups, ())
     roots = [mesh.surfaces[f"root_{k}"] for k in (1, 2, 3)]
     arrays = folder / f"{'x'.join(map(str, elements))}.npz"
@@ -134,12 +134,9 @@ def prepare(folder: Path, elements: tuple[int, int, int], **more: Any) -> Path:
 def tip_points() -> list[np.ndarray]:
     """Initial positions of the three blade tips [m]."""
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.model import blade_geometry, rotor_layout
+    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
-    case = Case.parse({})
-    layout, blade = rotor_layout(case), blade_geometry(case)
-    radius = blade.hub_radius + blade.length
-    return [np.asarray(layout.centre) + radius * layout.frame(k)[0] for k in (1, 2, 3)]
+    return plan_rotor(Case.parse({})).tips
 
 
 def main() -> None:

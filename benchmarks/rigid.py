@@ -15,8 +15,11 @@ import measure
 import numpy as np
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem, RigidBody, Simulation
-from turbine_fenicsx.turbine.case.parameters import TurbineParameters
-from turbine_fenicsx.turbine.rigid import rigid_turbine
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.model import assemble
+from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.pitch import Pitch
+from turbine_fenicsx.turbine.rigid_blades import RigidBlades
 
 TORQUE, DURATION, DT, STEPS = -3.6e7, 3.0, 0.02, 600
 
@@ -53,7 +56,11 @@ def describe(parts):
 
 def main():
     result, model = sys.argv[1:3]
-    parts = rigid_turbine(TurbineParameters())
+    parts = assemble(
+        Case.parse({"turbine": {"model": "rigid"}}),
+        [Nacelle(), RigidBlades(), Pitch()],
+        MPI.COMM_SELF,
+    ).parts
     with open(model, "w", encoding="utf-8") as file:
         json.dump(describe(parts), file, indent=1)
     loads = [Gravity(), JointTorque("rotor", Hat(TORQUE, DURATION))]

@@ -1,9 +1,19 @@
 """The public names: imported on first use, yet with their types known to mypy and editors."""
 
 import ast
+import re
+import subprocess
+import sys
 from pathlib import Path
 
+from mpi4py import MPI
+
+import pytest
+
 import turbine_fenicsx
+
+SCRIPT = Path(__file__).parent / "typed_user_script.py"
+alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts processes, from one rank")
 
 
 def names_with_types():
@@ -31,3 +41,42 @@ def test_type_checkers_see_the_names_that_users_import():
 def test_every_public_name_can_be_imported():
     for name in turbine_fenicsx.__all__:
         assert getattr(turbine_fenicsx, name) is not None
+
+
+def test_the_typed_script_knows_every_public_name():
+    used = set(re.findall(r"\btfx\.(\w+)", SCRIPT.read_text(encoding="utf-8")))
+    assert set(turbine_fenicsx.__all__) - used == set()
+
+
+WRONG = """import turbine_fenicsx as tfx
+
+body = tfx.RigidBody("body", 1.0, (1.0, 1.0, 1.0))
+tfx.Revolut("hinge", None, body, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+tfx.Revolute("hinge", None, body, (0.0, 0.0, 0.0))
+tfx.Revolute("hinge", None, "body", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+tfx.Case.parse({}).time.end.upper()
+tfx.JointSpring("spring", "hinge", stiffness="stiff")
+"""
+
+
+@alone
+def test_mypy_knows_the_type_of_every_public_name_and_finds_mistakes(tmp_path):
+    pytest.importorskip("mypy")
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text(WRONG, encoding="utf-8")
+    options = ["--config-file=", "--strict", "--ignore-missing-imports", "--follow-imports=silent"]
+    command = [sys.executable, "-m", "mypy", *options, f"--cache-dir={tmp_path}", SCRIPT, wrong]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=SCRIPT.parents[1])
+    found = [re.match(r"(.*):(\d+): error", line) for line in done.stdout.splitlines()]
+    places = [(Path(m[1]).name, int(m[2])) for m in found if m]
+    assert places == [("wrong.py", line) for line in range(4, 9)], done.stdout + done.stderr
+
+
+@alone
+def test_the_typed_script_runs(tmp_path):
+    done = subprocess.run(
+        [sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, cwd=SCRIPT.parents[1]
+    )
+    assert done.returncode == 0, done.stderr
+    error = float(done.stdout.splitlines()[-1])
+    assert abs(error) < 1e-9  # of some 0.1 J

@@ -72,6 +72,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.simulation.observers.points import point_channel as point_channel
     from turbine_fenicsx.simulation.simulation import Simulation as Simulation
     from turbine_fenicsx.simulation.snapshot import Snapshot as Snapshot
+    from turbine_fenicsx.system.body_fields import BodyFields as BodyFields
     from turbine_fenicsx.system.restart_data import RestartData as RestartData
     from turbine_fenicsx.system.start import initial_motion as initial_motion
     from turbine_fenicsx.system.state import State as State
@@ -85,14 +86,26 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
     from turbine_fenicsx.time_stepping.stepper import StepFailure as StepFailure
     from turbine_fenicsx.turbine.case.case import Case as Case
+    from turbine_fenicsx.turbine.component import Assembly as Assembly
+    from turbine_fenicsx.turbine.component import Channels as Channels
+    from turbine_fenicsx.turbine.component import Component as Component
+    from turbine_fenicsx.turbine.component import Turbine as Turbine
+    from turbine_fenicsx.turbine.model import build_turbine as build_turbine
+    from turbine_fenicsx.turbine.model import list_components as list_components
+    from turbine_fenicsx.turbine.run import restart_case as restart_case
+    from turbine_fenicsx.turbine.run import run_case as run_case
 
 _PUBLIC = {
     "AffineVector": "foundation.quadratic",
+    "Assembly": "turbine.component",
     "Balance": "system.system",
     "BladeGeometry": "meshing",
+    "BodyFields": "system.body_fields",
     "Case": "turbine.case.case",
     "Channel": "simulation.observers.history",
+    "Channels": "turbine.component",
     "Checkpoints": "simulation.checkpoint",
+    "Component": "turbine.component",
     "Constant": "forces.time_functions",
     "Coupling": "bodies.coupling",
     "Cylindrical": "joints",
@@ -151,15 +164,20 @@ _PUBLIC = {
     "Table": "forces.time_functions",
     "Torque": "forces",
     "TransverselyIsotropic": "materials",
+    "Turbine": "turbine.component",
     "Universal": "joints",
+    "build_turbine": "turbine.model",
     "cell_field": "materials.cell_fields",
     "dot": "foundation.quadratic",
     "equilibrium": "analysis.statics",
     "gear_pair": "joints",
     "initial_motion": "system.start",
     "joint_channel": "simulation.observers.joint_reactions",
+    "list_components": "turbine.model",
     "point_channel": "simulation.observers.points",
     "screw": "joints",
+    "restart_case": "turbine.run",
+    "run_case": "turbine.run",
 }
 
 __all__ = sorted(["__version__", *_PUBLIC])

@@ -86,13 +86,16 @@ def vector_space(mesh: Any, degree: int) -> Any:
 
 
 @_form_cache()
-def cellwise_space(mesh: Any, shape: tuple[int, ...] = ()) -> Any:
-    """Space of fields that are constant in each cell."""
+def cellwise_space(mesh: Any, shape: tuple[int, ...] = (), degree: int = 0) -> Any:
+    """Space of fields that are polynomials in each cell, by default constant, and may jump."""
     if hasattr(fem, "functionspace"):
-        return fem.functionspace(mesh, ("DG", 0, shape))
+        return fem.functionspace(mesh, ("DG", degree, shape))
+    element = ("DQ" if degree and cell_name(mesh) == "hexahedron" else "DG", degree)
     if shape == ():
-        return fem.FunctionSpace(mesh, ("DG", 0))
-    return fem.VectorFunctionSpace(mesh, ("DG", 0), dim=shape[0])
+        return fem.FunctionSpace(mesh, element)
+    if len(shape) == 2:
+        return fem.TensorFunctionSpace(mesh, element, shape)
+    return fem.VectorFunctionSpace(mesh, element, dim=shape[0])
 
 
 @_form_cache()

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +15,10 @@ from patience import patience
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+README = os.path.join("..", "README.md")
 PAGES = {
-    str(path.relative_to(DOCS)): path.read_text(encoding="utf-8")
-    for path in sorted(DOCS.rglob("*.md"))
+    os.path.relpath(path, DOCS): path.read_text(encoding="utf-8")
+    for path in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
     if "_build" not in path.parts
 }
 BLOCK = re.compile(
@@ -151,13 +153,37 @@ def assert_documented(columns, page):
         assert first in listed, column
 
 
-def generated():
-    """The Sphinx extension that makes parts of pages; it needs no Sphinx for that."""
-    path = DOCS / "_extensions" / "generated.py"
-    spec = importlib.util.spec_from_file_location("generated", path)
+def loaded(path):
+    """A script as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module  # where dataclasses look
     spec.loader.exec_module(module)
     return module
+
+
+def generated():
+    """The Sphinx extension that makes parts of pages; it needs no Sphinx for that."""
+    return loaded(DOCS / "_extensions" / "generated.py")
+
+
+def test_the_gallery_shows_every_demo_and_its_page_is_up_to_date():
+    page = loaded(ROOT / "demos" / "gallery" / "gallery_page.py")
+    assert PAGES["gallery.md"] == page.markdown(), "python demos/gallery NAME writes it anew"
+    names = {entry.name for entry in page.ENTRIES}
+    benchmarks = {p.parent.name for p in (ROOT / "demos" / "verification").glob("*/run.py")}
+    cases = {p.stem for d in ("paper", "turbine") for p in (ROOT / "demos" / d).glob("*.toml")}
+    assert benchmarks and cases and benchmarks | cases <= names
+    for entry in page.ENTRIES:
+        assert 10_000 < (DOCS / entry.path).stat().st_size < 500_000, entry.path
+
+
+def test_a_picture_of_the_gallery_is_drawn(sandbox, tmp_path):
+    result = sandbox("python demos/gallery four_bar -o drawn")
+    assert result.returncode == 0, result.stderr
+    picture = tmp_path / "drawn" / "images" / "gallery" / "four_bar.png"
+    assert picture.stat().st_size > 10_000
+    assert (tmp_path / "drawn" / "gallery.md").read_text() == PAGES["gallery.md"]
 
 
 def test_generated_parts_name_all_keys_and_commands():
@@ -173,6 +199,22 @@ def test_generated_parts_name_all_keys_and_commands():
     headings = {f"## `{name.stem}`" for name in files}
     assert "## `run`" in headings and headings <= set(commands.splitlines())
     assert "| `-o, --out OUT` | output folder |" in commands
+
+
+def test_the_readme_is_short_and_what_it_installs_and_shows_is_there():
+    text = PAGES[README]
+    assert len(text.splitlines()) <= 120
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert {"setup", "test"} <= set(re.findall(r"\bmake ([a-z-]+)", text)) <= targets
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = [name.split(",") for name in re.findall(r"pip install '\.\[([\w,]+)\]'", text)]
+    assert wanted and {x for names in wanted for x in names} <= set(
+        project["optional-dependencies"]
+    )
+    pictures = re.findall(r'<img src="([^"]+)"', text)
+    assert {Path(p).suffix for p in pictures} == {".png", ".gif"}
+    for picture in pictures:
+        assert 10_000 < (ROOT / picture).stat().st_size < 2_000_000, picture
 
 
 def test_every_room_of_the_package_has_a_page():

@@ -121,7 +121,7 @@ def content(folder):
     [
         ("hybrid_soft", SOFT),
         ("hybrid_stiff", ("mesh.elements=[1,1,2]", "mesh.degree=2", "output.fields_every=0.1")),
-        ("hybrid_soft", (*SOFT, "solver.preconditioner=lu")),
+        ("hybrid_soft", (*SOFT, "solver.linear_solver=lu")),
         ("rigid", ("output.fields_every=0",)),
         ("rigid", ("output.fields_every=0.05",)),  # which is no multiple of the step
     ],
@@ -211,7 +211,7 @@ def test_an_end_between_two_steps_can_be_extended(demo, tmp_path):
 
 def test_step_tolerance_and_output_may_change(demo, tmp_path):
     run(demo, "hybrid_soft", tmp_path, "time.end=0.06", *SOFT)
-    changes = ["time.end=0.1", "time.step=0.01", "solver.preconditioner=lu", "title=other"]
+    changes = ["time.end=0.1", "time.step=0.01", "solver.linear_solver=lu", "title=other"]
     restart(tmp_path, *changes)
     found = columns(tmp_path)
     expected = [0.0, 0.02, 0.04, 0.06, 0.07, 0.08, 0.09, 0.1]

@@ -36,7 +36,7 @@ def hybrid(request):
     """Record of a run of 0.64 s, of which the first half is loaded, and its loads."""
     material, loads, mesh, blade = CASES[request.param]
     # Quadratic neo-Hookean blades: see test_slow_convergence_of_a_turbine_...
-    solver = {"preconditioner": "lu"} if "neo-Hooke on" in request.param else {}
+    solver = {"linear_solver": "lu"} if "neo-Hooke on" in request.param else {}
     sections = {"material": material, "loads": loads, "mesh": mesh, "blade": blade}
     case = Case.parse(sections | {"solver": solver})
     turbine = build_turbine(case, comm)

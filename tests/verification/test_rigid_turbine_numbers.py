@@ -5,11 +5,10 @@ from math import sqrt
 import numpy as np
 import pytest
 from five_angles import solve
+from rigid_turbine import rigid_turbine
 from runs import assert_constraints_hold, comm, run
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem
-from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.rigid import rigid_turbine
 
 PEAK, DURATION = 3.6e7, 3.0
 YAW, ROTOR, PITCH_1, PITCH_2, PITCH_3 = range(5)
@@ -20,8 +19,7 @@ STEPS = np.array([0.06, 0.03, 0.02])  # the kinks of the hat lie on their time g
 
 
 def turbine(blade_arm="printed", torque=PEAK, pitch_torques=(0.0, 0.0, 0.0)):
-    parameters = Case.parse({"turbine": {"model": "rigid", "blade_arm": blade_arm}})
-    parts = rigid_turbine(parameters.turbine.parameters())
+    parts = rigid_turbine(comm, blade_arm=blade_arm)
     loads = [Gravity(), JointTorque("rotor", Hat(torque, DURATION))]
     loads += [
         JointTorque(f"pitch_{k}", Hat(peak, DURATION))

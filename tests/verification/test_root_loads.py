@@ -7,9 +7,10 @@ from runs import comm
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.channels import BladeSensors, blade_axes
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
-from turbine_fenicsx.turbine.scheme import make_stepper
+from turbine_fenicsx.turbine.channels import turbine_channels
+from turbine_fenicsx.turbine.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.model import build_turbine, solver_options
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 LOADS = {"rotor_torque": -3.6e7, "yaw_torque": -3.6e6, "duration": 0.12, "gravity": 9.81}
 CASES = {
@@ -32,7 +33,7 @@ class Blades:
     """Momenta of each blade, moments of its nodes' masses, and the root loads; an observer."""
 
     def __init__(self, case, turbine):
-        system, layout = turbine.system, rotor_layout(case)
+        system, layout = turbine.system, plan_rotor(case).layout
         self.system, self.hub = system, system.rigid_bodies[1]
         (self.block,) = system.flexible_models
         spans = np.array([layout.frame(k)[0] for k in (1, 2, 3)])
@@ -40,7 +41,8 @@ class Blades:
         self.roots = np.asarray(layout.centre) + case.blade.hub_radius * spans
         pairs = list(zip(system.couplings, self.roots, strict=True))
         self.reactions = Reactions(system, [Reaction(c, r) for c, r in pairs])
-        self.sensors = BladeSensors(case, turbine)
+        channels = turbine_channels(turbine, stress=False).history
+        (self.root,) = (c for c in channels if c.columns[0] == "root_force_1_x_[N]")
         self.p, self.L, self.x, self.arms, self.loads, self.in_blade = [], [], [], [], [], []
         self.times, self.directors = [], []
         self.mass = self.per_blade(self.block.nodal_mass)
@@ -65,9 +67,7 @@ class Blades:
         self.arms.append(phi + self.hub.body_coordinates(self.roots) @ np.array(d))
         self.directors.append(np.array(d))
         self.loads.append(self.reactions.at(s).copy())
-        root = self.sensors.history_channels()[-1]
-        assert root.columns[0] == "root_force_1_x_[N]"
-        self.in_blade.append(np.reshape(root.values(s), (3, 2, 3)))
+        self.in_blade.append(np.reshape(self.root.values(s), (3, 2, 3)))
         self.times.append(s.state.time)
 
     def finish(self):
@@ -92,9 +92,9 @@ def blades(request):
     case = Case.parse({"loads": LOADS, **CASES[request.param]})
     turbine = build_turbine(case, comm)
     blades = Blades(case, turbine)
-    stepper = make_stepper(case, turbine.system)
-    Simulation(turbine.system, 0.02, 0.15, [blades], stepper).run()
-    stepper.destroy()
+    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], solver_options(case))
+    simulation.run()
+    simulation.solver.destroy()
     assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
     return blades
 

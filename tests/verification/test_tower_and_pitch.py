@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
-from runs import Record, comm, run, run_case
+from runs import Record, comm, run
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
@@ -17,16 +17,12 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.tables import TowerCase
-from turbine_fenicsx.turbine.channels import (
-    BladeSensors,
-    TowerSensors,
-    blade_axes,
-    openfast_channels,
-)
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
+from turbine_fenicsx.turbine.channels import turbine_channels
+from turbine_fenicsx.turbine.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.model import assemble, build_turbine, solver_options
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run import restart_case, run_case
-from turbine_fenicsx.turbine.scheme import make_stepper
-from turbine_fenicsx.turbine.tower import build_tower
+from turbine_fenicsx.turbine.tower import Tower
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1
 FEATHER = {"bearings": True, "drive": "prescribed", "angle": ANGLE, "start": 0.03, "duration": 0.2}
@@ -45,18 +41,14 @@ class Watch(Record):
     def __init__(self, case):
         super().__init__()
         self.turbine = turbine = build_turbine(case, comm)
-        self.out = openfast_channels(
-            turbine, BladeSensors(case, turbine), TowerSensors(case, turbine)
-        )
+        self.out = turbine_channels(turbine, stress=False).openfast
         self.columns = [name for channel in self.out for name in channel.columns]
         system = turbine.system
         self.moment = []  # sum of m x of everything
         self.rows, self.base, self.roots = [], [], []
-        self.foot = Reactions(system, [Reaction(turbine.tower.foot, (0, 0, 0))])
-        places = [np.asarray(root.rigid.position) for root in turbine.roots]
-        self.root_loads = Reactions(
-            system, [Reaction(c, x) for c, x in zip(turbine.roots, places, strict=True)]
-        )
+        self.foot = Reactions(system, [Reaction(turbine.part("tower_foot"), (0, 0, 0))])
+        roots = [turbine.part(f"root_{k}") for k in (1, 2, 3)]
+        self.root_loads = Reactions(system, [Reaction(c, c.rigid.position) for c in roots])
 
     def observe(self, s):
         super().observe(s)
@@ -91,9 +83,9 @@ class Watch(Record):
 def watch():
     """A run of fourteen steps with all that there is."""
     watch = Watch(BOTH)
-    stepper = make_stepper(BOTH, watch.turbine.system)
-    Simulation(watch.turbine.system, STEP, END, [watch], stepper).run()
-    stepper.destroy()
+    simulation = Simulation(watch.turbine.system, STEP, END, [watch], solver_options(BOTH))
+    simulation.run()
+    simulation.solver.destroy()
     assert simulation.halvings == 0
     return watch
 
@@ -122,7 +114,7 @@ def test_blades_turn_to_the_prescribed_angle_and_stay(watch):
 
 def test_feathering_turns_the_leading_edges_upwind(watch):
     """And the frames of root loads and tip deflections with them."""
-    layout, hub = rotor_layout(BOTH), watch.directors("hub")
+    layout, hub = plan_rotor(BOTH).layout, watch.directors("hub")
     for k in (1, 2, 3):
         x, y, span = blade_axes(layout.frame(k)[0], E3)
         ring = watch.directors(f"ring_{k}")
@@ -135,7 +127,7 @@ def test_feathering_turns_the_leading_edges_upwind(watch):
 
 
 def test_root_loads_are_those_in_axes_that_turn_with_the_ring(watch):
-    layout = rotor_layout(BOTH)
+    layout = plan_rotor(BOTH).layout
     for k in (1, 2, 3):
         d = watch.directors(f"ring_{k}")
         U, _, V = np.linalg.svd(0.5 * (d[1:] + d[:-1]))
@@ -166,8 +158,8 @@ def test_base_loads_and_weight_change_all_momenta(watch):
 
 
 def test_tower_channels_are_the_motion_of_the_top_and_the_loads_at_the_foot(watch):
-    tower, height = watch.turbine.tower, BOTH.tower.height
-    first = watch.turbine.system.first_coordinate[tower.top]
+    turbine, height = watch.turbine, BOTH.tower.height
+    first = turbine.system.first_coordinate[turbine.part("tower_top")]
     top = watch.q[:, first : first + 3] @ TOWER_FRAME.T
     found = np.stack([watch.column(f"TTDsp{name}_[m]") for name in ("FA", "SS", "Ax")], axis=1)
     assert np.array_equal(found, top)
@@ -196,7 +188,7 @@ def test_vertical_angular_momentum_is_conserved_with_any_drive(drive):
     case = Case.parse(COARSE | {"pitch": pitch, "loads": loads})
     assert case.warnings == []
     turbine = build_turbine(case, comm)
-    r = run_case(case, turbine, STEP, END)
+    r = run(turbine.system, STEP, END, **case.solver.model_dump())
     axial = np.max(np.abs(r.angular[:, 2]))
     assert np.max(np.abs(r.angular[:, 1])) < 1e-12 * axial  # measured up to 5e-14
     pitch = r.angles[:, 2:]
@@ -211,8 +203,8 @@ def test_rigid_blades_on_a_flexible_tower_conserve_too():
     data = {"turbine": {"model": "rigid"}, "tower": TOWER, "loads": LOADS, "pitch": FEATHER}
     case = Case.parse({**data, "pitch": FEATHER | {"bearings": False}})
     turbine = build_turbine(case, comm)
-    assert len(turbine.surfaces) == 5 and turbine.mesh is None
-    r = run_case(case, turbine, STEP, END)
+    assert len(turbine.surfaces()) == 5 and list(turbine.meshes) == ["tower"]
+    r = run(turbine.system, STEP, END, **case.solver.model_dump())
     scale = np.max(r.kinetic) + np.max(r.strain)
     assert np.max(np.abs(r.energy_error)) < 1e-11 * scale
     assert np.max(r.constraint_error) < 1e-12
@@ -252,8 +244,8 @@ def test_tower_bends_and_sways_like_a_beam(poisson, tolerance):
         top_mass=3e5,
         top_euler=(100.0, 100.0, 100.0),
     )
-    tower = build_tower(t, comm)
-    system = MultibodySystem(comm, [*tower.parts, Gravity((0.0, 0.0, 0.1))])
+    parts = assemble(Case(tower=t), [Tower()], comm).parts
+    system = MultibodySystem(comm, [*parts, Gravity((0.0, 0.0, 0.1))])
     static, frequency = beam(t)
     period = 2.0 * pi / frequency
     dt = period / 60
@@ -280,9 +272,9 @@ def test_a_run_on_one_rank_gives_the_same():
     for group in (MPI.COMM_SELF, comm):
         turbine = build_turbine(BOTH, group)
         record = Record()
-        stepper = make_stepper(BOTH, turbine.system)
-        Simulation(turbine.system, STEP, 0.1, [record], stepper).run()
-        stepper.destroy()
+        simulation = Simulation(turbine.system, STEP, 0.1, [record], solver_options(BOTH))
+        simulation.run()
+        simulation.solver.destroy()
         results.append(record)
     alone, together = results
     for name in ("q", "angles", "kinetic", "strain"):

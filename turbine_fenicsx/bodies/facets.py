@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
+from dolfinx.mesh import Mesh
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 
 
-def checked_facets(name: str, mesh: Any, facets: Any) -> npt.NDArray[np.int32]:
+def checked_facets(name: str, mesh: Mesh, facets: npt.ArrayLike) -> npt.NDArray[np.int32]:
     """Sorted numbers of facets of this rank, ghosts included, each once.
 
     Args:

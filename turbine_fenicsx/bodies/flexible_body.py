@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from dolfinx.mesh import Mesh
+from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
-from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 CELLS = ("hexahedron", "tetrahedron")
 """Cells that a mesh may have."""
@@ -41,11 +43,11 @@ class FlexibleBody:
     """
 
     name: str
-    mesh: Any
+    mesh: Mesh
     material: Material
-    density: Any
+    density: Scalar
     degree: int = 1
-    fibre: Any = None
+    fibre: Expr | None = None
     velocity: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
@@ -58,10 +60,14 @@ class FlexibleBody:
         if self.degree not in (1, 2):
             raise ModelError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
         if not isinstance(self.material, Material):
-            raise TypeError(f"material of {self.name!r} has no strain_energy: {self.material!r}")
+            raise TypeError(
+                f"material of {self.name!r} needs strain_energy() and quadratic, got "
+                f"{describe(self.material)}"
+            )
         if self.velocity is not None and not callable(self.velocity):
             raise TypeError(
-                f"velocity of {self.name!r} must be a function of positions, got {self.velocity!r}"
+                f"velocity of {self.name!r} must be a function of positions, got "
+                f"{describe(self.velocity)}"
             )
         dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
         if dims != (3, 3) or cell not in CELLS:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from dolfinx import fem
+from dolfinx.mesh import Mesh
+from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
 
-Frame = tuple[Any, Any, Any]
+Frame = tuple[Expr, Expr, Expr]
 """Axes a1 (span), a2 (chord), a3 (thickness) as UFL vectors."""
 
 
-def frame_fields(mesh: Any, cell_tags: Any, frames: dict[int, Array]) -> Frame:
+def frame_fields(mesh: Mesh, cell_tags: Any, frames: dict[int, Array]) -> Frame:
     """One frame per tagged part of a mesh, as cellwise constant fields.
 
     Args:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mpi4py import MPI
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.types import Array
 
 
-def nearest_node(comm: Any, positions: Array, point: npt.ArrayLike) -> int | None:
+def nearest_node(comm: MPI.Intracomm, positions: Array, point: npt.ArrayLike) -> int | None:
     """Number of the node nearest to a point, on the rank that owns it; None on all others.
 
     Args:

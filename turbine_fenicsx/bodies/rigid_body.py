@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.bodies.inertia import principal_inertia
 from turbine_fenicsx.foundation.checks import check_array, check_positive, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import AffineVector, Quadratic, dot
@@ -28,7 +29,7 @@ class RigidBody:
         name: Unique name.
         mass: m [kg], positive.
         euler: Principal values E_i of the Euler tensor [kg m^2], shape (3,), not negative. The
-            tensor of inertia is J = tr(E) I - E.
+            tensor of inertia is J = tr(E) I - E; `from_inertia` takes that.
         position: Initial centre of mass [m], shape (3,).
         directors: Initial directors as columns, a rotation matrix of shape (3, 3).
         velocity: Initial velocity of the centre of mass [m/s], shape (3,).
@@ -61,11 +62,39 @@ class RigidBody:
             velocity=self.velocity,
             angular_velocity=self.angular_velocity,
         )
-        what = f"directors of rigid body {self.name!r}"
-        R = check_array(what, self.directors, (3, 3), "a rotation matrix, shape (3, 3)")
-        orthonormal = np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12)
-        if not orthonormal or np.linalg.det(R) < 0.0:
-            raise ModelError(f"{what} must be a rotation matrix, got {self.directors!r}")
+        _check_rotation("directors", self.name, self.directors)
+
+    @classmethod
+    def from_inertia(
+        cls,
+        name: str,
+        mass: float,
+        inertia: npt.ArrayLike,
+        position: npt.ArrayLike = (0.0, 0.0, 0.0),
+        axes: npt.ArrayLike | None = None,
+        velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
+    ) -> RigidBody:
+        """A rigid body by its tensor of inertia J; the directors become the principal axes.
+
+        Args:
+            name: Unique name.
+            mass: m [kg], positive.
+            inertia: J about the centre of mass [kg m^2]: moments about the axes, shape (3,), or the
+                tensor with respect to the axes, shape (3, 3), symmetric.
+            position: Initial centre of mass [m], shape (3,).
+            axes: Axes of J as columns, a rotation matrix of shape (3, 3); the inertial ones if
+                None.
+            velocity: Initial velocity of the centre of mass [m/s], shape (3,).
+            angular_velocity: Initial angular velocity in space [rad/s], shape (3,).
+
+        Raises:
+            ModelError: for what is no tensor of inertia of a body, axes that are no rotation, and
+                as above.
+        """
+        euler, principal = principal_inertia(name, inertia)
+        R = np.eye(3) if axes is None else _check_rotation("axes", name, axes)
+        return cls(name, mass, euler.tolist(), position, R @ principal, velocity, angular_velocity)
 
     @property
     def coordinates(self) -> Array:
@@ -98,6 +127,15 @@ class RigidBody:
         arm = np.asarray(point, dtype=float) - np.asarray(self.position, dtype=float)
         xi: Array = arm @ R
         return xi
+
+
+def _check_rotation(what: str, name: str, matrix: npt.ArrayLike) -> Array:
+    """The matrix, or a ModelError if it is no rotation."""
+    what = f"{what} of rigid body {name!r}"
+    R = check_array(what, matrix, (3, 3), "a rotation matrix, shape (3, 3)")
+    if not np.allclose(R.T @ R, np.eye(3), rtol=0.0, atol=1e-12) or np.linalg.det(R) < 0.0:
+        raise ModelError(f"{what} must be a rotation matrix, got {matrix!r}")
+    return R
 
 
 @dataclass(frozen=True)

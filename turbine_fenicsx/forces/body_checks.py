@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 
 
 def check_body(name: str, body: Any) -> None:
     """Raise a TypeError unless a body is a rigid one."""
     if not isinstance(body, RigidBody):
-        raise TypeError(f"{name!r} needs a rigid body, but {getattr(body, 'name', body)!r} is none")
+        raise TypeError(f"{name!r} needs a rigid body, got {describe(body)}")
 
 
 def check_ends(name: str, first: Any, second: Any) -> None:

@@ -52,7 +52,7 @@ class FollowerForce:
         _, index = layout.frames(self.body)
         weights = np.append(1.0, self.body.body_coordinates(self.point))
         f = np.asarray(self.force, dtype=float) @ np.asarray(self.body.directors, dtype=float)
-        N = np.kron(np.outer(weights, np.append(0.0, f)), np.eye(3))
+        N = np.asarray(np.kron(np.outer(weights, np.append(0.0, f)), np.eye(3)), dtype=float)
         return _LinearForce(index, N, self.function)
 
 

@@ -52,6 +52,12 @@ def check_directions(name: str, **directions: Any) -> None:
             raise ModelError(f"{what} must be {words}, got {direction!r}")
 
 
+def check_among_parts(what: str, part: Any, parts: Sequence[Any]) -> None:
+    """Raise a ModelError unless a body, joint or coupling is one of those of a system."""
+    if part not in parts:
+        raise ModelError(f"{what} is not among the parts")
+
+
 def check_number(what: str, value: Any) -> float:
     """A finite number; a ModelError for anything else."""
     number = _number(value)
@@ -79,9 +85,10 @@ def check_not_negative(what: str, value: Any) -> float:
 def check_function(name: str, function: Any) -> None:
     """Raise a TypeError unless a function of time can be called."""
     if not callable(function):
+        example = function if isinstance(function, int | float) else 1.0
         raise TypeError(
-            f"{name!r} needs a function of time, for example Constant({function!r}), "
-            f"but {function!r} is none"
+            f"{name!r} needs a function of time, for example Constant({example!r}), got "
+            f"{describe(function)}"
         )
 
 
@@ -90,7 +97,19 @@ def check_methods(what: str, thing: Any, methods: Sequence[str]) -> None:
     if isinstance(thing, type) or not all(callable(getattr(thing, m, None)) for m in methods):
         *others, last = (f"{name}()" for name in methods)
         needed = f"{', '.join(others)} and {last}" if others else last
-        raise TypeError(f"{what} needs the methods {needed}, but {thing!r} has none")
+        raise TypeError(f"{what} needs the methods {needed}, got {describe(thing)}")
+
+
+def describe(value: Any) -> str:
+    """What was given in place of something else, for messages: its type and its name or value."""
+    if value is None:
+        return "None"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    name = getattr(value, "name", None)
+    text = repr(name if isinstance(name, str) else value)
+    kind = type(value).__name__
+    return f"{kind} {text}" if len(text) <= 60 else f"an object of type {kind}"
 
 
 def _number(value: Any) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Protocol, runtime_checkable
 
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.checks import check_number, describe
 from turbine_fenicsx.foundation.errors import ModelError
 
 
@@ -88,6 +88,6 @@ def screw(name: str, angle: str, displacement: str, lead: float) -> JointRelatio
 def check_motion(what: str, motion: Callable[[float], float]) -> None:
     """Raise an error unless a motion is a function of time that is zero at t = 0."""
     if not callable(motion):
-        raise TypeError(f"the {what} must be a function of time, got {motion!r}")
+        raise TypeError(f"the {what} must be a function of time, got {describe(motion)}")
     if not abs(motion(0.0)) <= 1e-12:
         raise ModelError(f"the {what} must be zero at t = 0, got {motion(0.0):g}")

@@ -30,7 +30,7 @@ class Revolute:
         point: Joint point in the initial configuration [m], shape (3,).
         axis: Joint axis in the initial configuration, shape (3,).
         reference: Direction of t1, shape (3,); any normal to the axis if None.
-        with_angle: Whether the joint angle is a coordinate of the system.
+        with_coordinates: Whether the joint angle is a coordinate of the system.
 
     Raises:
         ModelError: for a point or an axis that is no three numbers, or no direction.
@@ -42,7 +42,7 @@ class Revolute:
     point: npt.ArrayLike
     axis: npt.ArrayLike
     reference: npt.ArrayLike | None = None
-    with_angle: bool = True
+    with_coordinates: bool = True
 
     def __post_init__(self) -> None:
         """Check the data."""
@@ -65,7 +65,7 @@ class Revolute:
 
     def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
         """The joint angle, eq. (16)."""
-        if not self.with_angle:
+        if not self.with_coordinates:
             return {}
         t1, t2, _ = frame_with_axis(self.axis, self.reference).T
         return {self.name: angle_between(a.direction(t1), a.direction(t2), b.direction(t1))}

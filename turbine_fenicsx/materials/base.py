@@ -6,6 +6,9 @@ from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import ufl
+from ufl.core.expr import Expr
+
+from turbine_fenicsx.materials.kinematics import right_cauchy_green
 
 
 @runtime_checkable
@@ -20,7 +23,7 @@ class Material(Protocol):
     def quadratic(self) -> bool:
         """Whether W is quadratic in C; the mean stress is then an exact discrete gradient."""
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy per reference volume [J/m^3] as a UFL expression.
 
         Args:
@@ -34,7 +37,7 @@ class Material(Protocol):
 class Viscous(Protocol):
     """What a material has besides, if it is viscous; the code asks for it by `isinstance`."""
 
-    def viscous_stress(self, E_dot: Any, parameter: Callable[[Any], Any]) -> Any:
+    def viscous_stress(self, E_dot: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Viscous second Piola-Kirchhoff stress S_v [Pa] as a UFL expression.
 
         It must be symmetric, and S_v : E_dot must not be negative for any E_dot.
@@ -50,7 +53,12 @@ class Viscous(Protocol):
         """
 
 
-def second_piola_kirchhoff(energy: Callable[[Any], Any], C: Any) -> Any:
+def second_piola_kirchhoff(energy: Callable[[Expr], Expr], C: Expr) -> Expr:
     """S = 2 dW/dC, symmetric, shape (3, 3) [Pa]."""
     C = ufl.variable(C)
     return 2.0 * ufl.sym(ufl.diff(energy(C), C))
+
+
+def cauchy_stress(energy: Callable[[Expr], Expr], F: Expr) -> Expr:
+    """The stress sigma = F S F^T / det F with S = 2 dW/dC at C = F^T F, shape (3, 3) [Pa]."""
+    return F * second_piola_kirchhoff(energy, right_cauchy_green(F)) * F.T / ufl.det(F)

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias, TypeGuard
 
 from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
+from dolfinx.mesh import Mesh
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 
+Scalar: TypeAlias = float | fem.Function
+"""A density or a parameter of a material: a number, or what `cell_field` returns."""
 
-def cell_field(mesh: Any, values: npt.ArrayLike | Callable[[Array], Array]) -> Any:
+
+def cell_field(
+    mesh: Mesh, values: npt.ArrayLike | Callable[[Array], npt.ArrayLike]
+) -> fem.Function:
     """A cellwise constant field, for densities and for the parameters of materials.
 
     Args:
@@ -58,12 +64,12 @@ def cell_field(mesh: Any, values: npt.ArrayLike | Callable[[Array], Array]) -> A
     return field
 
 
-def is_field(value: Any) -> bool:
+def is_field(value: Any) -> TypeGuard[fem.Function]:
     """Whether a value is a DOLFINx function, and no number."""
     return isinstance(value, fem.Function)
 
 
-def on_mesh(field: Any, mesh: Any, name: str) -> Any:
+def on_mesh(field: fem.Function, mesh: Mesh, name: str) -> fem.Function:
     """The field, or a ModelError if it belongs to another mesh than that of the body of a name."""
     if field.function_space.mesh is not mesh:
         raise ModelError(f"a cell field of {name!r} was made for the mesh of another body")
@@ -95,7 +101,7 @@ def check_cells(
         raise ModelError(message.format(**texts))
 
 
-def map_cells(function: Callable[..., Array], *values: Any) -> list[Any]:
+def map_cells(function: Callable[..., Array], *values: Scalar) -> list[fem.Function]:
     """A function of numbers, or of cell fields cell by cell.
 
     Args:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.materials.base import Material, Viscous
-from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +40,8 @@ class KelvinVoigt:
     """
 
     elastic: Material
-    shear_viscosity: float
-    bulk_viscosity: float = 0.0
+    shear_viscosity: Scalar
+    bulk_viscosity: Scalar = 0.0
 
     def __post_init__(self) -> None:
         """Check the data."""
@@ -50,20 +52,26 @@ class KelvinVoigt:
                 **{f"{name}_viscosity": getattr(self, f"{name}_viscosity")},
             )
         if not isinstance(self.elastic, Material):
-            raise TypeError(f"elastic part of a viscous material is no material: {self.elastic!r}")
+            raise TypeError(
+                "the elastic part of a viscous material must be a material, got "
+                f"{describe(self.elastic)}"
+            )
         if isinstance(self.elastic, Viscous):
-            raise TypeError(f"elastic part of a viscous material is viscous: {self.elastic!r}")
+            raise TypeError(
+                "the elastic part of a viscous material must not be viscous itself, got "
+                f"{describe(self.elastic)}"
+            )
 
     @property
     def quadratic(self) -> bool:
         """Whether W is quadratic in C."""
         return self.elastic.quadratic
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy of the elastic material [J/m^3]."""
         return self.elastic.strain_energy(C, parameter)
 
-    def viscous_stress(self, E_dot: Any, parameter: Callable[[Any], Any]) -> Any:
+    def viscous_stress(self, E_dot: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Viscous second Piola-Kirchhoff stress S_v [Pa] as a UFL expression, shape (3, 3)."""
         eta_s, eta_b = parameter(self.shear_viscosity), parameter(self.bulk_viscosity)
         return 2.0 * eta_s * ufl.dev(E_dot) + eta_b * ufl.tr(E_dot) * ufl.Identity(3)

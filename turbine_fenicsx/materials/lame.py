@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 
 def lame_constants(young: float, poisson: float) -> tuple[float, float]:
@@ -17,7 +15,7 @@ def lame_constants(young: float, poisson: float) -> tuple[float, float]:
     )
 
 
-def check_lame(first_lame: Any, shear_modulus: Any) -> None:
+def check_lame(first_lame: Scalar, shear_modulus: Scalar) -> None:
     """Raise a ModelError unless shear and bulk modulus are positive, in all cells."""
     words = "material is not positive definite: "
     check_cells(

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
-from turbine_fenicsx.materials.cell_fields import check_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,9 @@ class MooneyRivlin:
         ModelError: if the energy is not positive definite.
     """
 
-    c10: float
-    c01: float
-    bulk_modulus: float
+    c10: Scalar
+    c01: Scalar
+    bulk_modulus: Scalar
     quadratic = False
 
     def __post_init__(self) -> None:
@@ -55,7 +56,7 @@ class MooneyRivlin:
             bulk_modulus=self.bulk_modulus,
         )
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy [J/m^3]."""
         c10, c01, kappa = (parameter(c) for c in (self.c10, self.c01, self.bulk_modulus))
         J2 = ufl.det(C)

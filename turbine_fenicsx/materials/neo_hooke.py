@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import ufl
+from ufl.core.expr import Expr
 
+from turbine_fenicsx.materials.cell_fields import Scalar
 from turbine_fenicsx.materials.lame import check_lame
 
 
@@ -23,15 +25,15 @@ class NeoHooke:
         ModelError: if the energy is not positive definite at the reference state.
     """
 
-    first_lame: float
-    shear_modulus: float
+    first_lame: Scalar
+    shear_modulus: Scalar
     quadratic = False
 
     def __post_init__(self) -> None:
         """Check positive definiteness."""
         check_lame(self.first_lame, self.shear_modulus)
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy [J/m^3]."""
         lam, mu = parameter(self.first_lame), parameter(self.shear_modulus)
         ln_J = 0.5 * ufl.ln(ufl.det(C))

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.cell_fields import is_field, map_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, is_field, map_cells
 from turbine_fenicsx.materials.kinematics import green_lagrange
 
 Triple = tuple[float, float, float]
@@ -37,10 +38,10 @@ class OrthotropicSVK:
         ModelError: if the stiffness is not positive definite.
     """
 
-    young: tuple[float, float, float]
-    shear: tuple[float, float, float]
-    poisson: tuple[float, float, float]
-    frame: tuple[Any, Any, Any]
+    young: tuple[Scalar, Scalar, Scalar]
+    shear: tuple[Scalar, Scalar, Scalar]
+    poisson: tuple[Scalar, Scalar, Scalar]
+    frame: tuple[Expr, Expr, Expr]
     quadratic = True
 
     def __post_init__(self) -> None:
@@ -58,10 +59,9 @@ class OrthotropicSVK:
         given = (*self.young, *self.shear, *self.poisson)
         if any(is_field(value) for value in given):
             return map_cells(entries, *given)
-        numbers: list[float] = entries(*given).tolist()
-        return numbers
+        return [float(value) for value in entries(*given)]
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy [J/m^3]."""
         D, G12, G13, G23 = self._entries[:9], *(parameter(G) for G in self._entries[9:])
         rows = [D[:3], D[3:6], D[6:]]

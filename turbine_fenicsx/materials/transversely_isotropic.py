@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.cell_fields import is_field, map_cells
+from turbine_fenicsx.materials.cell_fields import Scalar, is_field, map_cells
 from turbine_fenicsx.materials.orthotropic import stiffness_matrix
 
 
@@ -54,12 +55,12 @@ class TransverselyIsotropic:
         ModelError: if the stiffness is not positive definite.
     """
 
-    young_axial: float
-    young_transverse: float
-    shear_axial: float
-    poisson_axial: float
-    poisson_transverse: float
-    fibre: Any
+    young_axial: Scalar
+    young_transverse: Scalar
+    shear_axial: Scalar
+    poisson_axial: Scalar
+    poisson_transverse: Scalar
+    fibre: Expr
     quadratic = False
 
     def __post_init__(self) -> None:
@@ -92,10 +93,9 @@ class TransverselyIsotropic:
 
         if any(is_field(value) for value in self._given):
             return map_cells(constants, *self._given)
-        numbers: list[float] = constants(*self._given).tolist()
-        return numbers
+        return [float(value) for value in constants(*self._given)]
 
-    def strain_energy(self, C: Any, parameter: Callable[[Any], Any]) -> Any:
+    def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy [J/m^3]."""
         mu, share, G, K11, K12, K22 = (parameter(value) for value in self._constants)
         a = self.fibre / ufl.sqrt(ufl.dot(self.fibre, self.fibre))

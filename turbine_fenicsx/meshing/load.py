@@ -1,10 +1,12 @@
 """From a .msh file, our own or the user's, to a distributed DOLFINx mesh with named groups."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -18,13 +20,16 @@ from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import MeshReport
 from turbine_fenicsx.meshing.read import read_msh
 
+if TYPE_CHECKING:  # meshes can be looked at without DOLFINx
+    from dolfinx.mesh import Mesh
+
 
 @dataclass(frozen=True)
 class LoadedMesh:
     """A distributed mesh with the named groups of its file.
 
     Attributes:
-        mesh: The mesh (``dolfinx.mesh.Mesh``).
+        mesh: The mesh.
         cell_tags: Number of the physical volume of each cell (mesh tags).
         facet_tags: Number of the physical surface of each grouped face (mesh tags).
         cell_names: Numbers in ``cell_tags`` by name.
@@ -32,7 +37,7 @@ class LoadedMesh:
         report: Numbers of nodes and cells, volumes and worst quality of the whole mesh.
     """
 
-    mesh: Any
+    mesh: Mesh
     cell_tags: Any
     facet_tags: Any
     cell_names: dict[str, int]

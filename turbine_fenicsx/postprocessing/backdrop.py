@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.postprocessing.camera import Frame
+from turbine_fenicsx.postprocessing.conventions import HUB, NACELLE, TOWER
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
 from turbine_fenicsx.postprocessing.parts import Parts
 
-_TURBINE = ("hub", "nacelle")
 _ABOVE_GROUND = 1.45
 """Height of the hub of a turbine without a tower, in radii of the rotor."""
 
@@ -29,7 +29,7 @@ class Backdrop:
     def __init__(self, parts: Parts) -> None:
         """Nothing is known of the size yet."""
         names = {part.name for part in parts.parts}
-        self._turbine, self._tower = set(_TURBINE) <= names, "tower" in names
+        self._turbine, self._tower = {HUB, NACELLE} <= names, TOWER in names
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         self._radius, self._side = 0.0, 1.0
 
@@ -39,7 +39,7 @@ class Backdrop:
         self._low = np.minimum(self._low, points.min(axis=0))
         self._high = np.maximum(self._high, points.max(axis=0))
         if self._turbine and not self._radius:
-            hub, nacelle = (_middle(reader.bounds(grid, name) or ()) for name in _TURBINE)
+            hub, nacelle = (_middle(reader.bounds(grid, name) or ()) for name in (HUB, NACELLE))
             upper = points[points[:, 1] >= hub[1]]
             self._radius = float(np.linalg.norm(upper - hub, axis=1).max())
             self._side = 1.0 if hub[2] >= nacelle[2] else -1.0

@@ -20,6 +20,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
+from turbine_fenicsx.postprocessing.conventions import NACELLE
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 
@@ -91,7 +92,7 @@ class Scene:
             else:
                 self._add_coloured(surface, part, group, group not in legends)
                 legends.add(group)
-        self._backdrop.add_to(plotter, self._reader.bounds(grid, "nacelle"))
+        self._backdrop.add_to(plotter, self._reader.bounds(grid, NACELLE))
         height = self._size[1]
         words = f"t = {self._reader.times[step]:.2f} s"
         if self._job["scale"] != 1.0:

@@ -105,8 +105,8 @@ class Checkpoints:
         self._system, self._folder = system, Path(folder)
         self._labels = {
             "version of turbine_fenicsx": __version__,
-            "list of parts": _hash_parts(system),
             **(labels or {}),
+            "list of parts": _hash_parts(system),  # last, since it does not say what differs
         }
         self._every, self._every_wall = every or np.inf, every_wall or np.inf
         self._time = self._wall = 0.0

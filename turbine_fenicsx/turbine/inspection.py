@@ -15,7 +15,7 @@ from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.doubts import mass_doubt
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
-from turbine_fenicsx.turbine.model import ROOTS, blade_arrays, blade_geometry, rotor_layout
+from turbine_fenicsx.turbine.rotor_plan import ROOTS, RotorPlan, plan_rotor
 from turbine_fenicsx.turbine.tower import tower_geometry
 
 TOO_LARGE = 1_000_000
@@ -53,15 +53,16 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
         Collective over ``comm``.
     """
     try:
-        name, make = blade_arrays(case, comm)
-        return on_rank0(comm, lambda: _inspect(case, name, make))
+        plan = plan_rotor(case)
+        name, make = plan.mesh_source(comm)
+        return on_rank0(comm, lambda: _inspect(case, plan, name, make))
     except OSError as error:
         raise InputError(str(error)) from None
 
 
-def _inspect(case: Case, name: str, make: Callable[[], MeshArrays]) -> Inspection:
+def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArrays]) -> Inspection:
     """Do it on this rank."""
-    layout, blade = rotor_layout(case), blade_geometry(case)
+    layout, blade = plan.layout, plan.blade
     try:
         mesh = make()
     except ModelError as error:

@@ -1,4 +1,7 @@
-"""Pitch: rings at the roots of flexible blades, their bearings, and what drives them.
+"""Pitch: the bearings that turn the blades about their spans, and what drives them.
+
+The rigid turbine has its bearings between hub and blades. In the hybrid turbine a rigid ring at the
+root of each blade turns on the hub, where the case asks for it.
 
 The pitch angles that users give count like OpenFAST's: positive to feather, which is about the
 span from tip to root. The coordinates of the bearings count like the paper's (`PITCH_SIGNS`).
@@ -6,51 +9,84 @@ span from tip to root. The coordinates of the bearings count like the paper's (`
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat, Ramp
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.joints import PrescribedMotion, Revolute
-from turbine_fenicsx.turbine.case.parameters import Inertia
+from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, OPENFAST_SIGNS
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
-from turbine_fenicsx.turbine.rigid import AZIMUTHS, PITCH_SIGNS
+from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.rotor_plan import AZIMUTHS, PITCH_SIGNS
 
-BEARINGS = tuple(f"pitch_{k}" for k in range(1, len(PITCH_SIGNS) + 1))
-"""Names of the pitch bearings and of their angles."""
+BEARINGS = ("pitch_1", "pitch_2", "pitch_3")
+"""Names of the bearings and of their angles."""
+
+RINGS = ("ring_1", "ring_2", "ring_3")
+"""Names of the rings between hub and flexible blades."""
 
 
 @dataclass(frozen=True)
-class RootRings:
-    """Rigid rings between the hub and the roots of the blades.
+class Pitch(Component):
+    """Pitch bearings, their rings, torques and drives; nothing where the blades are fixed."""
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""
+        case, hub = assembly.case, assembly.part(HUB)
+        if not case.has_pitch_bearings:
+            return []
+        if case.turbine.model == "rigid":
+            turned = [assembly.part(name) for name in BLADES]
+            bearings = _bearings(hub, turned, [hub.position] * len(turned))
+        else:
+            turned = _rings(hub, case.pitch, case.blade.hub_radius)
+            bearings = _bearings(hub, turned, [ring.position for ring in turned])
+        new = [body for body in turned if body not in assembly.parts]
+        return [*new, *bearings, *pitch_torques(case.loads), *pitch_drive(case.pitch)]
+
+    def channels(self, turbine: Turbine) -> Channels:
+        """``BldPitch1`` ..., positive to feather; 0 without pitch bearings."""
+        names = turbine.system.angle_names
+        found = [(names.index(name), OPENFAST_SIGNS[name]) for name in BEARINGS if name in names]
+
+        def values(s: Snapshot) -> list[float]:
+            angles = [sign * float(np.degrees(s.state.angles[k])) for k, sign in found]
+            return angles or [0.0] * len(BEARINGS)
+
+        columns = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(BEARINGS) + 1))
+        return Channels(openfast=[Channel(columns, values)])
+
+
+def _rings(hub: RigidBody, pitch: PitchCase, radius: float) -> list[RigidBody]:
+    """Rings centred on the pitch axes, their axes along chord, span and rotor axis.
 
     Args:
-        inertia: Of one ring; axes along the chord, the span and the rotor axis.
-        radius: Distance of the centre of a ring, which is on the pitch axis, from the hub centre
-            [m].
+        hub: The hub.
+        pitch: Their mass and Euler values.
+        radius: Distance of their centres from the hub centre [m].
     """
+    turns, centre = [rotation_about(E3, azimuth) for azimuth in AZIMUTHS], np.asarray(hub.position)
+    return [
+        RigidBody(name, pitch.ring_mass, pitch.ring_euler, centre + radius * (R @ E2), R)
+        for name, R in zip(RINGS, turns, strict=True)
+    ]
 
-    inertia: Inertia
-    radius: float
 
-    def on(self, hub: RigidBody) -> tuple[list[RigidBody], list[Revolute]]:
-        """The rings ``ring_1``, ... and their bearings ``pitch_1``, ... on a hub.
-
-        Axes and signs are those of the rigid turbine.
-        """
-        rings, bearings = [], []
-        for k, (azimuth, sign) in enumerate(zip(AZIMUTHS, PITCH_SIGNS, strict=True)):
-            R = rotation_about(E3, azimuth)
-            span = R @ E2
-            centre = hub.position + self.radius * span
-            ring = RigidBody(f"ring_{k + 1}", self.inertia.mass, self.inertia.euler, centre, R)
-            rings.append(ring)
-            bearings.append(
-                Revolute(BEARINGS[k], hub, ring, point=centre, axis=sign * span, reference=E3)
-            )
-        return rings, bearings
+def _bearings(hub: RigidBody, turned: list[RigidBody], points: list[Any]) -> Iterator[Revolute]:
+    """Bearings of what turns on the hub about the spans of the blades, in the paper's signs."""
+    for name, body, point, azimuth, sign in zip(
+        BEARINGS, turned, points, AZIMUTHS, PITCH_SIGNS, strict=True
+    ):
+        span = rotation_about(E3, azimuth) @ E2
+        yield Revolute(name, hub, body, point=point, axis=sign * span, reference=E3)
 
 
 def pitch_drive(pitch: PitchCase) -> list[Any]:

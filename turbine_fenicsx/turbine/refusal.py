@@ -7,9 +7,9 @@ from mpi4py import MPI
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import estimate, in_bytes, mesh_memory
-from turbine_fenicsx.turbine.case.size import MeshSize, size_of_options
+from turbine_fenicsx.turbine.case.size import MeshSize
 from turbine_fenicsx.turbine.machine import machine_memory
-from turbine_fenicsx.turbine.model import blade_geometry, mesh_options
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 WAY_OUT = "--force goes on all the same"
 
@@ -18,7 +18,7 @@ def size_of_blades(case: Case) -> MeshSize | None:
     """Size of the built-in mesh of a case; None without one, or with a mesh file."""
     if case.turbine.model == "rigid" or case.mesh.file:
         return None
-    return size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+    return plan_rotor(case).size
 
 
 def refuse_run(case: Case, comm: MPI.Intracomm) -> None:
@@ -40,7 +40,7 @@ def refuse_mesh(case: Case, comm: MPI.Intracomm) -> None:
     Raises:
         InputError: on all ranks, if the memory is too small.
     """
-    size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+    size = plan_rotor(case).size
     available = machine_memory(comm)
     if mesh_memory(size) <= available:
         return

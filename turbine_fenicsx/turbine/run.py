@@ -25,52 +25,24 @@ from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.folder_lock import claimed
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
-from turbine_fenicsx.simulation.observers.history import (
-    Channel,
-    History,
-    angle_channel,
-    energy_channel,
-    numerics_channel,
-    work_channel,
-)
+from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
-from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.channels import (
-    CONVENTIONS,
-    BladeSensors,
-    TowerSensors,
-    openfast_channels,
-)
+from turbine_fenicsx.turbine.channels import CONVENTIONS, turbine_channels
+from turbine_fenicsx.turbine.component import Component, Turbine
 from turbine_fenicsx.turbine.energy_check import verdict
-from turbine_fenicsx.turbine.model import PART_NAMES, Turbine, build_turbine
+from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import changed_case, label_case
 from turbine_fenicsx.turbine.scheme import conserves_energy, make_stepper
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
 log = logging.getLogger(__name__)
-
-
-def channels(
-    turbine: Turbine,
-    stepper: Stepper,
-    sensors: Iterable[BladeSensors | TowerSensors],
-    stress: bool,
-) -> list[Channel]:
-    """Columns of ``history.csv`` from left to right."""
-    system = turbine.system
-    found = [energy_channel(), angle_channel(system)]
-    for sensor in sensors:
-        found += sensor.history_channels()
-    if system.flexible_bodies and stress:
-        found.append(stress_channel(system))
-    return [*found, work_channel(stepper), numerics_channel()]
 
 
 def run_case(
@@ -83,6 +55,7 @@ def run_case(
     resume: bool = False,
     force: bool = False,
     overwrite: bool = False,
+    components: Iterable[Component] | None = None,
 ) -> dict[str, Any]:
     """Run a case and write everything into a folder.
 
@@ -99,6 +72,7 @@ def run_case(
         resume: Whether to go on from the last checkpoint in the folder.
         force: Whether to go on even if the memory of the machine seems too small.
         overwrite: Whether the results of an earlier run in the folder may be replaced.
+        components: What the turbine is made of from the ground up; `list_components` if None.
 
     Returns:
         The summary, on every rank.
@@ -118,31 +92,9 @@ def run_case(
             on_rank0(comm, lambda: _refuse_to_overwrite(folder))
         open_folder.enter_context(logging_to(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
-        turbine = build_turbine(case, comm)
-        labels = on_rank0(comm, lambda: label_case(case))
-        checkpoints = Checkpoints(
-            turbine.system,
-            folder / "checkpoints",
-            labels,
-            case.output.checkpoint_every,
-            case.output.checkpoint_wall_time,
-        )
-        simulation, statistics = _prepare(
-            case, turbine, folder, checkpoints, resume, progress, observers, stop
-        )
-        data = checkpoints.load(simulation.observers) if resume else None
-        if data is None:
-            _empty_folder(folder, comm, checkpoints)
-        _write_case(case, folder, comm)
-        timing.start()
-        start = time.perf_counter()
-        simulation.run(data)
-        seconds = time.perf_counter() - start
-        tolerance = case.solver.tolerance if conserves_energy(case) else None
-        result = summary(turbine, statistics, seconds, simulation, tolerance)
-        result[names.INTERRUPTED] = simulation.stopped
-        _write_summary(result, folder, comm)
-    return result
+        turbine = build_turbine(case, comm, components)
+        watching: list[Observer] = [Progress(comm, case.time.end, progress), StepLog(), *observers]
+        return _run(case, turbine, folder, resume, watching, stop)
 
 
 def restart_case(
@@ -152,6 +104,8 @@ def restart_case(
     progress: str = "auto",
     stop: Callable[[], bool] | None = None,
     force: bool = False,
+    observers: Iterable[Observer] = (),
+    components: Iterable[Component] | None = None,
 ) -> tuple[Case, dict[str, Any]]:
     """Go on with a run from its last checkpoint.
 
@@ -162,6 +116,8 @@ def restart_case(
         progress: As in `run_case`.
         stop: As in `run_case`.
         force: As in `run_case`.
+        observers: As in `run_case`; those of the run.
+        components: As in `run_case`; those of the run.
 
     Returns:
         The case and the summary.
@@ -172,7 +128,55 @@ def restart_case(
         StepFailure: as in `run_case`.
     """
     case = on_rank0(comm, lambda: changed_case(Path(out), list(overrides)))
-    return case, run_case(case, out, comm, progress, stop=stop, resume=True, force=force)
+    result = run_case(
+        case,
+        out,
+        comm,
+        progress,
+        observers,
+        stop,
+        resume=True,
+        force=force,
+        components=components,
+    )
+    return case, result
+
+
+def _run(
+    case: Case,
+    turbine: Turbine,
+    folder: Path,
+    resume: bool,
+    watching: list[Observer],
+    stop: Callable[[], bool] | None,
+) -> dict[str, Any]:
+    """Run a turbine in a folder that is locked; the summary."""
+    comm, statistics = turbine.comm, Statistics()
+    checkpoints = _checkpoints(case, turbine, folder)
+    stepper = make_stepper(case, turbine.system)
+    simulation = Simulation(
+        turbine.system,
+        case.time.step,
+        case.time.end,
+        [statistics, *_outputs(case, turbine, stepper, folder, resume), *watching],
+        stepper,
+        step_error=_step_error(case, comm),
+        checkpoints=checkpoints,
+        stop=stop,
+    )
+    data = checkpoints.load(simulation.observers) if resume else None
+    if data is None:
+        _empty_folder(folder, comm, checkpoints)
+    _write_case(case, folder, comm)
+    timing.start()
+    start = time.perf_counter()
+    simulation.run(data)
+    seconds = time.perf_counter() - start
+    tolerance = case.solver.tolerance if conserves_energy(case) else None
+    result = summary(turbine, statistics, seconds, simulation, tolerance)
+    result[names.INTERRUPTED] = simulation.stopped
+    _write_summary(result, folder, comm)
+    return result
 
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
@@ -199,48 +203,37 @@ def _refuse_to_overwrite(folder: Path) -> None:
         )
 
 
-def _prepare(
-    case: Case,
-    turbine: Turbine,
-    folder: Path,
-    checkpoints: Checkpoints,
-    resume: bool,
-    progress: str,
-    observers: Iterable[Observer],
-    stop: Callable[[], bool] | None,
-) -> tuple[Simulation, Statistics]:
-    """Make the simulation; nothing is written yet."""
-    end, every, system = case.time.end, case.output.fields_every, turbine.system
-    comm, statistics = system.comm, Statistics()
-    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
+def _checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
+    """Checkpoints of a run, which others can only go on with if they agree with it."""
+    labels = on_rank0(turbine.comm, lambda: label_case(case))
+    labels["list of components"] = turbine.component_names
+    output = case.output
+    return Checkpoints(
+        turbine.system,
+        folder / "checkpoints",
+        labels,
+        output.checkpoint_every,
+        output.checkpoint_wall_time,
+    )
+
+
+def _outputs(
+    case: Case, turbine: Turbine, stepper: Stepper, folder: Path, resume: bool
+) -> list[Observer]:
+    """Observers that write time series and fields; they open no file yet."""
+    comm, every = turbine.comm, case.output.fields_every
     stress = every > 0.0 or resume  # a run that goes on keeps its columns
-    stepper = make_stepper(case, system)
-    watching: list[Observer] = [
-        statistics,
-        History(comm, folder / "history.csv", channels(turbine, stepper, sensors, stress)),
-        OpenFastOutput(
-            comm,
-            folder / "history.out",
-            openfast_channels(turbine, *sensors),
-            case.title,
-            CONVENTIONS,
-        ),
+    channels = turbine_channels(turbine, stepper, stress)
+    out = folder / "history.out"
+    found: list[Observer] = [
+        History(comm, folder / "history.csv", channels.history),
+        OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
     if every > 0.0:
-        parts = turbine.surfaces, turbine.parts, PART_NAMES
-        watching.append(Fields(system, folder / "fields.xdmf", every, end, *parts))
-    watching += [Progress(comm, end, progress), StepLog(), *observers]
-    simulation = Simulation(
-        system,
-        case.time.step,
-        end,
-        watching,
-        stepper,
-        step_error=_step_error(case, comm),
-        checkpoints=checkpoints,
-        stop=stop,
-    )
-    return simulation, statistics
+        path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())
+        names_of_parts = turbine.part_names()
+        found.append(Fields(turbine.system, path, every, case.time.end, *parts, names_of_parts))
+    return found
 
 
 def _empty_folder(folder: Path, comm: MPI.Intracomm, checkpoints: Checkpoints) -> None:

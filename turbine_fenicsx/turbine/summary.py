@@ -10,11 +10,17 @@ from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.foundation.versions import versions
 from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.restart_data import RestartData
+from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
-from turbine_fenicsx.turbine.model import Turbine
+from turbine_fenicsx.turbine.flexible_blades import BODY
+from turbine_fenicsx.turbine.pitch import RINGS
+
+_TURNING = {HUB, *RINGS, *BLADES, BODY}
+"""Bodies that turn about the shaft."""
 
 
 class Statistics:
@@ -84,18 +90,18 @@ def rotor_inertia(turbine: Turbine) -> float:
 
     It is the angular momentum about the shaft of the rotor that turns once a radian per second.
     """
-    system, tower = turbine.system, turbine.tower
+    system = turbine.system
     state = system.initial_state()
-    nacelle, hub = system.rigid_bodies[:2]
-    centre = np.asarray(hub.position, dtype=float)
-    state.q_dot[:] = np.cross(E3, state.q.reshape(-1, 3)).ravel()
+    centre = np.asarray(turbine.part(HUB).position, dtype=float)
+    state.q_dot[:] = 0.0
     for body, first in system.first_coordinate.items():
-        state.q_dot[first : first + 3] = np.cross(E3, np.asarray(body.position) - centre)
-    for body in (nacelle, *((tower.top,) if tower else ())):
-        first = system.first_coordinate[body]
-        state.q_dot[first : first + 12] = 0.0
+        if body.name in _TURNING:
+            q = state.q[first : first + 12].reshape(4, 3).copy()
+            q[0] = np.asarray(body.position) - centre
+            state.q_dot[first : first + 12] = np.cross(E3, q).ravel()
     for block, v in zip(system.flexible_models, state.v, strict=True):
-        if tower is None or block.body is not tower.body:
+        v.array[:] = 0.0
+        if block.body.name in _TURNING:
             v.array[:] = np.cross(E3, block.positions - centre).ravel()
     inertia = float(system.balance(state).angular[2])
     state.destroy()
@@ -147,6 +153,7 @@ def summary(
         )
     return {
         names.VERSIONS: versions(),
+        "components": turbine.component_names,
         "ranks": turbine.system.comm.size,
         "unknowns": unknowns(turbine),
         **_mesh_sizes(turbine),
@@ -175,9 +182,8 @@ def summary(
 
 def _mesh_sizes(turbine: Turbine) -> dict[str, dict[str, float] | None]:
     """Size and quality of each mesh."""
-    meshes = {"mesh": turbine.mesh}
-    if turbine.tower is not None:
-        meshes["tower_mesh"] = turbine.tower.mesh
+    others = {f"{body}_mesh": m for body, m in turbine.meshes.items() if body != BODY}
+    meshes = {"mesh": turbine.meshes.get(BODY), **others}
     return {
         name: None
         if mesh is None

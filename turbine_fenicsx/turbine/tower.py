@@ -1,44 +1,38 @@
-"""The flexible tower: a tube of hexahedra between the ground and the yaw bearing."""
+"""The flexible tower: a tube of hexahedra between the ground and the yaw bearing.
+
+The frame of the tower is that of OpenFAST and does not move: x points downwind, z up, and y = z x x
+to the left, looking downwind. Base loads are those that the tower exerts on the ground, about the
+centre of its foot.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-from mpi4py import MPI
+import numpy as np
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.lame import lame_constants
-from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, load_arrays, tower_arrays
+from turbine_fenicsx.meshing import TowerGeometry, tower_arrays
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
+from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.postprocessing.conventions import TOWER
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.nacelle import SUPPORT
 
+FOOT, HEAD = "tower_foot", "tower_head"
+"""Names of the couplings to the ground and to the rigid body that carries the yaw bearing."""
 
-@dataclass(frozen=True, eq=False)
-class Tower:
-    """A tower and what it is coupled to.
-
-    Args:
-        body: The tube.
-        top: Rigid body at its top, which carries the yaw bearing.
-        foot: Coupling to the ground.
-        head: Coupling to ``top``.
-        mesh: Mesh of the tube.
-    """
-
-    body: FlexibleBody
-    top: RigidBody
-    foot: Coupling
-    head: Coupling
-    mesh: LoadedMesh
-
-    @property
-    def parts(self) -> list[Any]:
-        """Bodies and couplings."""
-        return [self.top, self.body, self.foot, self.head]
+AXES = np.array([E3, E1, E2])
+"""Axes x, y, z of the frame of the tower as rows."""
 
 
 def tower_geometry(tower: TowerCase) -> TowerGeometry:
@@ -50,23 +44,49 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
     return TowerGeometry(tower.height, tower.bottom_diameter, tower.top_diameter, tower.wall)
 
 
-def build_tower(case: TowerCase, comm: MPI.Intracomm) -> Tower:
-    """Build the tower of a case. Cells are curved if the displacement is quadratic. Collective.
+@dataclass(frozen=True)
+class Tower(Component):
+    """The tube, the rigid body at its top, and a coupling at each end."""
 
-    Args:
-        case: Its table.
-        comm: Communicator.
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """Cells are curved if the displacement is quadratic."""
+        t = assembly.case.tower
+        geometry = tower_geometry(t)
+        mesh = assembly.load_mesh(
+            TOWER, "mesh of the tower", lambda: tower_arrays(geometry, t.elements, t.degree)
+        )
+        material = StVenantKirchhoff(*lame_constants(t.young, t.poisson))
+        body = FlexibleBody(TOWER, mesh.mesh, material, t.density, t.degree)
+        top = RigidBody(SUPPORT, t.top_mass, t.top_euler)
+        foot = Coupling(FOOT, body, mesh.facets(BOTTOM), None)
+        return [top, body, foot, Coupling(HEAD, body, mesh.facets(TOP), top)]
 
-    Raises:
-        ModelError: if the mesh cannot be made.
-    """
-    geometry = tower_geometry(case)
-    mesh = load_arrays(
-        comm, lambda: tower_arrays(geometry, case.elements, case.degree), "mesh of the tower"
-    )
-    material = StVenantKirchhoff(*lame_constants(case.young, case.poisson))
-    body = FlexibleBody("tower", mesh.mesh, material, case.density, case.degree)
-    top = RigidBody("tower_top", case.top_mass, case.top_euler)
-    foot = Coupling("tower_foot", body, mesh.facets(BOTTOM), None)
-    head = Coupling("tower_head", body, mesh.facets(TOP), top)
-    return Tower(body, top, foot, head, mesh)
+    def channels(self, turbine: Turbine) -> Channels:
+        """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
+        system, top = turbine.system, turbine.part(SUPPORT)
+        first, start = system.first_coordinate[top], np.asarray(top.position, dtype=float)
+        centre = (0.0, -turbine.case.tower.height, 0.0)
+        base = Reactions(system, [Reaction(turbine.part(FOOT), centre, AXES)])
+        loads = [
+            family(axis=axis)
+            for family in (names.TOWER_BASE_FORCE, names.TOWER_BASE_MOMENT)
+            for axis in "xyz"
+        ]
+        out = [
+            f"TwrBs{kind}{axis}t_[{unit}]"
+            for kind, unit in (("F", "kN"), ("M", "kN-m"))
+            for axis in "xyz"
+        ]
+
+        def channels(motions: list[str], loads: list[str], factor: float) -> list[Channel]:
+            return [
+                Channel(
+                    tuple(motions),
+                    lambda s: (AXES @ (s.state.q[first : first + 3] - start)).tolist(),
+                ),
+                Channel(tuple(loads), lambda s: (factor * base.at(s)).ravel().tolist()),
+            ]
+
+        motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
+        ways = [f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")]
+        return Channels(channels(motions, loads, 1.0), channels(ways, out, 1e-3))

@@ -49,8 +49,8 @@ def mechanism():
     slider = RigidBody("slider", SLIDER, (1e-5, 1e-5, 1e-5), position=BOLT)
     joints = [
         Revolute("shaft", None, crank, (0.0, 0.0, 0.0), E3),
-        Revolute("pin", crank, first, PIN, E3, with_angle=False),
-        Revolute("bolt", last, slider, BOLT, E3, with_angle=False),
+        Revolute("pin", crank, first, PIN, E3, with_coordinates=False),
+        Revolute("bolt", last, slider, BOLT, E3, with_coordinates=False),
         Prismatic("rail", None, slider, BOLT, E1),
         PrescribedMotion("shaft", crank_angle),
     ]

@@ -57,7 +57,7 @@ def linkage():
     ]
 
     def pin(name, first, second, point):
-        return Revolute(name, first, second, point, E3, with_angle=False)
+        return Revolute(name, first, second, point, E3, with_coordinates=False)
 
     joints = [pin(f"A{k}", None, upright[k], A[k]) for k in range(WINDOWS + 1)]
     for k in range(WINDOWS):

@@ -33,10 +33,10 @@ END = 2.0  # [s]
 
 def solve(steps, comm=MPI.COMM_WORLD):
     """Centre of mass at the end, for a number of steps."""
-    top = RigidBody(
+    top = RigidBody.from_inertia(
         "top",
         MASS,
-        euler=INERTIA.sum() / 2.0 - INERTIA,
+        INERTIA,
         position=ARM,
         velocity=np.cross(SPIN, ARM),
         angular_velocity=SPIN,

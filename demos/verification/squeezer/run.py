@@ -91,12 +91,12 @@ def mechanism():
         point_A + along(epsilon, UB, -UA),
     )
     K1, K2, K3, K4, K5, K6, K7 = bodies = [
-        RigidBody(f"K{k}", m, (0.5 * J, 0.5 * J, 0.0), x)
+        RigidBody.from_inertia(f"K{k}", m, (0.5 * J, 0.5 * J, J), x)
         for k, (m, J, x) in enumerate(zip(MASSES, INERTIAS, centres, strict=True), start=1)
     ]
 
     def pin(name, first, second, point):
-        return Revolute(name, first, second, point, E3, with_angle=name in START)
+        return Revolute(name, first, second, point, E3, with_coordinates=name in START)
 
     joints = [
         pin("beta", None, K1, point_O),

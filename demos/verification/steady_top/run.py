@@ -64,8 +64,7 @@ def solve(steps, comm=MPI.COMM_WORLD):
     R = rotation_about(E1, THETA)
     omega = OMEGA_P * E3 + OMEGA_S * R[:, 2]
     x = ARM * R[:, 2]
-    euler = (0.5 * J3, 0.5 * J3, J1 - 0.5 * J3)  # E = tr(J)/2 I - J
-    top = RigidBody("top", MASS, euler, x, R, np.cross(omega, x), omega)
+    top = RigidBody.from_inertia("top", MASS, (J1, J1, J3), x, R, np.cross(omega, x), omega)
     joint = Spherical("tip", None, top, point=(0.0, 0.0, 0.0))
     system = MultibodySystem(comm, [top, joint, Gravity((0.0, 0.0, -G))])
     seen = Angles()

@@ -23,5 +23,5 @@ def test_degree_must_be_one_or_two(degree):
 
 @pytest.mark.parametrize("material", [None, "steel", 2e9])
 def test_material_must_have_a_strain_energy(material):
-    with pytest.raises(TypeError, match="material of 'blade' has no strain_energy"):
+    with pytest.raises(TypeError, match="material of 'blade' needs strain_energy"):
         FlexibleBody("blade", None, material, 1500.0)

@@ -12,6 +12,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, Pressure
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
@@ -143,9 +144,23 @@ def test_facets_that_are_wrong_on_one_rank_are_refused_on_all(comm):
         MultibodySystem(comm, [body, Coupling("c", body, facets, None)])
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (None, "None"),
+        ("a", "str 'a'"),
+        (RigidBody, "the class RigidBody"),
+        (RigidBody("hub", 1.0, (1, 1, 1)), "RigidBody 'hub'"),
+        (np.eye(9), "an object of type ndarray"),
+    ],
+)
+def test_what_was_given_is_described_by_its_type_and_name(given, words):
+    assert describe(given) == words
+
+
 def test_observers_have_three_methods(comm):
     system = MultibodySystem(comm, [RigidBody("b", 1.0, (1, 1, 1))])
-    words = r"an observer needs the methods start\(\), observe\(\) and finish\(\), but "
+    words = r"an observer needs the methods start\(\), observe\(\) and finish\(\), got "
     for observer in (print, lambda snapshot: None, History):
         with pytest.raises(TypeError, match=words):
             Simulation(system, 0.1, 1.0, [observer])

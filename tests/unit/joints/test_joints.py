@@ -303,21 +303,21 @@ def test_joint_forces_of_a_step_have_neither_resultant_nor_moment(kind):
 
 
 @pytest.mark.parametrize(
-    ("make", "option"),
+    ("joint", "axes"),
     [
-        (lambda **o: Revolute("j", A, B, POINT, AXIS, **o), "with_angle"),
-        (lambda **o: Prismatic("j", A, B, POINT, AXIS, **o), "with_coordinates"),
-        (lambda **o: Cylindrical("j", A, B, POINT, AXIS, **o), "with_coordinates"),
-        (lambda **o: Planar("j", A, B, POINT, AXIS, **o), "with_coordinates"),
-        (lambda **o: Universal("j", A, B, POINT, AXIS, SECOND_AXIS, **o), "with_coordinates"),
+        (Revolute, (AXIS,)),
+        (Prismatic, (AXIS,)),
+        (Cylindrical, (AXIS,)),
+        (Planar, (AXIS,)),
+        (Universal, (AXIS, SECOND_AXIS)),
     ],
 )
-def test_a_joint_without_coordinates_locks_the_same(make, option):
+def test_a_joint_without_coordinates_locks_the_same(joint, axes):
     q = np.random.default_rng(9).normal(size=24)
-    assert coordinates_of(make(**{option: False})) == {}
-    assert np.array_equal(
-        constraints_of(make(**{option: False})).value(q), constraints_of(make()).value(q)
-    )
+    full = joint("j", A, B, POINT, *axes)
+    bare = joint("j", A, B, POINT, *axes, with_coordinates=False)
+    assert coordinates_of(bare) == {}
+    assert np.array_equal(constraints_of(bare).value(q), constraints_of(full).value(q))
 
 
 def test_lengths_of_axes_drop_out():

@@ -119,7 +119,8 @@ def test_a_motion_that_does_not_start_at_zero_is_refused(value):
 
 
 def test_a_motion_must_be_a_function_of_time():
-    with pytest.raises(TypeError, match=r"motion of 'j' must be a function of time, got 3\.0"):
+    words = r"motion of 'j' must be a function of time, got float 3\.0"
+    with pytest.raises(TypeError, match=words):
         PrescribedMotion("j", 3.0)
 
 

@@ -1,14 +1,15 @@
 """Claims about revolute joints: what they lock, what their angle measures, what they conserve."""
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
+from rigid_turbine import rigid_turbine
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.quadratic import QuadraticMap
 from turbine_fenicsx.foundation.rotations import rotation_about, unit
 from turbine_fenicsx.joints import Joint, Revolute
-from turbine_fenicsx.turbine.case.parameters import TurbineParameters
-from turbine_fenicsx.turbine.rigid import rigid_turbine
 
 POINT, AXIS = np.array([0.5, -1.0, 2.0]), np.array([1.0, 2.0, -0.5])
 A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), rotation_about((1, 0, 2), 0.7))
@@ -138,7 +139,7 @@ def test_angle_changes_sign_with_the_axis_and_with_the_order_of_the_bodies():
 
 
 def test_a_revolute_without_angle_has_none_and_locks_the_same():
-    j = joint(with_angle=False)
+    j = joint(with_coordinates=False)
     assert j.coordinates(*frames(j.bodies)) == {}
     q = np.random.default_rng(9).normal(size=24)
     assert np.array_equal(constraints_of(j).value(q), constraints_of(joint()).value(q))
@@ -177,7 +178,7 @@ def test_joint_forces_of_a_step_have_neither_resultant_nor_moment():
 
 
 def turbine():
-    parts = rigid_turbine(TurbineParameters())
+    parts = rigid_turbine(MPI.COMM_SELF)
     bodies = [p for p in parts if isinstance(p, RigidBody)]
     joints = {p.name: p for p in parts if isinstance(p, Revolute)}
     slots = {b.name: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}

@@ -32,8 +32,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import StepFailure
 

@@ -6,8 +6,12 @@ import pytest
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.channels import BladeSensors, blade_axes, openfast_channels
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
+from turbine_fenicsx.turbine.channels import turbine_channels
+from turbine_fenicsx.turbine.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.pitch import Pitch
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 COLUMNS = ["Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]"]
 COLUMNS += [f"BldPitch{k}_[deg]" for k in (1, 2, 3)]
@@ -30,7 +34,7 @@ def rows():
     loads = {"rotor_torque": 3.6e7, "yaw_torque": 3.6e8, "duration": 0.5}
     case = Case.parse({"turbine": {"model": "rigid"}, "loads": loads})
     turbine = build_turbine(case, MPI.COMM_WORLD)
-    found = openfast_channels(turbine, BladeSensors(case, turbine))
+    found = turbine_channels(turbine, stress=False).openfast
     rows, directors = [], []
 
     class Seen:
@@ -75,7 +79,7 @@ def test_nacelle_yaw_counts_counter_clockwise_seen_from_above(rows):
 def test_pitch_counts_towards_feather(rows):
     """The leading edge, at -y, turns upwind, to -x: negative about the outward span."""
     _, values, R = rows
-    layout = rotor_layout(Case.parse({}))
+    layout = plan_rotor(Case.parse({})).layout
     for k in (1, 2, 3):
         x, y, span = blade_axes(layout.frame(k)[0], E3)
         relative = np.array([r[1].T @ r[1 + k] for r in R])
@@ -91,9 +95,9 @@ def test_a_rotor_that_turns_backwards_has_azimuths_below_360():
 
     state = SimpleNamespace(angles=np.array([0.1, -0.5]), angle_rates=np.array([0.0, -np.pi]))
     system = SimpleNamespace(angle_names=("yaw", "rotor"))
-    blades = SimpleNamespace(openfast_channels=lambda: [])
-    (channel,) = openfast_channels(SimpleNamespace(system=system), blades)
-    values = channel.values(SimpleNamespace(state=state))
+    turbine = SimpleNamespace(system=system)
+    channels = [c for part in (Nacelle(), Pitch()) for c in part.channels(turbine).openfast]
+    values = [x for channel in channels for x in channel.values(SimpleNamespace(state=state))]
     assert np.allclose(values, [360.0 - np.degrees(0.5), -30.0, -np.degrees(0.1), 0, 0, 0])
 
 

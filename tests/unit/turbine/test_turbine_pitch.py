@@ -3,39 +3,37 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import JointDamper, JointSpring
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import estimate
-from turbine_fenicsx.turbine.case.parameters import Inertia
-from turbine_fenicsx.turbine.case.size import size_of_options
 from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
-from turbine_fenicsx.turbine.model import (
-    blade_geometry,
-    build_turbine,
-    mesh_options,
-    rotor_layout,
-)
-from turbine_fenicsx.turbine.pitch import RootRings, pitch_drive, pitch_torques
-from turbine_fenicsx.turbine.rigid import rigid_turbine
+from turbine_fenicsx.turbine.model import assemble, build_turbine
+from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.pitch import Pitch, pitch_drive, pitch_torques
+from turbine_fenicsx.turbine.rigid_blades import RigidBlades
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
 
-RINGS = RootRings(Inertia(7.0, (3.0, 1.0, 2.0)), 2.25)
+HYBRID = Case.parse({"pitch": {"bearings": True, "ring_mass": 7.0, "ring_euler": [3.0, 1.0, 2.0]}})
 SIGNS = (-1.0, 1.0, -1.0)
 """What a pitch to feather is in the coordinates of the bearings."""
 
 
-def hub():
-    return RigidBody("hub", 1.0, (1.0, 1.0, 1.0), -5.0 * E3)
+def hybrid(comm):
+    """Hub with rings."""
+    return assemble(HYBRID, [Nacelle(), Pitch()], comm)
 
 
-def test_rings_are_centred_on_the_roots_with_their_second_axis_along_the_span():
-    body = hub()
-    rings, _ = RINGS.on(body)
-    layout = rotor_layout(Case.parse({}))
-    for k, ring in enumerate(rings, start=1):
+def rings_of(assembly):
+    return [assembly.part(f"ring_{k}") for k in (1, 2, 3)]
+
+
+def test_rings_are_centred_on_the_roots_with_their_second_axis_along_the_span(comm):
+    turbine = hybrid(comm)
+    body, layout = turbine.part("hub"), turbine.rotor.layout
+    for k, ring in enumerate(rings_of(turbine), start=1):
         span, chord, _ = layout.frame(k)
         assert (ring.name, ring.mass, tuple(ring.euler)) == (f"ring_{k}", 7.0, (3.0, 1.0, 2.0))
         assert np.allclose(ring.position, body.position + 2.25 * span, atol=1e-14)
@@ -44,13 +42,15 @@ def test_rings_are_centred_on_the_roots_with_their_second_axis_along_the_span():
         assert abs(directors[0] @ chord) == pytest.approx(1.0)
 
 
-def test_bearings_have_names_axes_and_signs_of_the_rigid_turbine():
-    _, bearings = RINGS.on(hub())
-    printed = [
-        part
-        for part in rigid_turbine(Case.parse({}).turbine.parameters())
-        if part.name.startswith("pitch_")
-    ]
+def test_bearings_have_names_axes_and_signs_of_the_rigid_turbine(comm):
+    rigid = Case.parse({"turbine": {"model": "rigid"}})
+    bearings, printed = (
+        [part for part in turbine.parts if part.name.startswith("pitch_")]
+        for turbine in (
+            hybrid(comm),
+            assemble(rigid, [Nacelle(), RigidBlades(), Pitch()], comm),
+        )
+    )
     assert (
         [b.name for b in bearings] == [j.name for j in printed] == ["pitch_1", "pitch_2", "pitch_3"]
     )
@@ -100,7 +100,7 @@ def test_unknowns_are_estimated_exactly(comm, model, drive):
     )
     size = None
     if model == "hybrid":
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+        size = plan_rotor(case).size
     assert estimate(case, size).unknowns == unknowns(build_turbine(case, comm))
 
 
@@ -110,15 +110,13 @@ def test_rings_carry_the_blades_and_belong_to_the_rotor(comm):
     pitch = {"bearings": True, "ring_mass": 500.0, "ring_euler": [300.0, 10.0, 200.0]}
     turbine = build_turbine(Case.parse(mesh | {"pitch": pitch}), comm)
     rings = [f"ring_{k}" for k in (1, 2, 3)]
-    assert [root.rigid.name for root in turbine.roots] == rings
-    assert [tip.carrier.name for tip in turbine.tips] == rings
+    assert [turbine.part(f"root_{k}").rigid.name for k in (1, 2, 3)] == rings
     assert [masses(turbine)[name] for name in rings] == [500.0] * 3
-    assert [root.rigid.name for root in without.roots] == ["hub"] * 3
+    assert [without.part(f"root_{k}").rigid.name for k in (1, 2, 3)] == ["hub"] * 3
     # about the shaft: the Euler values along chord and span, and the mass at the hub's radius
     more = 3 * (300.0 + 10.0 + 500.0 * 2.25**2)
     assert rotor_inertia(turbine) - rotor_inertia(without) == pytest.approx(more, rel=1e-6)
 
 
-def test_ring_axis_of_the_upright_blade_is_vertical():
-    rings, _ = RINGS.on(hub())
-    assert np.allclose(np.asarray(rings[1].directors)[:, 1], E2, atol=1e-15)
+def test_ring_axis_of_the_upright_blade_is_vertical(comm):
+    assert np.allclose(np.asarray(rings_of(hybrid(comm))[1].directors)[:, 1], E2, atol=1e-15)

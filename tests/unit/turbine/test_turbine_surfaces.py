@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine, rotor_layout
+from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 NREL = {
     "turbine": {"model": "rigid"},
@@ -22,8 +23,8 @@ NREL = {
 @pytest.mark.parametrize("data", [{"turbine": {"model": "rigid"}}, NREL])
 def test_roots_of_the_blades_are_inside_the_hub_which_touches_the_nacelle(data):
     case = Case.parse(data)
-    nacelle, hub, *blades = build_turbine(case, MPI.COMM_SELF).surfaces
-    centre = np.asarray(rotor_layout(case).centre)
+    nacelle, hub, *blades = build_turbine(case, MPI.COMM_SELF).surfaces()
+    centre = np.asarray(plan_rotor(case).layout.centre)
     radius = np.linalg.norm((hub.points - centre)[:, :2], axis=1).max()
     for blade in blades:
         distance = np.linalg.norm(blade.points - centre, axis=1)

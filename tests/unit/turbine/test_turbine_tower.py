@@ -7,12 +7,12 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
-from turbine_fenicsx.turbine.case.size import size_of_options
 from turbine_fenicsx.turbine.case.tables import TowerCase
-from turbine_fenicsx.turbine.channels import BladeSensors, TowerSensors, openfast_channels
+from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.inspection import inspect_mesh
-from turbine_fenicsx.turbine.model import TOWER, blade_geometry, build_turbine, mesh_options
-from turbine_fenicsx.turbine.run import channels, run_case
+from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
 from turbine_fenicsx.turbine.tower import tower_geometry
 
@@ -29,7 +29,7 @@ def expected(case):
     """The estimate from the case alone."""
     size = None
     if case.turbine.model == "hybrid":
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+        size = plan_rotor(case).size
     return estimate(case, size)
 
 
@@ -42,10 +42,11 @@ def turbine():
 
 
 def test_tower_stands_between_ground_and_yaw_bearing(turbine):
-    system, tower = turbine.system, turbine.tower
+    system = turbine.system
+    top, foot, head = (turbine.part(f"tower_{name}") for name in ("top", "foot", "head"))
     assert [body.name for body in system.flexible_bodies] == ["blades", "tower"]
-    assert tower.foot.rigid is None and tower.head.rigid is tower.top
-    assert np.array_equal(tower.top.position, np.zeros(3))
+    assert foot.rigid is None and head.rigid is top
+    assert np.array_equal(top.position, np.zeros(3))
     (yaw,) = (joint for joint in system.joints if joint.name == "yaw")
     assert (yaw.first.name, yaw.second.name) == ("tower_top", "nacelle")
     contact = system.coupling_blocks[1]
@@ -60,9 +61,9 @@ def test_tower_stands_between_ground_and_yaw_bearing(turbine):
 
 
 def test_cells_of_the_tower_are_a_part_of_their_own(turbine):
-    blades, tower = turbine.parts
+    blades, tower = turbine.parts_of_cells()
     assert set(blades) <= {2.0, 3.0, 4.0}
-    assert set(tower) <= {float(TOWER)} and TOWER == 5
+    assert set(tower) <= {5.0} and turbine.part_names()[5] == "tower"
 
 
 def test_the_tower_has_a_mass_but_does_not_turn_with_the_rotor(turbine, comm):
@@ -78,16 +79,16 @@ def test_the_tower_has_a_mass_but_does_not_turn_with_the_rotor(turbine, comm):
 def test_without_a_tower_there_is_nothing_of_it(comm):
     case = Case.parse({"mesh": MESH})
     turbine = build_turbine(case, comm)
-    assert turbine.tower is None
-    sensors = TowerSensors(case, turbine)
-    assert sensors.history_channels() == sensors.openfast_channels() == []
+    assert list(turbine.meshes) == ["blades"] and turbine.find("tower_top") is None
+    channels = turbine_channels(turbine, stress=True)
+    columns = [name for c in (*channels.history, *channels.openfast) for name in c.columns]
+    assert not [name for name in columns if name.startswith(("tower", "TTDsp", "Twr"))]
     assert "tower" not in masses(turbine)
 
 
 def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
-    case = a_case()
-    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
-    names = [name for channel in channels(turbine, sensors, False) for name in channel.columns]
+    channels = turbine_channels(turbine, stress=False)
+    names = [name for channel in channels.history for name in channel.columns]
     start = names.index("tower_top_displacement_x_[m]")
     assert names[start - 1] == "root_moment_3_z_[Nm]"
     assert names[start + 3 : start + 10] == [
@@ -95,7 +96,7 @@ def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
         *(f"tower_base_moment_{axis}_[Nm]" for axis in "xyz"),
         "work_of_torque_on_rotor_[J]",
     ]
-    out = [name for channel in openfast_channels(turbine, *sensors) for name in channel.columns]
+    out = [name for channel in channels.openfast for name in channel.columns]
     assert out[-9:] == [
         *(f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")),
         *(f"TwrBsF{axis}t_[kN]" for axis in "xyz"),

@@ -6,7 +6,7 @@ import pytest
 from turbine_fenicsx import Gravity, JointDamper, ModelError
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine import model
+from turbine_fenicsx.turbine import loads, model
 
 CASE = "turbine_fenicsx/demos/rigid.toml"
 
@@ -26,7 +26,7 @@ WRONG = {
 
 @pytest.mark.parametrize("sentence", WRONG)
 def test_a_wrong_model_is_one_sentence(sentence, run, monkeypatch, capfd):
-    monkeypatch.setattr(model, "Gravity", WRONG[sentence])
+    monkeypatch.setattr(loads, "Gravity", WRONG[sentence])
     assert run() == 2
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 1 and lines[0].startswith(f"error: {sentence}")

@@ -23,19 +23,18 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.meshing import build_rotor
-    from turbine_fenicsx.turbine.model import blade_geometry, mesh_options, rotor_layout
     from turbine_fenicsx.turbine.refusal import refuse_mesh
+    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
         raise InputError(f"{options.out!r} is there already: --overwrite replaces it")
+    plan = plan_rotor(case)
     if not options.force:
         refuse_mesh(case, comm)
     try:
         report = on_rank0(
             comm,
-            lambda: build_rotor(
-                blade_geometry(case), rotor_layout(case), mesh_options(case), options.out
-            ),
+            lambda: build_rotor(plan.blade, plan.layout, plan.options, options.out),
         )
     except OSError as error:
         raise InputError(str(error)) from None

@@ -18,7 +18,7 @@ from scipy.sparse import csr_matrix
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import check_vectors
+from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
@@ -67,7 +67,7 @@ class Points:
         points: The points.
 
     Raises:
-        ValueError: for a body that is not part of the system, or a point outside its flexible body.
+        ModelError: for a body that is not part of the system, or a point outside its flexible body.
 
     Note:
         Collective.
@@ -81,10 +81,9 @@ class Points:
         self._comm = system.comm
         bodies = [*system.rigid_bodies, *system.flexible_bodies]
         for point in self.points:
-            if point.body not in bodies:
-                raise ValueError(
-                    f"body {point.body.name!r} of point {point.name!r} is not among the parts"
-                )
+            check_among_parts(
+                f"body {point.body.name!r} of point {point.name!r}", point.body, bodies
+            )
         X = np.array([point.position for point in self.points], dtype=float).reshape(-1, 3)
         rows = [k for k, p in enumerate(self.points) if isinstance(p.body, RigidBody)]
         self._rigid = np.array(rows, dtype=np.int64)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from mpi4py import MPI
 
@@ -14,7 +13,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
-from turbine_fenicsx.foundation.checks import check_array, check_vectors
+from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
@@ -58,7 +57,7 @@ class Tips:
         sums: Where the sums over the ranks are made; its own if None.
 
     Raises:
-        ValueError: for a body or carrier that is not part of the system.
+        ModelError: for a body or carrier that is not part of the system.
 
     Note:
         Collective.
@@ -72,12 +71,15 @@ class Tips:
         self.tips = tuple(tips)
         self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []
         for k, tip in enumerate(self.tips):
-            bodies: list[Any] = [tip.body] if tip.carrier is None else [tip.body, tip.carrier]
-            for body in bodies:
-                if body not in (*system.flexible_bodies, *system.rigid_bodies):
-                    raise ValueError(
-                        f"body {body.name!r} of tip {tip.name!r} is not among the parts"
-                    )
+            check_among_parts(
+                f"body {tip.body.name!r} of tip {tip.name!r}", tip.body, system.flexible_bodies
+            )
+            if tip.carrier is not None:
+                check_among_parts(
+                    f"body {tip.carrier.name!r} of tip {tip.name!r}",
+                    tip.carrier,
+                    system.rigid_bodies,
+                )
             index = system.flexible_bodies.index(tip.body)
             block = system.flexible_models[index]
             node = nearest_node(comm, block.positions, tip.point)

@@ -15,17 +15,11 @@ The numbers are handed to the file system before the XML mentions them, and the 
 write that replaces its closing tags, so that the end of the program at any moment leaves all
 finished times readable and the cost of a time does not depend on how many there are. `sync` forces
 the data from the system's memory to the disk, as must be before a checkpoint counts.
-
-The readers keep the start of an array in a signed 32-bit number, so that a further file
-(``fields.1.bin``, ...) begins once an array would start beyond 2 GiB.
 """
 
 import errno
-import functools
-import math
 import os
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, Literal
@@ -35,17 +29,15 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.foundation.errors import FileError
-from turbine_fenicsx.foundation.files import naming, replace_file, sync_file, sync_folder
-from turbine_fenicsx.foundation.parallel import raise_together
+from turbine_fenicsx.foundation.files import naming, replace_file, sync_file
+from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.simulation.observers.mixed_topology import mixed_topology
-from turbine_fenicsx.simulation.observers.stored_grids import file_name, stored_grids
+from turbine_fenicsx.simulation.observers.number_files import NumberFiles, Rows
+from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
 
 _HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
 _SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'
 _TAIL = "</Grid>\n</Domain>\n</Xdmf>\n"
-_MAX_SEEK = 2**31 - 1
-_NUMBER_TYPES = {"i": "Int", "f": "Float"}
 
 
 class XdmfSeries:
@@ -53,6 +45,9 @@ class XdmfSeries:
 
     Points are numbered by rank: those of rank 0 first, then those of rank 1, and so on. Cells of a
     rank follow the order of its blocks, and so must the rows of its cell data.
+
+    Attributes:
+        last_kept: Last time of an existing series that is continued [s]; None for a new one.
 
     Note:
         The constructor and `write` are collective over ``comm``; an error on one rank is raised on
@@ -94,47 +89,13 @@ class XdmfSeries:
             ValueError: if cells or fields do not fit together.
             FileError: if the files cannot be written.
         """
-        self._comm = comm
-        self._path = Path(path)
+        self._comm, self._path = comm, Path(path)
         self._dtype = np.dtype(precision)
         self._head = _head(information or {})
-        self._number, self._offset = 0, 0  # of the file that grows, and its size
-        self._synced = 0  # number of the first file that may not be on the disk
-        self._times = 0
         self._tail_at: int | None = None
-        #: last time of an existing series that stays [s]
-        self.last_kept: float | None = None
-
-        error: Exception | None = None
-        connectivity: NDArray[Any] = np.empty(0, dtype=np.int32)
-        n_cells = 0
-        try:
-            n_total = comm.allreduce(n_points)
-            connectivity = mixed_topology(cells, n_total)
-            n_cells = sum(len(block) for _, block in cells)
-        except ValueError as problem:
-            error = problem
-        raise_together(comm, error)
-        local = (n_points, n_cells, len(connectivity))
-        ends = comm.scan(np.array(local, dtype=np.int64))
-        totals = comm.bcast(ends, root=comm.size - 1)
-        #: per kind of array: rows of this rank, first row of this rank, rows of all ranks
-        self._rows = {
-            kind: (local[i], int(ends[i]) - local[i], int(totals[i]))
-            for i, kind in enumerate(("Node", "Cell", "Topology"))
-        }
-
-        try:
-            if comm.rank == 0:
-                self._open(append)
-        except OSError as problem:
-            error = problem
-        raise_together(comm, error)
-        self._number, self._offset, self._times, self.last_kept = comm.bcast(
-            (self._number, self._offset, self._times, self.last_kept)
-        )
-        self._synced = self._number
-
+        connectivity = self._count(cells, n_points)
+        self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
+        self._numbers = NumberFiles(comm, self._path, place)
         static = self._checked(point_data or {}, cell_data or {})
         items = self._write_arrays([("Topology", "", connectivity), *static])
         self._topology = (
@@ -142,6 +103,26 @@ class XdmfSeries:
             f"{items[0]}</Topology>\n"
         )
         self._static = _attributes(static, items[1:])
+
+    def _count(self, cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
+        """Count points and cells of all ranks; the cells of this rank as a mixed topology."""
+        error: Exception | None = None
+        connectivity = np.empty(0, dtype=np.int32)
+        n_total = self._comm.allreduce(n_points)
+        try:
+            connectivity = mixed_topology(cells, n_total)
+        except ValueError as problem:
+            error = problem
+        raise_together(self._comm, error)
+        local = (n_points, sum(len(block) for _, block in cells), len(connectivity))
+        ends = self._comm.scan(np.array(local, dtype=np.int64))
+        totals = self._comm.bcast(ends, root=self._comm.size - 1)
+        #: per kind of array: rows of this rank, first row of this rank, rows of all ranks
+        self._rows = {
+            kind: (local[i], int(ends[i]) - local[i], int(totals[i]))
+            for i, kind in enumerate(("Node", "Cell", "Topology"))
+        }
+        return connectivity
 
     def write(
         self,
@@ -165,20 +146,13 @@ class XdmfSeries:
         t = float(t)
         arrays = self._checked(point_data or {}, cell_data or {}, points)
         items = self._write_arrays(arrays)
-        error: Exception | None = None
-        if self._comm.rank == 0:
-            geometry = items[0].replace(">", f"><!-- t = {t!r} s -->", 1)
-            grid = (
-                f'<Grid Name="mesh" GridType="Uniform"><Time Value="{t!r}"/>\n'
-                f'{self._topology}<Geometry GeometryType="XYZ">{geometry}</Geometry>\n'
-                f"{_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
-            )
-            try:
-                with naming("write", self._path):
-                    self._extend_xml(grid)
-            except OSError as problem:
-                error = problem
-        raise_together(self._comm, error)
+        geometry = items[0].replace(">", f"><!-- t = {t!r} s -->", 1)
+        grid = (
+            f'<Grid Name="mesh" GridType="Uniform"><Time Value="{t!r}"/>\n'
+            f'{self._topology}<Geometry GeometryType="XYZ">{geometry}</Geometry>\n'
+            f"{_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
+        )
+        on_rank0(self._comm, lambda: self._extend_xml(grid))
         self._times += 1
 
     def sync(self) -> int:
@@ -190,46 +164,28 @@ class XdmfSeries:
         Raises:
             FileError: if the disk refuses, or a file was moved or deleted.
         """
-        error: Exception | None = None
-        if self._comm.rank == 0:
-            try:
-                for number in range(self._synced, self._number + 1):
-                    sync_file(self._heavy(number))
-                if self._times:
-                    sync_file(self._path)
-                with naming("write", self._path):
-                    sync_folder(self._path.parent)
-            except OSError as problem:
-                error = problem
-        raise_together(self._comm, error)
-        self._synced = self._number
+        self._numbers.sync()
+        if self._times:
+            on_rank0(self._comm, lambda: sync_file(self._path))
         return self._times
 
-    def _open(self, append: float | None) -> None:
-        """Prepare both files on rank 0; keep the times before ``append``."""
+    def _open(self, append: float | None) -> tuple[int, float | None, tuple[int, int] | None]:
+        """Prepare the XML on rank 0, with the times before ``append``.
+
+        Returns:
+            Number of these times, the last of them, and the end of their numbers; 0 and None if
+            there are none.
+        """
         with naming("write", self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             if append is not None:
                 limit = append - 1e-9 * max(1.0, abs(append))
                 kept = [grid for grid in stored_grids(self._path) if grid.time < limit]
                 if kept:
-                    self._times, self.last_kept = len(kept), kept[-1].time
-                    self._number, self._offset = max(grid.place for grid in kept)
                     self._replace_xml("".join(grid.text for grid in kept))
-                    return
+                    return len(kept), kept[-1].time, max(grid.place for grid in kept)
             self._path.unlink(missing_ok=True)
-        self._create_heavy()
-
-    def _create_heavy(self) -> None:
-        """Begin a file with numbers; what stood there, maybe a link, is removed."""
-        heavy = self._heavy(self._number)
-        with naming("write", heavy):
-            heavy.unlink(missing_ok=True)
-            heavy.open("xb").close()
-
-    def _heavy(self, number: int) -> Path:
-        """A file with numbers."""
-        return self._path.with_name(file_name(self._path.stem, number))
+        return 0, None, None
 
     def _checked(
         self,
@@ -268,48 +224,10 @@ class XdmfSeries:
         return arrays
 
     def _write_arrays(self, arrays: Sequence[tuple[str, str, NDArray[Any]]]) -> list[str]:
-        """Write arrays one after another, return their ``DataItem`` elements."""
-        items = []
-        places: dict[int, list[tuple[int, NDArray[Any]]]] = {}
-        for kind, _, array in arrays:
-            if self._offset > _MAX_SEEK:
-                self._number, self._offset = self._number + 1, 0
-                self._create_further()
-            _, first, total = self._rows[kind]
-            row_size = array.itemsize * math.prod(array.shape[1:])
-            dimensions = " ".join(str(n) for n in (total, *array.shape[1:]))
-            items.append(
-                f'<DataItem Format="Binary" NumberType="{_NUMBER_TYPES[array.dtype.kind]}" '
-                f'Precision="{array.itemsize}" Endian="{sys.byteorder.capitalize()}" '
-                f'Seek="{self._offset}" Dimensions="{dimensions}">'
-                f"{escape(self._heavy(self._number).name)}</DataItem>"
-            )
-            places.setdefault(self._number, []).append((self._offset + first * row_size, array))
-            self._offset += total * row_size
-        error = None
-        for number, group in places.items():
-            error = _write_at_all(self._comm, self._heavy(number), group) or error
-        raise_together(self._comm, error)
-        if self._comm.rank == 0:
-            heavy = self._heavy(self._number)
-            try:
-                with naming("write", heavy):
-                    if heavy.stat().st_size < self._offset:
-                        raise OSError("some numbers are missing (disk full?)")
-            except OSError as problem:
-                error = problem
-        raise_together(self._comm, error)
-        return items
-
-    def _create_further(self) -> None:
-        """Begin a further file on rank 0, before any rank writes to it."""
-        error: Exception | None = None
-        if self._comm.rank == 0:
-            try:
-                self._create_heavy()
-            except OSError as problem:
-                error = problem
-        raise_together(self._comm, error)
+        """Write arrays of this rank, return their ``DataItem`` elements."""
+        return self._numbers.append(
+            [Rows(array, *self._rows[kind][1:]) for kind, _, array in arrays]
+        )
 
     def _replace_xml(self, grids: str) -> None:
         """Write the whole XML beside the old one, then take its place."""
@@ -322,7 +240,7 @@ class XdmfSeries:
             self._replace_xml(grid)
             return
         new = (grid + _TAIL).encode()
-        with open(self._path, "r+b", buffering=0) as file:
+        with naming("write", self._path), open(self._path, "r+b", buffering=0) as file:
             file.seek(self._tail_at)
             try:
                 if file.write(new) != len(new):
@@ -351,36 +269,3 @@ def _attributes(arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence
         f'AttributeType="{"Scalar" if array.ndim == 1 else "Vector"}">{item}</Attribute>\n'
         for (kind, name, array), item in zip(arrays, items, strict=True)
     )
-
-
-def _write_at_all(
-    comm: MPI.Intracomm, path: Path, arrays: Sequence[tuple[int, NDArray[Any]]]
-) -> OSError | None:
-    """Write arrays at byte offsets, close the file; return the first error of this rank.
-
-    One rank alone writes an ordinary file, ten times as fast as by MPI-IO. After an error the
-    remaining collective calls still happen, because the other ranks make them.
-    """
-    if comm.size == 1:
-        try:
-            with open(path, "r+b") as plain:
-                for offset, array in arrays:
-                    plain.seek(offset)
-                    plain.write(array.data)
-        except OSError as problem:
-            return FileError(f"cannot write {path}: {problem.strerror or problem}")
-        return None
-    try:
-        file = MPI.File.Open(comm, os.fspath(path), MPI.MODE_WRONLY)
-    except MPI.Exception as problem:
-        return FileError(f"cannot write {path}: {problem}")
-    error = None
-    calls: list[Callable[[], object]] = [
-        functools.partial(file.Write_at_all, offset, array) for offset, array in arrays
-    ]
-    for call in (*calls, file.Close):
-        try:
-            call()
-        except MPI.Exception as problem:
-            error = error or FileError(f"cannot write {path}: {problem}")
-    return error

@@ -62,7 +62,7 @@ class Estimate:
     Args:
         unknowns: Number of unknowns by block, named as in ``summary.json``.
         exact: Whether these are counted.
-        preconditioner: The linear solver that will be used.
+        linear_solver: The linear solver that will be used.
         steps: Number of steps.
         step_seconds: Wall time of a step [s].
         set_up_seconds: Wall time before the first step [s].
@@ -73,7 +73,7 @@ class Estimate:
 
     unknowns: dict[str, int]
     exact: bool
-    preconditioner: str
+    linear_solver: str
     steps: float
     step_seconds: float
     set_up_seconds: float
@@ -94,8 +94,8 @@ class Estimate:
         """
         if self.memory <= available:
             return ""
-        direct = self.preconditioner != "iterative"
-        way_out = '; solver.preconditioner = "iterative" needs less' if direct else ""
+        direct = self.linear_solver != "iterative"
+        way_out = '; solver.linear_solver = "iterative" needs less' if direct else ""
         return (
             f"the run needs about {in_bytes(self.memory)} of memory, this machine has "
             f"{in_bytes(available)}{way_out}"
@@ -105,7 +105,7 @@ class Estimate:
         """A few lines for people."""
         about = "" if self.exact else "about "
         blocks = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in self.unknowns.items())
-        factor = "three" if self.preconditioner == "iterative" else "two"
+        factor = "three" if self.linear_solver == "iterative" else "two"
         ranks = f"{self.ranks} rank{'s' * (self.ranks > 1)}"
         each = f", {in_bytes(self.memory / self.ranks)} on each rank" if self.ranks > 1 else ""
         sure = f"within a factor of {factor} on {MACHINE}"
@@ -114,7 +114,7 @@ class Estimate:
         return "\n".join(
             [
                 f"unknowns: {about}{sum(self.unknowns.values())} ({blocks})",
-                f"preconditioner: {self.preconditioner}",
+                f"linear solver: {self.linear_solver}",
                 f"run time: about {_time(self.seconds)} for {self.steps:.7g} steps of "
                 f"{_time(self.step_seconds)} on {ranks}, {sure}",
                 f"memory: about {in_bytes(self.memory)}{each}; disk: about {in_bytes(self.disk)}",
@@ -138,7 +138,7 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
     n_bodies, n_joints = 2 + n_pitch + (1 if tower else 0), 2 + n_pitch
     n_drives = n_pitch if case.pitch.drive == "prescribed" else 0
     displacements = sum(3 * mesh.nodes for mesh in meshes)
-    name = case.solver.preconditioner
+    name = case.solver.linear_solver
     if name == "auto":
         largest = max((3 * mesh.nodes for mesh in meshes), default=0)
         name = "iterative" if largest >= LARGEST_FACTOR else "frozen"

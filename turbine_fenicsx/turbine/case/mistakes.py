@@ -42,6 +42,9 @@ _WORDS = (
 _SIMILAR = 0.7
 """Names at least as similar as this are suggested, those in the same table from 0.1 less on."""
 
+_RENAMED: dict[Key, Key] = {("solver", "preconditioner"): ("solver", "linear_solver")}
+"""Keys of version 0.1 by their old names."""
+
 
 def mistakes_in(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
     """What pydantic found.
@@ -113,6 +116,8 @@ def _unknown_keys(names: Key, value: Any, tables: type[BaseModel]) -> list[Key]:
 
 def _hint(key: Key, tables: type[BaseModel]) -> str:
     """Hint at the valid key, in any table, that is nearest to an unknown one."""
+    if key in _RENAMED:
+        return f"; it is called {'.'.join(_RENAMED[key])!r} now"
 
     def likeness(other: Key) -> float:
         same_table = 0.1 if other[:-1] == key[:-1] else 0.0

@@ -10,7 +10,8 @@ from math import isfinite, nan
 from numbers import Real
 from typing import Annotated, Any, get_args
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, GetCoreSchemaHandler
+from pydantic_core import core_schema
 
 Powers = tuple[int, ...]
 """Powers of metre, kilogram and second."""
@@ -144,9 +145,17 @@ class Unit:
     symbol: str
 
 
-def quantity(unit: str) -> Any:
-    """Type of a number with the given SI unit, for pydantic models."""
-    return Annotated[float, BeforeValidator(lambda value: to_si(value, unit)), Unit(unit)]
+@dataclass(frozen=True)
+class Quantity(Unit):
+    """The unit of a number that may also be given as a string with another unit."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Pydantic converts to SI before it looks at the number."""
+        return core_schema.no_info_before_validator_function(
+            lambda value: to_si(value, self.symbol), handler(source)
+        )
 
 
 def unit_of(kind: Any) -> str | None:
@@ -166,17 +175,17 @@ def whole(value: Any) -> Any:
     return value
 
 
-Seconds = quantity("s")
-Metres = quantity("m")
-Kilograms = quantity("kg")
-EulerMoment = quantity("kg m^2")
-Density = quantity("kg/m^3")
-Pascal = quantity("Pa")
-Viscosity = quantity("Pa s")
-Torque = quantity("N m")
-TorsionalStiffness = quantity("N m/rad")
-TorsionalDamping = quantity("N m s/rad")
-Radians = quantity("rad")
-Acceleration = quantity("m/s^2")
-Number = quantity("")
+Seconds = Annotated[float, Quantity("s")]
+Metres = Annotated[float, Quantity("m")]
+Kilograms = Annotated[float, Quantity("kg")]
+EulerMoment = Annotated[float, Quantity("kg m^2")]
+Density = Annotated[float, Quantity("kg/m^3")]
+Pascal = Annotated[float, Quantity("Pa")]
+Viscosity = Annotated[float, Quantity("Pa s")]
+Torque = Annotated[float, Quantity("N m")]
+TorsionalStiffness = Annotated[float, Quantity("N m/rad")]
+TorsionalDamping = Annotated[float, Quantity("N m s/rad")]
+Radians = Annotated[float, Quantity("rad")]
+Acceleration = Annotated[float, Quantity("m/s^2")]
+Number = Annotated[float, Quantity("")]
 Whole = Annotated[int, BeforeValidator(whole)]

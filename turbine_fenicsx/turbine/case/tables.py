@@ -267,7 +267,7 @@ class LoadsCase(Section):
 class SolverCase(Section):
     """Solver of the step."""
 
-    preconditioner: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
+    linear_solver: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
     tolerance: Annotated[Number, Field(gt=0.0, lt=1.0)] = 1e-12
     max_iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 30
 

@@ -7,6 +7,7 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointDamper, JointSpring, JointTorque
 from turbine_fenicsx.forces.time_functions import Constant
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.joints import (
     Cylindrical,
@@ -201,7 +202,7 @@ def test_columns_of_the_history(comm, shared_tmp_path):
 def test_mistakes_are_refused_in_a_sentence(comm):
     system, hinge = pendulum(comm)
     other = pendulum(comm)[1]
-    with pytest.raises(ValueError, match="joint 'hinge' is not among the parts"):
+    with pytest.raises(ModelError, match="joint 'hinge' is not among the parts"):
         JointReactions(system, [JointReaction(other)])
     with pytest.raises(ValueError, match="point of 'hinge' must be three numbers, got 1"):
         JointReaction(hinge, 1)

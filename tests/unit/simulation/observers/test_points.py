@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.points import Point, Points, point_channel
@@ -138,5 +139,5 @@ def test_mistakes_are_refused_in_a_sentence(machine):
         Point("p", m.beam, (1.0, np.nan, 0.0))
     with pytest.raises(TypeError, match="'p' needs a rigid or flexible body, got None"):
         Point("p", None, (1.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match="body 'beam' of point 'p' is not among the parts"):
+    with pytest.raises(ModelError, match="body 'beam' of point 'p' is not among the parts"):
         Points(m.system(), [Point("p", machine().beam, (1.0, 0.0, -1.0))])

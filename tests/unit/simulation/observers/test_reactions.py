@@ -5,6 +5,7 @@ import pytest
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
@@ -152,7 +153,7 @@ def test_every_step_must_be_seen(held):
 
 def test_foreign_couplings_are_refused(held, machine):
     m = machine()
-    with pytest.raises(ValueError, match="coupling 'root' is not among the parts"):
+    with pytest.raises(ModelError, match="coupling 'root' is not among the parts"):
         Reactions(held[0], [Reaction(m.root, POINT)])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.system.system import MultibodySystem
@@ -57,9 +58,9 @@ def test_deflection_from_the_ground_is_the_displacement(comm, machine):
 def test_mistakes_are_refused_in_a_sentence(comm, machine):
     m = machine()
     system = MultibodySystem(comm, [m.beam, Coupling("wall", m.beam, m.facets(0.5), None)])
-    with pytest.raises(ValueError, match="body 'hub' of tip '1' is not among the parts"):
+    with pytest.raises(ModelError, match="body 'hub' of tip '1' is not among the parts"):
         Tips(system, [Tip("1", m.beam, CORNER, m.hub)])
-    with pytest.raises(ValueError, match="body 'beam' of tip '1' is not among the parts"):
+    with pytest.raises(ModelError, match="body 'beam' of tip '1' is not among the parts"):
         Tips(system, [Tip("1", machine().beam, CORNER, None)])
     with pytest.raises(ValueError, match="point of '1' must be three numbers"):
         Tip("1", m.beam, CORNER[:2], None)

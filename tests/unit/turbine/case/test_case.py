@@ -169,7 +169,7 @@ def test_one_arm_for_all_blades_balances_the_rotor(arm):
         ("loads.rotor_torque", "3 kN", "a bare number counts in N m"),
         ("loads.duration", 0.0, "greater than 0"),
         ("loads.gravity", "-9.81 m/s^2", "greater than or equal to 0"),
-        ("solver.preconditioner", "magic", "'lu' or 'monolithic'"),
+        ("solver.linear_solver", "magic", "'lu' or 'monolithic'"),
         ("solver.tolerance", 0.0, "greater than 0"),
         ("solver.max_iterations", 0, "greater than or equal to 1"),
         ("output.fields_every", -0.1, "greater than or equal to 0"),
@@ -264,6 +264,11 @@ def test_wrong_arm_is_told_that_metres_are_allowed(arm):
     ("data", "key", "hint"),
     [
         ({"materail": {}}, "materail", "did you mean 'material'?"),
+        (
+            {"solver": {"preconditioner": "lu"}},
+            "solver.preconditioner",
+            "it is called 'solver.linear_solver' now",
+        ),
         ({"time": {"stop": 1.0}}, "time.stop", "did you mean 'time.step'?"),
         ({"material": {"densty": 1.0}}, "material.densty", "did you mean 'material.density'?"),
         (

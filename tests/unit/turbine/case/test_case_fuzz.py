@@ -19,8 +19,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import estimate
 from turbine_fenicsx.turbine.case.quantities import to_si
-from turbine_fenicsx.turbine.case.size import size_of_options
-from turbine_fenicsx.turbine.model import blade_geometry, mesh_options
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 DEMOS = Path(__file__).parents[4] / "demos" / "paper"
 UNITS = ["s", "m", "kg", "kg m^2", "kg/m^3", "Pa", "N m", "N m s/rad", "m/s^2", "rad", ""]
@@ -154,7 +153,7 @@ def test_every_valid_case_can_be_estimated(data):
         return
     size = None
     if case.turbine.model == "hybrid" and case.mesh.file is None:
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+        size = plan_rotor(case).size
     found = estimate(case, size)
     assert 0.0 < found.seconds < math.inf
     assert 0.0 < found.memory < math.inf

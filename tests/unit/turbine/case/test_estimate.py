@@ -14,8 +14,9 @@ from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_options
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.machine import machine_memory
-from turbine_fenicsx.turbine.model import ROOTS, blade_geometry, build_turbine, mesh_options
+from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_mesh
+from turbine_fenicsx.turbine.rotor_plan import ROOTS, plan_rotor
 from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.summary import unknowns
 
@@ -25,7 +26,7 @@ def expected(data):
     case = Case.parse(data)
     size = None
     if case.turbine.model == "hybrid":
-        size = size_of_options(blade_geometry(case), mesh_options(case), case.mesh.degree)
+        size = plan_rotor(case).size
     return estimate(case, size)
 
 
@@ -70,7 +71,8 @@ def test_unknowns_of_a_mesh_that_exists_are_counted(comm, cell, degree):
 @pytest.mark.parametrize("fineness", [{}, {"size": 0.8}, {"elements": (1, 1, 6)}])
 def test_numbers_of_tetrahedra_are_known_roughly(fineness):
     case = Case.parse({"mesh": {"cell": "tetrahedron"} | fineness})
-    options, blade = mesh_options(case), blade_geometry(case)
+    plan = plan_rotor(case)
+    options, blade = plan.options, plan.blade
     mesh = rotor_arrays(blade, RotorLayout(), MeshOptions("tetrahedron", **fineness))
     for degree in (1, 2):
         counted = size_of_arrays(mesh, ROOTS, degree)
@@ -92,11 +94,11 @@ def test_numbers_of_tetrahedra_are_known_roughly(fineness):
         (70713, {}, 0.33),
         (70713, {"tolerance": 1e-8}, 0.24),
         (301725, {}, 1.95),
-        (11025, {"preconditioner": "iterative"}, 0.06),
-        (70713, {"preconditioner": "iterative"}, 0.59),
-        (301725, {"preconditioner": "iterative"}, 3.2),
-        (11025, {"preconditioner": "lu"}, 0.6),
-        (70713, {"preconditioner": "lu"}, 11.0),
+        (11025, {"linear_solver": "iterative"}, 0.06),
+        (70713, {"linear_solver": "iterative"}, 0.59),
+        (301725, {"linear_solver": "iterative"}, 3.2),
+        (11025, {"linear_solver": "lu"}, 0.6),
+        (70713, {"linear_solver": "lu"}, 11.0),
     ],
 )
 def test_step_takes_what_was_measured_within_a_factor_of_two(displacements, solver, seconds):
@@ -143,13 +145,13 @@ def test_several_ranks_take_more_memory_and_less_time():
 
 
 def test_solver_is_named_and_too_little_memory_is_told():
-    assert hexahedra(1000)().preconditioner == "frozen"
-    assert hexahedra(3_000_000)().preconditioner == "iterative"
-    assert hexahedra(1000)(preconditioner="lu").preconditioner == "lu"
+    assert hexahedra(1000)().linear_solver == "frozen"
+    assert hexahedra(3_000_000)().linear_solver == "iterative"
+    assert hexahedra(1000)(linear_solver="lu").linear_solver == "lu"
     assert hexahedra(1000)().too_large(1e9) == ""
-    sentence = hexahedra(3_000_000)(preconditioner="frozen").too_large(2e9)
+    sentence = hexahedra(3_000_000)(linear_solver="frozen").too_large(2e9)
     assert sentence.startswith("the run needs about ")
-    assert sentence.endswith('has 2 GB; solver.preconditioner = "iterative" needs less')
+    assert sentence.endswith('has 2 GB; solver.linear_solver = "iterative" needs less')
 
 
 def test_more_steps_and_finer_tolerance_take_longer():

@@ -1,0 +1,85 @@
+"""How the cases and studies of ``demos`` are drawn: by the commands that anybody has."""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+DEMOS = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Turbine:
+    """A case, drawn by the command ``render``.
+
+    Args:
+        case: The file below ``demos``.
+        time: When it is drawn [s].
+        options: More options of ``render``.
+    """
+
+    case: str
+    time: float
+    options: tuple[str, ...] = ()
+
+    def __call__(self, name: str, folder: Path, png: Path) -> None:
+        """Run the case in a folder and draw it."""
+        run(self.case, folder, f"time.end={self.time}", "output.fields_every=0.5")
+        size = ("--size", "1200x900")
+        command("render", folder, "--times", self.time, "-o", folder, *size, *self.options)
+        (picture,) = folder.glob("turbine_t*.png")
+        shrink(picture, png)
+
+
+def run(case: str, folder: Path, *changes: str) -> None:
+    """Run a case of ``demos`` into a folder."""
+    more = ("--set", *changes) if changes else ()
+    command("run", DEMOS / case, "-o", folder, "--overwrite", "--quiet", *more)
+
+
+def command(*arguments: object) -> None:
+    """A command of ``turbine-fenicsx``."""
+    line = [sys.executable, "-m", "turbine_fenicsx", *map(str, arguments)]
+    subprocess.run(line, check=True)
+
+
+def shrink(picture: Path, png: Path) -> None:
+    """Make a picture smaller, in size and in colours."""
+    with Image.open(picture) as image:
+        image.convert("RGB").resize((900, 675), Image.Resampling.LANCZOS).quantize(256).save(png)
+
+
+def orders(name: str, folder: Path, png: Path) -> None:
+    """Errors over the time step."""
+    command("study", DEMOS / "studies" / "time_step.toml", "-o", folder, "--quiet")
+    shutil.copy(folder / "convergence.png", png)
+
+
+def spin_up(name: str, folder: Path, png: Path) -> None:
+    """Picture and animation of the README, which stand beside the folder of the gallery."""
+    import imageio_ffmpeg
+
+    run("gallery/turbine.toml", folder)
+    colours, movie = ("--range", "0,30"), folder / "movie.mp4"
+    command("render", folder, "--times", 1.2, "-o", folder, "--size", "1300x1200", *colours)
+    command("render", folder, "--movie", movie, "--size", "780x720", *colours)
+    (picture,) = folder.glob("turbine_t*.png")
+    shutil.copy(picture, png.parents[1] / png.name)
+    palette = "split[a][b];[a]palettegen=max_colors=128[p];[b][p]paletteuse=dither=none"
+    animate = ("-vf", f"scale=520:-1:flags=lanczos,{palette}")
+    gif = (png.parents[1] / png.name).with_suffix(".gif")
+    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
+    subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-i", movie, *animate, gif], check=True)
+
+
+CASES = {
+    "rigid": Turbine("paper/rigid.toml", 5.0),
+    "hybrid_stiff": Turbine("paper/hybrid_stiff.toml", 9.0),
+    "hybrid_soft": Turbine("paper/hybrid_soft.toml", 1.5, ("--scale", "5")),
+    "flexible_tower": Turbine("turbine/flexible_tower.toml", 4.5, ("--scale", "20")),
+    "pitch_to_feather": Turbine("turbine/pitch_to_feather.toml", 7.0),
+    "time_step": orders,
+}

@@ -1,0 +1,227 @@
+"""A user's program with types: every public name of the package, checked by mypy, and it runs.
+
+`assert_type` says what type checkers and editors know about each; it does nothing when it runs.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import assert_type
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, mesh
+
+import turbine_fenicsx as tfx
+
+Array = npt.NDArray[np.float64]
+Material = (
+    tfx.KelvinVoigt
+    | tfx.MooneyRivlin
+    | tfx.NeoHooke
+    | tfx.OrthotropicSVK
+    | tfx.StVenantKirchhoff
+    | tfx.TransverselyIsotropic
+)
+
+
+def materials() -> list[Material]:
+    """One of each."""
+    lam, mu = 1.0e6, 1.0e6
+    axes = (ufl.as_vector([1, 0, 0]), ufl.as_vector([0, 1, 0]), ufl.as_vector([0, 0, 1]))
+    soft = assert_type(tfx.StVenantKirchhoff(lam, mu), tfx.StVenantKirchhoff)
+    return [
+        assert_type(tfx.KelvinVoigt(soft, shear_viscosity=10.0), tfx.KelvinVoigt),
+        assert_type(tfx.MooneyRivlin(c10=mu, c01=0.0, bulk_modulus=lam), tfx.MooneyRivlin),
+        assert_type(tfx.NeoHooke(lam, mu), tfx.NeoHooke),
+        assert_type(tfx.OrthotropicSVK((mu,) * 3, (mu,) * 3, (0.2,) * 3, axes), tfx.OrthotropicSVK),
+        assert_type(
+            tfx.TransverselyIsotropic(2 * mu, mu, mu, 0.2, 0.2, axes[0]), tfx.TransverselyIsotropic
+        ),
+    ]
+
+
+def beam(comm: MPI.Intracomm) -> tuple[tfx.FlexibleBody, npt.NDArray[np.int32]]:
+    """A block of soft rubber, and the facets at its lower end."""
+    ends: list[npt.ArrayLike] = [np.zeros(3), np.array([0.1, 0.1, 1.0])]
+    box = mesh.create_box(comm, ends, [1, 1, 3], mesh.CellType.hexahedron)
+
+    def density_at(points: Array) -> Array:
+        return 1000.0 + 10.0 * points[:, 2]
+
+    density: fem.Function = tfx.cell_field(box, density_at)
+    body = tfx.FlexibleBody("beam", box, materials()[0], density)
+    foot = mesh.locate_entities_boundary(box, 2, lambda x: np.isclose(x[2], 0.0))
+    return assert_type(body, tfx.FlexibleBody), np.asarray(foot, dtype=np.int32)
+
+
+def joints(a: tfx.RigidBody, b: tfx.RigidBody) -> list[str]:
+    """The others, by their names."""
+    at, axis = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    cylindrical = assert_type(tfx.Cylindrical("c", a, b, at, axis), tfx.Cylindrical)
+    planar = assert_type(tfx.Planar("p", a, b, at, axis), tfx.Planar)
+    prismatic = assert_type(tfx.Prismatic("s", a, b, at, axis), tfx.Prismatic)
+    rigid = assert_type(tfx.Rigid("r", a, b, at), tfx.Rigid)
+    spherical = assert_type(tfx.Spherical("b", a, None, at), tfx.Spherical)
+    universal = assert_type(tfx.Universal("u", a, b, at, axis, (1.0, 0.0, 0.0)), tfx.Universal)
+    return [j.name for j in (cylindrical, planar, prismatic, rigid, spherical, universal)]
+
+
+def functions_of_time() -> list[float]:
+    """Their values at 1 s."""
+    table = assert_type(tfx.Table((0.0, 2.0), (0.0, 4.0)), tfx.Table)
+    functions = (
+        assert_type(tfx.Constant(1.0), tfx.Constant),
+        assert_type(tfx.Hat(2.0), tfx.Hat),
+        assert_type(tfx.Ramp(3.0, 1.0), tfx.Ramp),
+        assert_type(tfx.Sine(1.0, 0.25), tfx.Sine),
+        table,
+    )
+    return assert_type([function(1.0) for function in functions], list[float])
+
+
+class Largest:
+    """An observer that survives a restart."""
+
+    name = "largest"
+
+    def __init__(self) -> None:
+        self.energy = 0.0
+
+    def start(self, snapshot: tfx.Snapshot, resumed: bool) -> None:
+        self.observe(snapshot)
+
+    def observe(self, snapshot: tfx.Snapshot) -> None:
+        self.energy = max(self.energy, assert_type(snapshot.balance, tfx.Balance).kinetic)
+
+    def finish(self) -> None:
+        """Nothing is open."""
+
+    def save(self) -> tfx.RestartData:
+        return tfx.RestartData({"energy": self.energy})
+
+    def restore(self, data: tfx.RestartData) -> None:
+        self.energy = float(data.numbers["energy"])
+
+
+def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[object]:
+    """One of each; forces on surfaces get no facets of this rank here."""
+    facets, at, up = np.zeros(0, np.int32), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    return [
+        assert_type(tfx.FollowerForce("follower", a, at, up), tfx.FollowerForce),
+        assert_type(tfx.Gravity((0.0, -9.81, 0.0)), tfx.Gravity),
+        assert_type(tfx.JointDamper("damper", "hinge", 0.1), tfx.JointDamper),
+        assert_type(tfx.JointSpring("spring", "hinge", 1.0), tfx.JointSpring),
+        assert_type(tfx.JointTorque("hinge", tfx.Constant(1.0)), tfx.JointTorque),
+        assert_type(tfx.NodeForce("node", body, at, up), tfx.NodeForce),
+        assert_type(tfx.PointDamper("dashpot", a, b, at, up, 0.1), tfx.PointDamper),
+        assert_type(tfx.PointForce("wind", b, at, up, math.sin), tfx.PointForce),
+        assert_type(tfx.PointSpring("cable", a, b, at, up, 1.0), tfx.PointSpring),
+        assert_type(tfx.Pressure("pressure", body, facets, 1.0), tfx.Pressure),
+        assert_type(tfx.SurfaceTraction("traction", body, facets, up), tfx.SurfaceTraction),
+        assert_type(tfx.Torque("torque", a, up), tfx.Torque),
+    ]
+
+
+def functions_of_coordinates() -> tfx.Quadratic:
+    """What a joint of one's own is made of."""
+    first = assert_type(tfx.AffineVector.slot(0), tfx.AffineVector)
+    second = tfx.AffineVector.fixed((1.0, 0.0, 0.0))
+    return assert_type(tfx.dot(first, second) - 1.0, tfx.Quadratic)
+
+
+def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
+    """A soft beam on a swinging arm."""
+    body, foot = beam(comm)
+    arm = tfx.RigidBody("arm", 1.0, (0.1, 0.1, 0.1), position=(0.0, 0.5, 0.0))
+    hinge = tfx.Revolute("hinge", None, arm, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    assert_type((arm, hinge), tuple[tfx.RigidBody, tfx.Revolute])
+    second = tfx.RigidBody("second", 1.0, (0.1, 0.1, 0.1), position=(5.0, 0.0, 0.0))
+    drive = tfx.Revolute("drive", None, second, (5.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    motion = assert_type(tfx.PrescribedMotion("drive", tfx.Ramp(1.0, 2.0)), tfx.PrescribedMotion)
+    coupling = assert_type(tfx.Coupling("clamp", body, foot, arm), tfx.Coupling)
+    parts = [arm, hinge, second, drive, motion, body, coupling, tfx.Gravity()]
+    system = assert_type(tfx.MultibodySystem(comm, parts), tfx.MultibodySystem)
+
+    at_rest = assert_type(tfx.equilibrium(system), tfx.State)
+    swinging = assert_type(tfx.initial_motion(system, {"hinge": 0.1}), tfx.State)
+    options = assert_type(tfx.SolverOptions(tolerance=1e-11), tfx.SolverOptions)
+    solver = assert_type(tfx.EnergyMomentum(system, options), tfx.EnergyMomentum)
+    assert_type(solver.step, tfx.EnergyMomentumStep)
+    solver.advance(at_rest, 0.01, at_rest.copy())
+
+    reaction = assert_type(tfx.JointReaction(hinge), tfx.JointReaction)
+    reactions = assert_type(tfx.JointReactions(system, [reaction]), tfx.JointReactions)
+    point = assert_type(tfx.Point("tip", arm, (0.0, 0.0, 0.0)), tfx.Point)
+    points = assert_type(tfx.Points(system, [point]), tfx.Points)
+    channels = [tfx.joint_channel(reactions), tfx.point_channel(points)]
+    channels.append(tfx.Channel(("angle_[rad]",), lambda s: [float(s.state.angles[0])]))
+    assert_type(channels, list[tfx.Channel])
+    largest = Largest()
+    restartable: tfx.RestartableObserver = largest
+    observers: list[tfx.Observer] = [
+        assert_type(tfx.History(comm, folder / "history.csv", channels), tfx.History),
+        assert_type(tfx.Fields(system, folder / "fields.xdmf", 0.01, 0.02), tfx.Fields),
+        restartable,
+    ]
+    checkpoints = assert_type(tfx.Checkpoints(system, folder / "checkpoints"), tfx.Checkpoints)
+    fields = assert_type(tfx.BodyFields(system, body, degree=1), tfx.BodyFields)
+    fields.update(at_rest)
+    assert_type(fields.stress, fem.Function)
+    run = tfx.Simulation(
+        system, 0.01, 0.02, observers, options, checkpoints=checkpoints, start=swinging
+    )
+    return assert_type(assert_type(run, tfx.Simulation).run(), tfx.Snapshot)
+
+
+class Generator(tfx.Component):
+    """A disc on the hub and its speed."""
+
+    def parts(self, assembly: tfx.Assembly) -> list[tfx.RigidBody | tfx.Revolute]:
+        hub = assembly.part("hub")
+        disc = tfx.RigidBody("disc", 1e3, (1e6, 1e6, 1e6), hub.position)
+        return [disc, tfx.Revolute("shaft", hub, disc, hub.position, (0.0, 0.0, 1.0))]
+
+    def channels(self, turbine: tfx.Turbine) -> tfx.Channels:
+        speed = tfx.Channel(("speed_[rad/s]",), lambda s: [float(s.state.angle_rates[-1])])
+        return assert_type(tfx.Channels(history=[speed]), tfx.Channels)
+
+
+def turbine(comm: MPI.Intracomm, folder: Path) -> None:
+    """A turbine with a component of one's own, and the same run as one that goes on."""
+    table = {"turbine": {"model": "rigid"}, "time": {"end": 0.04}, "output": {"fields_every": 0.0}}
+    case = tfx.Case.parse(table)
+    components = assert_type(tfx.list_components(case), list[tfx.Component])
+    components.append(Generator())
+    assert_type(tfx.build_turbine(case, comm, components), tfx.Turbine)
+    print(len(tfx.run_case(case, folder / "out", comm, "none", components=components)))
+    more = tfx.restart_case(folder / "out", comm, ["time.end=0.08"], "none", components=components)
+    assert_type(more[0], tfx.Case)
+
+
+def main(folder: Path) -> None:
+    """Run all of it."""
+    comm: MPI.Intracomm = MPI.COMM_WORLD
+    print(assert_type(tfx.__version__, str), functions_of_time(), functions_of_coordinates())
+    a, b = (tfx.RigidBody(name, 1.0, (0.1, 0.1, 0.1)) for name in "ab")
+    print(joints(a, b), len(forces(a, b, beam(comm)[0])))
+    case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
+    print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
+    turbine(comm, folder)
+    try:
+        tfx.JointSpring("spring", "hinge", -1.0)
+    except tfx.ModelError as error:
+        print(assert_type(error, tfx.ModelError))
+    try:
+        print(pendulum(comm, folder).energy_error)
+    except tfx.StepFailure as failure:
+        print(assert_type(failure, tfx.StepFailure))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

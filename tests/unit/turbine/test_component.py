@@ -1,0 +1,143 @@
+"""Components of a turbine that stand outside the package: parts, columns, pictures, mistakes."""
+
+import csv
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx import (
+    Case,
+    Channel,
+    Channels,
+    Component,
+    JointSpring,
+    ModelError,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    build_turbine,
+    list_components,
+    restart_case,
+    run_case,
+)
+from turbine_fenicsx.bodies.rigid_surface import inertia_box
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.meshing import load
+from turbine_fenicsx.turbine.channels import turbine_channels
+
+RIGID = {"turbine": {"model": "rigid"}, "loads": {"rotor_torque": 1e7}}
+SHORT = {"time": {"end": 0.1}, "output": {"fields_every": 0.05}}
+E3 = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Disc(Component):
+    """A disc on a soft shaft behind the hub."""
+
+    inertia: float = 5e6
+    stiffness: float = 8e8
+
+    def mistakes(self, case):
+        if self.inertia <= 0.0:
+            yield f"inertia of the disc = {self.inertia:g}: must be greater than 0"
+        if case.tower.flexible:
+            yield "a disc does not go with a flexible tower"
+
+    def parts(self, assembly):
+        hub = assembly.part("hub")
+        half = 0.5 * self.inertia
+        disc = RigidBody("disc", 1e3, (half, half, half), hub.position)
+        shaft = Revolute("shaft", hub, disc, hub.position, E3)
+        return [disc, shaft, JointSpring("torsion", "shaft", self.stiffness)]
+
+    def channels(self, turbine):
+        k = turbine.system.angle_names.index("shaft")
+        torque = Channel(("shaft_torque_[Nm]",), lambda s: [-self.stiffness * s.state.angles[k]])
+        speed = Channel(("ShftTwist_[rad]",), lambda s: [s.state.angles[k]])
+        return Channels(history=[torque], openfast=[speed])
+
+    def surfaces(self, turbine):
+        return [inertia_box(turbine.part("disc"), turbine.numbers["disc"])]
+
+
+@dataclass(frozen=True)
+class Spring(Component):
+    """A tower top that moves up and down on a spring, in place of a tower."""
+
+    def parts(self, assembly):
+        top = RigidBody("tower_top", 1e4, (1e4, 1e4, 1e4))
+        guide = Prismatic("heave", None, top, (0, 0, 0), (0, 1, 0))
+        return [top, guide, JointSpring("pile", "heave", 1e8)]
+
+
+def with_disc(case, **values):
+    return [*list_components(case), Disc(**values)]
+
+
+def test_parts_columns_and_pictures_of_a_new_component_are_there(comm):
+    case = Case.parse(RIGID)
+    turbine = build_turbine(case, comm, with_disc(case))
+    assert turbine.system.angle_names[-1] == "shaft"
+    surfaces = turbine.surfaces()
+    assert [s.body.name for s in surfaces][-1] == "disc"
+    numbers = [s.part for s in surfaces]
+    assert numbers[:5] == [0, 1, 2, 3, 4] and numbers[5] > 5
+    assert turbine.part_names()[numbers[5]] == "disc"
+    channels = turbine_channels(turbine, stress=False)
+    history = [name for c in channels.history for name in c.columns]
+    assert history.index("shaft_torque_[Nm]") == history.index("angle_shaft_[rad]") + 1
+    assert [name for c in channels.openfast for name in c.columns][-1] == "ShftTwist_[rad]"
+    assert turbine.component_names == "Nacelle, Loads, RigidBlades, Pitch, Disc"
+
+
+def test_what_is_called_tower_top_carries_the_nacelle(comm):
+    case = Case.parse(RIGID)
+    turbine = build_turbine(case, comm, [Spring(), *list_components(case)])
+    assert turbine.part("yaw").first is turbine.part("tower_top")
+    names = [body.name for body in turbine.system.rigid_bodies]
+    assert (names[0], names[-1]) == ("nacelle", "tower_top")  # the paper's bodies keep their places
+
+
+def test_all_mistakes_are_told_before_anything_is_built(comm, monkeypatch):
+    case = Case.parse({"tower": {"flexible": True}})
+    monkeypatch.setattr(load, "load_arrays", None)
+    with pytest.raises(ModelError) as error:
+        build_turbine(case, comm, with_disc(case, inertia=-1.0))
+    assert str(error.value).splitlines() == [
+        "inertia of the disc = -1: must be greater than 0",
+        "a disc does not go with a flexible tower",
+    ]
+
+
+@pytest.mark.parametrize("wrong", [Disc, "Disc", None])
+def test_what_is_no_component_is_refused(comm, wrong):
+    with pytest.raises(ModelError, match="needs the methods of Component, got"):
+        build_turbine(Case.parse(RIGID), comm, [wrong])
+
+
+def test_a_part_that_is_missing_is_a_sentence(comm):
+    case = Case.parse(RIGID)
+    with pytest.raises(ModelError, match="no part 'hub'; it has none yet"):
+        build_turbine(case, comm, [Disc(), *list_components(case)])
+
+
+def test_a_run_with_a_new_component_goes_on_only_with_the_same(comm, shared_tmp_path):
+    whole, halves = shared_tmp_path / "whole", shared_tmp_path / "halves"
+    case = Case.parse(RIGID | SHORT)
+    result = run_case(case, whole, comm, "none", components=with_disc(case))
+    assert result["components"] == "Nacelle, Loads, RigidBlades, Pitch, Disc"
+    half = Case.parse(RIGID | SHORT | {"time": {"end": 0.04}})
+    run_case(half, halves, comm, "none", components=with_disc(case))
+    with pytest.raises(InputError, match=r"list of components has changed.* Pitch, Disc and is "):
+        restart_case(halves, comm, ["time.end=0.1"], "none")
+    restart_case(halves, comm, ["time.end=0.1"], "none", components=with_disc(case))
+    comm.barrier()
+    rows = []
+    for folder in (whole, halves):
+        with (folder / "history.csv").open(newline="") as file:
+            names, *found = csv.reader(file)
+        rows.append([row[:-1] for row in found])
+    assert rows[0] == rows[1] and len(rows[0]) == 6
+    torque, twist = (names.index(n) for n in ("shaft_torque_[Nm]", "angle_shaft_[rad]"))
+    assert float(rows[0][-1][torque]) == -8e8 * float(rows[0][-1][twist]) != 0.0

@@ -1,0 +1,90 @@
+"""Forces and moments in a step; as mean values they need the states at both of its ends."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.snapshot import Snapshot
+
+
+class StepLoads(ABC):
+    """Loads on rigid bodies or the ground in the steps of a run.
+
+    They are mean values of a step where the scheme has its forces in the middle, else those at the
+    end.
+
+    Args:
+        axes: Axes of the components of each load, their initial directions as rows, shape (3, 3);
+            e1, e2, e3 if None.
+        carriers: The body that the axes of each load are fixed to; None is the ground.
+    """
+
+    def __init__(
+        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[RigidBody | None]
+    ) -> None:
+        n = len(axes)
+        self._axes = np.tile(np.eye(3), (n, 1, 1))
+        for k, (rows, body) in enumerate(zip(axes, carriers, strict=True)):
+            if rows is not None:
+                R = np.eye(3) if body is None else np.asarray(body.directors, dtype=float)
+                self._axes[k] = np.asarray(rows, dtype=float) @ R
+        self._turning = np.array([rows is not None for rows in axes], dtype=bool)
+        self._start: tuple[Array, Array] | None = None
+        self._next_index = 0
+        self._snapshot: Snapshot | None = None
+        self._loads = np.zeros((n, 2, 3))
+
+    def at(self, snapshot: Snapshot) -> Array:
+        """Loads in the step that ended with a snapshot.
+
+        To be called for every snapshot of a run, since the middle of a step lies between two.
+
+        Args:
+            snapshot: The snapshot.
+
+        Returns:
+            Force [N] and moment [N m] of each load, shape (n, 2, 3), equal on all ranks; zero in
+            the first snapshot of a run, before which there was no step.
+
+        Note:
+            Collective.
+        """
+        if snapshot is not self._snapshot:
+            end = snapshot.state.q.copy(), snapshot.state.angles.copy()
+            if self._start is None or snapshot.report is None:
+                self._loads = np.zeros_like(self._loads)
+            else:
+                assert snapshot.index == self._next_index, "reactions need every step of a run"
+                start = end if snapshot.stepper.forces_at == 1.0 else self._start
+                self._loads = self._in_axes(*self._evaluate(*start, snapshot))
+            self._start = end
+            self._next_index, self._snapshot = snapshot.index + 1, snapshot
+        return self._loads
+
+    @abstractmethod
+    def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
+        """Loads in a step.
+
+        Args:
+            q0: Coordinates at the start of the step, or at its end if forces act there.
+            T0: Joint coordinates at the same time.
+            snapshot: The end of the step.
+
+        Returns:
+            Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the carriers, shape
+            (n, 3, 3).
+        """
+
+    def _in_axes(self, loads: Array, directors: Array) -> Array:
+        """Components along the axes as they are in the middle of the step."""
+        axes = self._axes
+        if np.any(self._turning):
+            U, _, V = np.linalg.svd(directors)  # U V is the rotation half way between the two ends
+            axes = np.where(self._turning[:, None, None], axes @ U @ V, axes)
+        return loads @ axes.transpose(0, 2, 1)
