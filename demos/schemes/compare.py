@@ -24,8 +24,16 @@ PAPER = Path(__file__).parents[1] / "paper"
 TURBINES = {"rigid": "free rigid rotor", "hybrid_soft": "spinning soft blades"}
 SCHEMES = {
     "energy_momentum": ("energy-momentum", "C0", []),
-    "generalised_alpha, 0.9": ("generalised-alpha, ρ = 0.9", "C1", ["time.spectral_radius=0.9"]),
-    "generalised_alpha, 0.5": ("generalised-alpha, ρ = 0.5", "C3", ["time.spectral_radius=0.5"]),
+    "generalised_alpha, 0.9": (
+        r"generalised-alpha, $\rho$ = 0.9",
+        "C1",
+        ["time.spectral_radius=0.9"],
+    ),
+    "generalised_alpha, 0.5": (
+        r"generalised-alpha, $\rho$ = 0.5",
+        "C3",
+        ["time.spectral_radius=0.5"],
+    ),
 }
 
 

@@ -9,8 +9,9 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.flexible_blades import blade_axes
-from turbine_fenicsx.turbine.model import build_turbine, solver_options
+from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.scheme import make_stepper
 
 LOADS = {"rotor_torque": -3.6e7, "yaw_torque": -3.6e6, "duration": 0.12, "gravity": 9.81}
 CASES = {
@@ -92,9 +93,10 @@ def blades(request):
     case = Case.parse({"loads": LOADS, **CASES[request.param]})
     turbine = build_turbine(case, comm)
     blades = Blades(case, turbine)
-    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], solver_options(case))
+    stepper = make_stepper(case, turbine.system)
+    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], stepper)
     simulation.run()
-    simulation.solver.destroy()
+    stepper.destroy()
     assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
     return blades
 

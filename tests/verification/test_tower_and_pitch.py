@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
-from runs import Record, comm, run
+from runs import Record, comm, run, run_turbine
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
@@ -19,9 +19,10 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.tables import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.flexible_blades import blade_axes
-from turbine_fenicsx.turbine.model import assemble, build_turbine, solver_options
+from turbine_fenicsx.turbine.model import assemble, build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run import restart_case, run_case
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.tower import Tower
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1
@@ -83,9 +84,10 @@ class Watch(Record):
 def watch():
     """A run of fourteen steps with all that there is."""
     watch = Watch(BOTH)
-    simulation = Simulation(watch.turbine.system, STEP, END, [watch], solver_options(BOTH))
+    stepper = make_stepper(BOTH, watch.turbine.system)
+    simulation = Simulation(watch.turbine.system, STEP, END, [watch], stepper)
     simulation.run()
-    simulation.solver.destroy()
+    stepper.destroy()
     assert simulation.halvings == 0
     return watch
 
@@ -188,7 +190,7 @@ def test_vertical_angular_momentum_is_conserved_with_any_drive(drive):
     case = Case.parse(COARSE | {"pitch": pitch, "loads": loads})
     assert case.warnings == []
     turbine = build_turbine(case, comm)
-    r = run(turbine.system, STEP, END, **case.solver.model_dump())
+    r = run_turbine(case, turbine, STEP, END)
     axial = np.max(np.abs(r.angular[:, 2]))
     assert np.max(np.abs(r.angular[:, 1])) < 1e-12 * axial  # measured up to 5e-14
     pitch = r.angles[:, 2:]
@@ -204,7 +206,7 @@ def test_rigid_blades_on_a_flexible_tower_conserve_too():
     case = Case.parse({**data, "pitch": FEATHER | {"bearings": False}})
     turbine = build_turbine(case, comm)
     assert len(turbine.surfaces()) == 5 and list(turbine.meshes) == ["tower"]
-    r = run(turbine.system, STEP, END, **case.solver.model_dump())
+    r = run_turbine(case, turbine, STEP, END)
     scale = np.max(r.kinetic) + np.max(r.strain)
     assert np.max(np.abs(r.energy_error)) < 1e-11 * scale
     assert np.max(r.constraint_error) < 1e-12
@@ -272,9 +274,10 @@ def test_a_run_on_one_rank_gives_the_same():
     for group in (MPI.COMM_SELF, comm):
         turbine = build_turbine(BOTH, group)
         record = Record()
-        simulation = Simulation(turbine.system, STEP, 0.1, [record], solver_options(BOTH))
+        stepper = make_stepper(BOTH, turbine.system)
+        simulation = Simulation(turbine.system, STEP, 0.1, [record], stepper)
         simulation.run()
-        simulation.solver.destroy()
+        stepper.destroy()
         results.append(record)
     alone, together = results
     for name in ("q", "angles", "kinetic", "strain"):
