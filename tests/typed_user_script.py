@@ -128,6 +128,32 @@ def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[o
     ]
 
 
+class Drag:
+    """A force on a surface, against its velocity."""
+
+    function = tfx.Constant(1.0)
+
+    def __init__(self, name: str, flexible: tfx.FlexibleBody, facets: npt.NDArray[np.int32]):
+        self.name, self.flexible, self.facets = name, flexible, facets
+
+    def traction(self, at: tfx.SurfacePoint) -> object:
+        return -at.parameter(0.1) * at.v
+
+
+def relations() -> list[tfx.JointRelation]:
+    """Gears and screws."""
+    return [
+        assert_type(tfx.JointRelation("sum", {"a": 1.0, "b": 2.0}), tfx.JointRelation),
+        assert_type(tfx.gear_pair("gears", "a", "b", -2.0), tfx.JointRelation),
+        assert_type(tfx.screw("screw", "a", "b", 0.01), tfx.JointRelation),
+    ]
+
+
+def duration(times: tfx.StepTimes) -> float:
+    """What a force of one's own sees of a step."""
+    return assert_type(times.half_dt2, float)
+
+
 def functions_of_coordinates() -> tfx.Quadratic:
     """What a joint of one's own is made of."""
     first = assert_type(tfx.AffineVector.slot(0), tfx.AffineVector)
@@ -151,9 +177,11 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     at_rest = assert_type(tfx.equilibrium(system), tfx.State)
     swinging = assert_type(tfx.initial_motion(system, {"hinge": 0.1}), tfx.State)
     options = assert_type(tfx.SolverOptions(tolerance=1e-11), tfx.SolverOptions)
-    solver = assert_type(tfx.EnergyMomentum(system, options), tfx.EnergyMomentum)
-    assert_type(solver.step, tfx.EnergyMomentumStep)
-    solver.advance(at_rest, 0.01, at_rest.copy())
+    solver = assert_type(tfx.EnergyMomentum(system, options=options), tfx.EnergyMomentum)
+    assert_type(tfx.EnergyMomentumStep(system).frames, tuple[float, float])
+    report = assert_type(solver.advance(at_rest, 0.01, at_rest.copy()), tfx.StepReport)
+    damped: tfx.Stepper = assert_type(tfx.GeneralisedAlpha(system, 0.8), tfx.GeneralisedAlpha)
+    print(report.work, damped.advance(at_rest, 0.01, at_rest.copy()).residual)
 
     reaction = assert_type(tfx.JointReaction(hinge), tfx.JointReaction)
     reactions = assert_type(tfx.JointReactions(system, [reaction]), tfx.JointReactions)
@@ -174,7 +202,7 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     fields.update(at_rest)
     assert_type(fields.stress, fem.Function)
     run = tfx.Simulation(
-        system, 0.01, 0.02, observers, options, checkpoints=checkpoints, start=swinging
+        system, 0.01, 0.02, observers, solver, checkpoints=checkpoints, start=swinging
     )
     return assert_type(assert_type(run, tfx.Simulation).run(), tfx.Snapshot)
 
@@ -209,7 +237,9 @@ def main(folder: Path) -> None:
     comm: MPI.Intracomm = MPI.COMM_WORLD
     print(assert_type(tfx.__version__, str), functions_of_time(), functions_of_coordinates())
     a, b = (tfx.RigidBody(name, 1.0, (0.1, 0.1, 0.1)) for name in "ab")
-    print(joints(a, b), len(forces(a, b, beam(comm)[0])))
+    body, foot = beam(comm)
+    print(joints(a, b), len(forces(a, b, body)), [r.factors for r in relations()])
+    print(Drag("drag", body, foot).name, duration(tfx.StepTimes.from_start(0.0, 0.1)))
     case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
     turbine(comm, folder)

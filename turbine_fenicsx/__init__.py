@@ -31,6 +31,8 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces import Pressure as Pressure
     from turbine_fenicsx.forces import SurfaceTraction as SurfaceTraction
     from turbine_fenicsx.forces import Torque as Torque
+    from turbine_fenicsx.forces.element import StepTimes as StepTimes
+    from turbine_fenicsx.forces.surface_point import SurfacePoint as SurfacePoint
     from turbine_fenicsx.forces.time_functions import Constant as Constant
     from turbine_fenicsx.forces.time_functions import Hat as Hat
     from turbine_fenicsx.forces.time_functions import Ramp as Ramp
@@ -48,6 +50,9 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.joints import Rigid as Rigid
     from turbine_fenicsx.joints import Spherical as Spherical
     from turbine_fenicsx.joints import Universal as Universal
+    from turbine_fenicsx.joints.relation import JointRelation as JointRelation
+    from turbine_fenicsx.joints.relation import gear_pair as gear_pair
+    from turbine_fenicsx.joints.relation import screw as screw
     from turbine_fenicsx.materials import KelvinVoigt as KelvinVoigt
     from turbine_fenicsx.materials import MooneyRivlin as MooneyRivlin
     from turbine_fenicsx.materials import NeoHooke as NeoHooke
@@ -85,6 +90,8 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha as GeneralisedAlpha
     from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
     from turbine_fenicsx.time_stepping.stepper import StepFailure as StepFailure
+    from turbine_fenicsx.time_stepping.stepper import Stepper as Stepper
+    from turbine_fenicsx.time_stepping.stepper import StepReport as StepReport
     from turbine_fenicsx.turbine.case.case import Case as Case
     from turbine_fenicsx.turbine.component import Assembly as Assembly
     from turbine_fenicsx.turbine.component import Channels as Channels
@@ -121,7 +128,7 @@ _PUBLIC = {
     "JointDamper": "forces",
     "JointReaction": "simulation.observers.joint_reactions",
     "JointReactions": "simulation.observers.joint_reactions",
-    "JointRelation": "joints",
+    "JointRelation": "joints.relation",
     "JointSpring": "forces",
     "JointTorque": "forces",
     "KelvinVoigt": "materials",
@@ -159,7 +166,7 @@ _PUBLIC = {
     "StepReport": "time_stepping.stepper",
     "StepTimes": "forces.element",
     "Stepper": "time_stepping.stepper",
-    "SurfacePoint": "forces",
+    "SurfacePoint": "forces.surface_point",
     "SurfaceTraction": "forces",
     "Table": "forces.time_functions",
     "Torque": "forces",
@@ -170,12 +177,12 @@ _PUBLIC = {
     "cell_field": "materials.cell_fields",
     "dot": "foundation.quadratic",
     "equilibrium": "analysis.statics",
-    "gear_pair": "joints",
+    "gear_pair": "joints.relation",
     "initial_motion": "system.start",
     "joint_channel": "simulation.observers.joint_reactions",
     "list_components": "turbine.model",
     "point_channel": "simulation.observers.points",
-    "screw": "joints",
+    "screw": "joints.relation",
     "restart_case": "turbine.run",
     "run_case": "turbine.run",
 }

@@ -22,6 +22,7 @@ from turbine_fenicsx.turbine.run import run_case
 
 PAPER = Path(__file__).parents[1] / "paper"
 TURBINES = {"rigid": "free rigid rotor", "hybrid_soft": "spinning soft blades"}
+RADIUS = "time.spectral_radius"
 SCHEMES = {
     "energy_momentum": ("energy-momentum", "C0", []),
     "generalised_alpha, 0.9": (
