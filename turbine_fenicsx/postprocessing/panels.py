@@ -103,8 +103,9 @@ def other_joints(run: TimeSeries) -> list[str]:
 
 def joint_angles(axes: Any, run: TimeSeries, look: Look) -> None:
     """Angles of joints that every model has under names of its own."""
-    _angles(axes, run, look, other_joints(run))
-    axes.set_title("Joint angles")
+    joints = other_joints(run)
+    _angles(axes, run, look, joints)
+    axes.set_title("Joint angles" if len(joints) != 1 else f"Angle of {joints[0]}")
 
 
 def rotor_angle(axes: Any, run: TimeSeries, look: Look) -> None:
