@@ -1,8 +1,18 @@
 #!/usr/bin/env bash
 # What shows in a quarter of the time whether all holds with another DOLFINx: a demo with its
 # pictures, a test file for each part of the package, the published benchmarks; on one and two ranks.
+# --list prints the test files.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+shopt -s globstar failglob # a name that no file has is an error
+tests=(
+    tests/unit/**/test_{checkpoint,coupling,elements,energy_momentum,flexible_body,frozen,joints,linear}.py
+    tests/unit/**/test_{materials,meshing,meshing_tower,openfast,pictures,plots,reactions,report,statics}.py
+    tests/unit/**/test_{study_plan,surface_loads,turbine_channels,turbine_tower,xdmf}.py
+    tests/cli/test_{command_line,demos,restart}.py
+    tests/verification/test_{published_flexible,published_hybrid,published_rigid,root_loads}.py
+)
+if [ "${1:-}" = --list ]; then printf '%s\n' "${tests[@]}" && exit; fi
 PATH=$PWD/.venv/bin:$PATH
 
 out=$(mktemp -d)
@@ -13,11 +23,4 @@ turbine-fenicsx plot "$out/demo"
 turbine-fenicsx render "$out/demo" --times 0,0.5 --movie "$out/demo.mp4"
 turbine-fenicsx report "$out/demo"
 
-tests=(
-    tests/unit/test_{checkpoint,coupling,elements,energy_momentum,flexible_body,frozen,joints,linear}.py
-    tests/unit/test_{materials,meshing,meshing_tower,openfast,pictures,plots,reactions,report,statics}.py
-    tests/unit/test_{study_plan,surface_loads,turbine_channels,turbine_tower,xdmf}.py
-    tests/cli/test_{command_line,demos,restart}.py
-    tests/verification/test_{published_flexible,published_hybrid,published_rigid,root_loads}.py
-)
 scripts/test.sh "${tests[@]}"

@@ -53,8 +53,8 @@ def shrink(picture: Path, png: Path) -> None:
 
 
 def orders(name: str, folder: Path, png: Path) -> None:
-    """Errors over the time step."""
-    command("study", DEMOS / "studies" / "time_step.toml", "-o", folder, "--quiet")
+    """Errors of a study of the same name."""
+    command("study", DEMOS / "studies" / f"{name}.toml", "-o", folder, "--quiet")
     shutil.copy(folder / "convergence.png", png)
 
 
@@ -82,4 +82,5 @@ CASES = {
     "flexible_tower": Turbine("turbine/flexible_tower.toml", 4.5, ("--scale", "20")),
     "pitch_to_feather": Turbine("turbine/pitch_to_feather.toml", 7.0),
     "time_step": orders,
+    "mesh": orders,
 }

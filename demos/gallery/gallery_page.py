@@ -113,6 +113,7 @@ ENTRIES = (
         "refinement.png",
     ),
     Entry("time_step", ("studies/time_step.toml",), "Errors over the step; [how](howto/study.md)."),
+    Entry("mesh", ("studies/mesh.toml",), "Linear and quadratic elements; [how](howto/study.md)."),
 )
 
 

@@ -106,3 +106,12 @@ def test_a_hang_without_workers_ends_the_script_with_what_had_failed(start, rank
     assert process.returncode not in (0, 130)
     assert "in test_hangs" in text and f"pytest was ended on {ranks} rank(s)" in text
     assert ("until then: 1\n" in text and "assert 'a mistake' == ''" in text) == (ranks == 1)
+
+
+def test_the_subset_for_other_releases_names_files_that_are_there():
+    script = ROOT / "scripts" / "test_subset.sh"
+    result = subprocess.run(["bash", script, "--list"], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    files = result.stdout.split()
+    assert len(files) > 20
+    assert [name for name in files if not (ROOT / name).exists()] == []

@@ -16,7 +16,7 @@ from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.flexible_blades import blade_axes
 from turbine_fenicsx.turbine.model import assemble, build_turbine

@@ -95,10 +95,17 @@ def momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
     axes.set(title="Change per step", ylabel=rf"$|\Delta L_{shown}|$ [N m s]")
 
 
+def other_joints(run: TimeSeries) -> list[str]:
+    """Joints with angles; those of a turbine without yaw, rotor and pitch."""
+    known = OPENFAST_SIGNS if is_turbine(run) else {}
+    return [name for name in run.of(names.ANGLE) if name not in known]
+
+
 def joint_angles(axes: Any, run: TimeSeries, look: Look) -> None:
-    """Joint angles of a model that is no turbine."""
-    _angles(axes, run, look, list(run.of(names.ANGLE)))
-    axes.set_title("Joint angles")
+    """Angles of joints that every model has under names of its own."""
+    joints = other_joints(run)
+    _angles(axes, run, look, joints)
+    axes.set_title("Joint angles" if len(joints) != 1 else f"Angle of {joints[0]}")
 
 
 def rotor_angle(axes: Any, run: TimeSeries, look: Look) -> None:
@@ -109,7 +116,7 @@ def rotor_angle(axes: Any, run: TimeSeries, look: Look) -> None:
 
 def yaw_and_pitch(axes: Any, run: TimeSeries, look: Look) -> None:
     """Yaw and pitch, in the signs of OpenFAST."""
-    joints = [name for name in run.of(names.ANGLE) if name != "rotor"]
+    joints = [name for name in run.of(names.ANGLE) if name in OPENFAST_SIGNS and name != "rotor"]
     _angles(axes, run, look, joints)
     pitch = any(name.startswith("pitch") for name in joints)
     axes.set_title("Yaw and pitch" if pitch else "Yaw")

@@ -47,6 +47,8 @@ def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     }
     if all(p.is_turbine(run) for run in runs):
         found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
+        if any(p.other_joints(run) for run in runs):
+            found["angles"] = (*found["angles"], p.joint_angles)
     elif some(names.ANGLE):
         found["angles"] = (p.joint_angles,)
     if some(names.DISPLACEMENT):

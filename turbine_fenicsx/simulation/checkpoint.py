@@ -133,7 +133,7 @@ class Checkpoints:
             self._folder / f"checkpoint_{index:08d}.npz", self._system, data, self._labels
         )
         self._written = index
-        on_rank0(comm, lambda: self._remove(self._superseded(index)))
+        on_rank0(comm, lambda: self._remove(self._list_superseded(index)))
 
     def load(self, observers: Iterable[Observer] = ()) -> RestartData:
         """Read the newest intact checkpoint that the series of the observers reach. Collective.
@@ -160,7 +160,7 @@ class Checkpoints:
             {k.removeprefix("array."): v for k, v in arrays.items() if k.startswith("array.")},
         )
         order = [
-            _order(arrays, k, block, system.comm, head["ranks"])
+            _find_order(arrays, k, block, system.comm, head["ranks"])
             for k, block in enumerate(system.flexible_models)
         ]
         names = {k.split(".", 1)[1].rsplit(".", 1)[0] for k in arrays if k.startswith("nodal.")}
@@ -213,7 +213,7 @@ class Checkpoints:
                     f"{found.get(name)} and is {mine}"
                 )
 
-    def _superseded(self, index: int) -> list[Path]:
+    def _list_superseded(self, index: int) -> list[Path]:
         """Those of later steps, which were not gone on from, and older ones than the last two."""
         files = list_checkpoints(self._folder)
         later = [path for path in files if step_of(path) > index]
@@ -279,7 +279,7 @@ def _find_shortfalls(observers: Sequence[Observer], data: RestartData) -> list[s
     return [clause for clause in found if clause is not None]
 
 
-def _order(data: dict[str, Array], k: int, block: Any, comm: MPI.Intracomm, ranks: int) -> Any:
+def _find_order(data: dict[str, Array], k: int, block: Any, comm: MPI.Intracomm, ranks: int) -> Any:
     """Which stored nodes are this rank's: a slice if nothing has changed, else by position."""
     nothing = np.zeros(0)
     sizes, X = data.get(f"sizes.{k}", nothing), data.get(f"positions.{k}", nothing)

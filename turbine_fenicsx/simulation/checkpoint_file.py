@@ -49,7 +49,7 @@ def write_checkpoint(path: Path, head: Mapping[str, Any], arrays: Mapping[str, A
     Args:
         path: The file; its folder exists.
         head: What JSON can hold without loss.
-        arrays: Arrays by name; "head" is none.
+        arrays: Arrays by name, except "head".
 
     Raises:
         FileError: if it cannot be written.

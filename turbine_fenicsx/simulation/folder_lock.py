@@ -16,7 +16,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 
 
 @contextmanager
-def claimed(comm: MPI.Intracomm, folder: str | os.PathLike[str]) -> Iterator[Path]:
+def lock_folder(comm: MPI.Intracomm, folder: str | os.PathLike[str]) -> Iterator[Path]:
     """Make a folder and keep other runs out of it.
 
     The system drops the lock when the program ends, however it ends.

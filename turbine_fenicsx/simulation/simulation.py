@@ -87,7 +87,6 @@ class Simulation:
         stop: Callable[[], bool] | None = None,
         start: State | None = None,
     ) -> None:
-        """Check the times and create the solver."""
         if not 0.0 < step < np.inf:
             raise ValueError(f"time.step must be positive, got {step:g} s")
         if not 0.0 <= end < np.inf:

@@ -41,7 +41,6 @@ class StepError:
     def __init__(
         self, comm: MPI.Intracomm, angle: float | None = None, displacement: float | None = None
     ) -> None:
-        """Check the tolerances."""
         for name, tolerance in (("angle", angle), ("displacement", displacement)):
             if tolerance is not None and not tolerance > 0.0:
                 raise ValueError(f"the {name} tolerance must be positive, got {tolerance:g}")
@@ -80,7 +79,7 @@ class StepError:
         self._last = [(dt, self._new), *self._last[:1]]
 
     def reset(self) -> None:
-        """Forget all steps."""
+        """Discard the history."""
         self._last = []
 
     def save(self) -> RestartData:

@@ -53,7 +53,7 @@ class StepGrid:
         return self._time(self.ticks + self._size)
 
     def advance(self, grow: bool = True) -> None:
-        """The step was made; let the next one be twice as long if it may and fits the grid."""
+        """Accept the step; double the next one if it may grow and is aligned with the grid."""
         self.ticks += self._size
         if self.ticks == 1 << self.deepest:
             self.cell, self.ticks = self.cell + 1, 0

@@ -23,7 +23,9 @@ from turbine_fenicsx.joints import PrescribedMotion, Revolute
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.pitch import PitchCase, check_pitch
+from turbine_fenicsx.turbine.case.tables import LoadsCase
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.rotor_plan import AZIMUTHS, PITCH_SIGNS
 
@@ -37,6 +39,11 @@ RINGS = ("ring_1", "ring_2", "ring_3")
 @dataclass(frozen=True)
 class Pitch(Component):
     """Pitch bearings, their rings, torques and drives; nothing where the blades are fixed."""
+
+    def mistakes(self, case: Case) -> list[str]:
+        """A spring drive without spring and damper."""
+        sentence = check_pitch(case.pitch, case.turbine.model)
+        return [sentence] if sentence else []
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""

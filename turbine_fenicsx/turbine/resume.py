@@ -24,7 +24,7 @@ def label_case(case: Case) -> dict[str, str]:
     }
 
 
-def changed_case(folder: Path, overrides: list[str]) -> Case:
+def change_case(folder: Path, overrides: list[str]) -> Case:
     """The case of an output folder with changes.
 
     Raises:

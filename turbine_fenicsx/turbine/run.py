@@ -22,13 +22,13 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import holds_run, remove_run, target_folder
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
-from turbine_fenicsx.simulation.folder_lock import claimed
+from turbine_fenicsx.simulation.folder_lock import lock_folder
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
-from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
+from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.time_stepping.stepper import Stepper
@@ -38,7 +38,7 @@ from turbine_fenicsx.turbine.component import Component, Turbine
 from turbine_fenicsx.turbine.energy_check import verdict
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
-from turbine_fenicsx.turbine.resume import changed_case, label_case
+from turbine_fenicsx.turbine.resume import change_case, label_case
 from turbine_fenicsx.turbine.scheme import conserves_energy, make_stepper
 from turbine_fenicsx.turbine.summary import Statistics, summary, table
 
@@ -87,10 +87,10 @@ def run_case(
     if not force:
         refuse_run(case, comm)
     with ExitStack() as open_folder:
-        folder = open_folder.enter_context(claimed(comm, out))
+        folder = open_folder.enter_context(lock_folder(comm, out))
         if not (resume or overwrite):
             on_rank0(comm, lambda: _refuse_to_overwrite(folder))
-        open_folder.enter_context(logging_to(comm, folder / "run.log", append=resume))
+        open_folder.enter_context(log_to_file(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm, components)
         watching: list[Observer] = [Progress(comm, case.time.end, progress), StepLog(), *observers]
@@ -127,7 +127,7 @@ def restart_case(
         FileError: as in `run_case`.
         StepFailure: as in `run_case`.
     """
-    case = on_rank0(comm, lambda: changed_case(Path(out), list(overrides)))
+    case = on_rank0(comm, lambda: change_case(Path(out), list(overrides)))
     result = run_case(
         case,
         out,

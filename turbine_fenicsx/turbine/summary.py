@@ -73,7 +73,7 @@ class Statistics:
         self.steps_before = self.steps
 
     def finish(self) -> None:
-        """Nothing to do."""
+        """Nothing is open."""
 
 
 def masses(turbine: Turbine) -> dict[str, float]:

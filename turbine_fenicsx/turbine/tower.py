@@ -24,7 +24,8 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import TOWER
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, TowerCase
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.nacelle import SUPPORT
 
@@ -47,6 +48,10 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
 @dataclass(frozen=True)
 class Tower(Component):
     """The tube, the rigid body at its top, and a coupling at each end."""
+
+    def mistakes(self, case: Case) -> list[str]:
+        """What contradicts itself in the table of the tower."""
+        return [sentence for _, check in TOWER_CHECKS if (sentence := check(case.tower))]
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Cells are curved if the displacement is quadratic."""

@@ -186,6 +186,15 @@ def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
     assert plots.plot_summary(tmp_path / "history.csv", tmp_path / "summary.png").exists()
 
 
+def test_joints_of_new_components_stand_apart_from_yaw_and_pitch(drawn, tmp_path):
+    angles = (*ANGLES, "pitch_1", "pitch_2", "pitch_3", "shaft", "generator")
+    run = read_history(write(tmp_path / "history.csv", history(angles=angles)))
+    plots.draw([run], plots.figures([run])["angles"], [tmp_path / "angles.png"])
+    found = {axes.get_title("left"): axes.get_legend_handles_labels()[1] for axes in drawn[0].axes}
+    assert found["Yaw and pitch"] == ["yaw", "pitch 1", "pitch 2", "pitch 3"]
+    assert found["Joint angles"] == ["shaft", "generator"]
+
+
 def test_legends_do_not_cover_titles(tmp_path):
     angles = (*ANGLES, "pitch_1", "pitch_2", "pitch_3")
     run = read_history(write(tmp_path / "history.csv", history(angles=angles, n=5)))

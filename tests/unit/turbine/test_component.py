@@ -24,6 +24,8 @@ from turbine_fenicsx import (
 from turbine_fenicsx.bodies.rigid_surface import inertia_box
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.meshing import load
+from turbine_fenicsx.turbine.case.pitch import PitchCase
+from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 
 RIGID = {"turbine": {"model": "rigid"}, "loads": {"rotor_torque": 1e7}}
@@ -108,6 +110,16 @@ def test_all_mistakes_are_told_before_anything_is_built(comm, monkeypatch):
         "inertia of the disc = -1: must be greater than 0",
         "a disc does not go with a flexible tower",
     ]
+
+
+def test_cases_made_without_reading_are_checked_too(comm):
+    """`Case.parse` finds contradictions; the constructors of the tables do not."""
+    tower = TowerCase(flexible=True, wall=5.0, elements=(2, 1, 2))
+    case = Case(tower=tower, pitch=PitchCase(bearings=True, drive="spring"))
+    with pytest.raises(ModelError) as error:
+        build_turbine(case, comm)
+    starts = [line.split(":")[0] for line in str(error.value).splitlines()]
+    assert starts == ["tower.wall = 5", "tower.elements = [2, 1, 2]", 'pitch.drive = "spring"']
 
 
 @pytest.mark.parametrize("wrong", [Disc, "Disc", None])

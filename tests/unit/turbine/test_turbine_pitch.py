@@ -8,7 +8,8 @@ from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import estimate
-from turbine_fenicsx.turbine.case.tables import LoadsCase, PitchCase
+from turbine_fenicsx.turbine.case.pitch import PitchCase
+from turbine_fenicsx.turbine.case.tables import LoadsCase
 from turbine_fenicsx.turbine.model import assemble, build_turbine
 from turbine_fenicsx.turbine.nacelle import Nacelle
 from turbine_fenicsx.turbine.pitch import Pitch, pitch_drive, pitch_torques

@@ -7,7 +7,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
-from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine

@@ -19,7 +19,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
-from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
+from turbine_fenicsx.simulation.observers.stored_grids import read_grids
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -143,7 +143,7 @@ class Fields:
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Times that the files lack before a checkpoint; that of the checkpoint is written anew."""
         first, n = time - 1e-9 * max(1.0, abs(time)), data.numbers
-        there = sum(grid.time < first for grid in stored_grids(self._path))
+        there = sum(grid.time < first for grid in read_grids(self._path))
         needed = n["times"] - (n["times"] > 0 and n["last_time"] >= first)
         return describe_shortfall(self.name, there, needed, "times", time)
 
@@ -214,7 +214,6 @@ class _BodyOutput:
     """
 
     def __init__(self, block: FlexibleModel) -> None:
-        """Match the vertices of the mesh with the nodes of the field."""
         self._block = block
         mesh = block.body.mesh
         self.kind = _compat.cell_name(mesh)

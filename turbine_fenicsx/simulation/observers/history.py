@@ -13,7 +13,7 @@ from mpi4py import MPI
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observer import describe_shortfall
-from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
+from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
@@ -38,7 +38,6 @@ class Channel:
     values: Callable[[Snapshot], Sequence[float]]
 
     def __post_init__(self) -> None:
-        """Check the data."""
         if isinstance(self.columns, str) or not all(isinstance(c, str) for c in self.columns):
             raise TypeError(f"columns of a channel must be a tuple of names, got {self.columns!r}")
         if not callable(self.values):
@@ -101,7 +100,7 @@ class History:
             if self._path.exists() and not _has_head(self._path, head):
                 os.replace(self._path, f"{self._path}.damaged")
             rows = read_history_rows(self._path, self._columns)
-            return [head, *rows_until(rows, snapshot.state.time, ",")]
+            return [head, *select_rows(rows, snapshot.state.time, ",")]
 
         self._file = RowFile(self._comm, self._path, make_first_lines)
 
@@ -130,7 +129,7 @@ class History:
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Rows that the file lacks up to a checkpoint."""
         rows = read_history_rows(self._path, data.numbers["columns"])
-        there = len(rows_until(rows, time + 1e-9 * max(1.0, abs(time)), ","))
+        there = len(select_rows(rows, time + 1e-9 * max(1.0, abs(time)), ","))
         return describe_shortfall(self.name, there, data.numbers["rows"], "rows", time)
 
     def finish(self) -> None:

@@ -55,7 +55,6 @@ class JointReaction:
     axes: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        """Check the data."""
         name = self.joint.name
         if self.point is None and not hasattr(self.joint, "point"):
             raise ValueError(f"joint {name!r} has no point of its own: give the one for its moment")

@@ -12,7 +12,7 @@ from turbine_fenicsx import __version__
 from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, rows_until
+from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.restart_data import RestartData
 
@@ -75,7 +75,7 @@ class OpenFastOutput:
 
         def make_first_lines() -> list[str]:
             rows = read_out_rows(self._path, self._width) if resumed else []
-            return [*self._head, *rows_until(rows, _last_time(snapshot.state.time), "\t")]
+            return [*self._head, *select_rows(rows, _last_time(snapshot.state.time), "\t")]
 
         self._file = RowFile(self._comm, self._path, make_first_lines)
         self._evaluate(snapshot)  # what is a mean over a step needs the state before the first one
@@ -100,7 +100,7 @@ class OpenFastOutput:
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Rows that the file lacks up to a checkpoint."""
         rows = read_out_rows(self._path, data.numbers["columns"])
-        there = len(rows_until(rows, _last_time(time), "\t"))
+        there = len(select_rows(rows, _last_time(time), "\t"))
         return describe_shortfall(self.name, there, data.numbers["rows"], "rows", time)
 
     def finish(self) -> None:

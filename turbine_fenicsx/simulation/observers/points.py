@@ -49,7 +49,6 @@ class Point:
     position: npt.ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, position=self.position)
         if not isinstance(self.body, RigidBody | FlexibleBody):
             raise TypeError(f"{self.name!r} needs a rigid or flexible body, got {self.body!r}")
@@ -76,7 +75,6 @@ class Points:
     def __init__(
         self, system: MultibodySystem, points: Sequence[Point], sums: SharedSum | None = None
     ) -> None:
-        """Find the cells that hold the points."""
         self.points = tuple(points)
         self._comm = system.comm
         bodies = [*system.rigid_bodies, *system.flexible_bodies]

@@ -25,7 +25,6 @@ class Progress:
     def __init__(
         self, comm: MPI.Intracomm, end: float, style: str = "auto", every: float = 10.0
     ) -> None:
-        """Choose the style."""
         if style == "auto":
             style = "bar" if sys.stderr.isatty() and comm.size == 1 else "log"
         self._style = style if comm.rank == 0 else "none"

@@ -1,4 +1,4 @@
-"""A text file that grows by a line a step."""
+"""A text file that grows by one line per step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class RowFile:
         FileError: if the file cannot be written, on all ranks.
 
     Note:
-        All methods but `close` are collective.
+        All methods except `close` are collective.
     """
 
     def __init__(
@@ -35,7 +35,6 @@ class RowFile:
         path: str | os.PathLike[str],
         first: Callable[[], Iterable[str]],
     ) -> None:
-        """Write the first lines."""
         self._comm, self._path = comm, Path(path)
         self._file: TextIO | None = None
         self._lines = 0
@@ -119,7 +118,7 @@ def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: st
     return [row for row in text.split("\n")[head:-1] if _is_whole(row.split(separator), width)]
 
 
-def rows_until(rows: Iterable[str], time: float, separator: str) -> list[str]:
+def select_rows(rows: Iterable[str], time: float, separator: str) -> list[str]:
     """The rows up to a time [s], which is their first number."""
     return [row for row in rows if float(row.split(separator, 1)[0]) <= time]
 

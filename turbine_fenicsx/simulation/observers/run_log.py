@@ -46,18 +46,18 @@ class StepLog:
         )
 
     def finish(self) -> None:
-        """Nothing to do."""
+        """Nothing is open."""
 
 
 class _Handler(logging.FileHandler):
     """Writes to a file; a full disk does not end the run here."""
 
     def handleError(self, record: logging.LogRecord) -> None:
-        """Say nothing."""
+        """Drop the message."""
 
 
 @contextmanager
-def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) -> Iterator[None]:
+def log_to_file(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) -> Iterator[None]:
     """Write the messages of the package to a file, on rank 0.
 
     Args:
@@ -66,7 +66,7 @@ def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) 
         append: Whether to keep what is in it.
     """
 
-    def opened() -> None:
+    def open_log() -> None:
         link = Path(path).is_symlink()
         if link and not Path(path).is_char_device():  # anybody's file might be emptied
             raise InputError(f"cannot write {os.fspath(path)}: it is a symbolic link")
@@ -75,7 +75,7 @@ def logging_to(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool) 
         except OSError as error:
             raise InputError(f"cannot write {os.fspath(path)}: {error.strerror}") from None
 
-    on_rank0(comm, opened)
+    on_rank0(comm, open_log)
     if comm.rank:
         yield
         return

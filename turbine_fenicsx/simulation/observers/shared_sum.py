@@ -21,7 +21,6 @@ class SharedSum:
     """
 
     def __init__(self, comm: MPI.Intracomm) -> None:
-        """Nothing to sum yet."""
         self._comm = comm
         self._parts: list[Callable[[Snapshot], Array]] = []
         self._snapshot: Snapshot | None = None

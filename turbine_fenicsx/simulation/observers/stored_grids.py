@@ -29,7 +29,7 @@ class StoredGrid:
     place: tuple[int, int]
 
 
-def stored_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
+def read_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
     """The times of a series from its start to the first that is not whole.
 
     Args:
@@ -47,7 +47,7 @@ def stored_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
     found: list[StoredGrid] = []
     for grid in _GRID.findall(text):
         try:
-            stored = _parsed(grid, path.stem, sizes)
+            stored = _parse(grid, path.stem, sizes)
         except (SyntaxError, ValueError, LookupError):  # as XML, as a number, as an attribute
             break
         found.append(stored)
@@ -59,7 +59,7 @@ def file_name(stem: str, number: int) -> str:
     return f"{stem}.{number}.bin" if number else f"{stem}.bin"
 
 
-def _parsed(text: str, stem: str, sizes: dict[str, int]) -> StoredGrid:
+def _parse(text: str, stem: str, sizes: dict[str, int]) -> StoredGrid:
     """One grid.
 
     Raises:

@@ -42,7 +42,6 @@ class Tip:
     axes: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point)
         if self.axes is not None:
             check_array(f"axes of {self.name!r}", self.axes, (3, 3), "three rows of three numbers")
@@ -66,7 +65,6 @@ class Tips:
     def __init__(
         self, system: MultibodySystem, tips: Sequence[Tip], sums: SharedSum | None = None
     ) -> None:
-        """Find the nodes and the ranks that own them."""
         comm = system.comm
         self.tips = tuple(tips)
         self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []

@@ -33,7 +33,7 @@ from turbine_fenicsx.foundation.files import naming, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.simulation.observers.mixed_topology import mixed_topology
 from turbine_fenicsx.simulation.observers.number_files import NumberFiles, Rows
-from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
+from turbine_fenicsx.simulation.observers.stored_grids import read_grids
 
 _HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
 _SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'
@@ -96,7 +96,7 @@ class XdmfSeries:
         connectivity = self._count(cells, n_points)
         self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
         self._numbers = NumberFiles(comm, self._path, place)
-        static = self._checked(point_data or {}, cell_data or {})
+        static = self._check_arrays(point_data or {}, cell_data or {})
         items = self._write_arrays([("Topology", "", connectivity), *static])
         self._topology = (
             f'<Topology TopologyType="Mixed" NumberOfElements="{self._rows["Cell"][2]}">'
@@ -144,7 +144,7 @@ class XdmfSeries:
             FileError: if the files cannot be written; earlier times stay readable.
         """
         t = float(t)
-        arrays = self._checked(point_data or {}, cell_data or {}, points)
+        arrays = self._check_arrays(point_data or {}, cell_data or {}, points)
         items = self._write_arrays(arrays)
         geometry = items[0].replace(">", f"><!-- t = {t!r} s -->", 1)
         grid = (
@@ -180,14 +180,14 @@ class XdmfSeries:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             if append is not None:
                 limit = append - 1e-9 * max(1.0, abs(append))
-                kept = [grid for grid in stored_grids(self._path) if grid.time < limit]
+                kept = [grid for grid in read_grids(self._path) if grid.time < limit]
                 if kept:
                     self._replace_xml("".join(grid.text for grid in kept))
                     return len(kept), kept[-1].time, max(grid.place for grid in kept)
             self._path.unlink(missing_ok=True)
         return 0, None, None
 
-    def _checked(
+    def _check_arrays(
         self,
         point_data: Mapping[str, NDArray[Any]],
         cell_data: Mapping[str, NDArray[Any]],

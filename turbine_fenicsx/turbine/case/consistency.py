@@ -7,7 +7,8 @@ two materials.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from math import pi, prod, tan
 
@@ -15,13 +16,13 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, shown
-from turbine_fenicsx.turbine.case.tables import Section, Tables
+from turbine_fenicsx.turbine.case.pitch import check_pitch, idle_pitch_keys
+from turbine_fenicsx.turbine.case.section import MAX_UNKNOWNS, IdleKeys, Section
+from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, TowerCase, idle_tower_keys
 
 MAX_STEPS = 1e9
 """Steps of a run; a million times as many as the paper's."""
-
-MAX_UNKNOWNS = 2**31
-"""Displacements of a mesh; PETSc counts with 32 bits."""
 
 
 def contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
@@ -118,43 +119,6 @@ def _size(case: Tables) -> str:
     )
 
 
-def _tower_wall(case: Tables) -> str:
-    """The tower is hollow."""
-    t = case.tower
-    inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
-    if not t.flexible or t.wall < inner:
-        return ""
-    return (
-        f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
-        "smaller diameter"
-    )
-
-
-def _tower_size(case: Tables) -> str:
-    """The tower is a tube, and not too large to be counted."""
-    t = case.tower
-    if not t.flexible:
-        return ""
-    around, through, along = (t.degree * n for n in t.elements)
-    if t.elements[0] < 3:
-        return f"tower.elements = {shown(list(t.elements))}: expected 3 or more around the tower"
-    displacements = 3.0 * around * (through + 1.0) * (along + 1.0)
-    if displacements < MAX_UNKNOWNS:
-        return ""
-    return (
-        f"tower.elements = {shown(list(t.elements))}: gives some {displacements:.1e} "
-        f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
-    )
-
-
-def _spring(case: Tables) -> str:
-    """A spring drive has a spring or a damper."""
-    p = case.pitch
-    if not case.has_pitch_bearings or p.drive != "spring" or p.stiffness > 0.0 or p.damping > 0.0:
-        return ""
-    return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
-
-
 def _curved(case: Tables) -> str:
     """Displacements can follow the shape of the cells, or a rotation would store energy."""
     m = case.mesh
@@ -191,6 +155,16 @@ def _material(case: Tables) -> str:
     return ""
 
 
+def _of_tower(check: Callable[[TowerCase], str], case: Tables) -> str:
+    """A check of the tower alone."""
+    return check(case.tower)
+
+
+def _of_pitch(case: Tables) -> str:
+    """The check of the pitch bearings."""
+    return check_pitch(case.pitch, case.turbine.model)
+
+
 _MATERIAL = ("law", "young", "shear", "poisson", "first_lame", "shear_modulus")
 """Keys of the stiffness."""
 
@@ -201,9 +175,8 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file"), _clearance),
     (("mesh", "blade"), _size),
     (("mesh.geometry_degree", "mesh.degree"), _curved),
-    (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _tower_wall),
-    (("tower.elements", "tower.degree"), _tower_size),
-    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _spring),
+    *((keys, partial(_of_tower, check)) for keys, check in TOWER_CHECKS),
+    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _of_pitch),
     (("time.step", "time.end"), _steps),
     (tuple(f"material.{name}" for name in _MATERIAL), _material),
 )
@@ -233,7 +206,7 @@ def without_effect(case: Tables) -> list[str]:
     return sentences
 
 
-def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
+def idle_keys(case: Tables) -> IdleKeys:
     """Table, its keys without effect, and the reason.
 
     Args:
@@ -252,7 +225,7 @@ def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
             yield "blade", ("stations", "chord", "thickness"), "on the run beside mesh.file"
         elif m.size:
             yield "mesh", ("elements",), "beside mesh.size"
-    yield from _idle_pitch(case)
+    yield from idle_pitch_keys(case.pitch, case.turbine.model)
     if case.time.scheme == "generalised_alpha":
         keys = ("numerical_dissipation", "angle_form")
         yield "turbine", keys, 'with time.scheme = "generalised_alpha"'
@@ -260,33 +233,7 @@ def idle_keys(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
         yield "time", ("spectral_radius",), f'with time.scheme = "{case.time.scheme}"'
     if case.turbine.model == "rigid" and not case.tower.flexible:
         yield "turbine", ("numerical_dissipation",), "without flexible parts"
-    if not case.tower.flexible:
-        yield (
-            "tower",
-            tuple(set(type(case.tower).model_fields) - {"flexible"}),
-            ("without tower.flexible = true"),
-        )
+    yield from idle_tower_keys(case.tower)
     loads = case.loads
     if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
         yield "loads", ("duration",), "without a torque"
-
-
-def _idle_pitch(case: Tables) -> Iterator[tuple[str, tuple[str, ...], str]]:
-    """The same of the pitch bearings."""
-    pitch = case.pitch
-    if not case.has_pitch_bearings:
-        others = set(type(pitch).model_fields) - {"bearings"}
-        yield "pitch", tuple(others), "without pitch.bearings = true"
-        yield "loads", ("pitch_torque",), "without pitch.bearings = true"
-        return
-    if case.turbine.model == "rigid":
-        rings = ("bearings", "ring_mass", "ring_euler")
-        yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
-    drives = {"spring": ("stiffness", "damping"), "prescribed": ("angle", "start", "duration")}
-    for drive, names in drives.items():
-        if pitch.drive != drive:
-            yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
-    if pitch.drive == "prescribed":
-        yield "loads", ("pitch_torque",), 'with pitch.drive = "prescribed"'
-        if pitch.angle == 0.0:
-            yield "pitch", ("start", "duration"), "with pitch.angle = 0"

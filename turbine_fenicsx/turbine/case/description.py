@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.consistency import idle_keys
 from turbine_fenicsx.turbine.case.quantities import unit_of
-from turbine_fenicsx.turbine.case.tables import Section
+from turbine_fenicsx.turbine.case.section import Section
 
 
 def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:

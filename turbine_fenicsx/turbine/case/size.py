@@ -10,7 +10,7 @@ from turbine_fenicsx.meshing.blade import BladeGeometry
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.topology import count_nodes
-from turbine_fenicsx.turbine.case.tables import TowerCase
+from turbine_fenicsx.turbine.case.tower import TowerCase
 
 N_BLADES = 3
 _COUNTLESS = 10**18

@@ -1,52 +1,47 @@
 """The tables of a case file, their keys, defaults and ranges.
 
-A new key is a line here; a new table is a class and a line in `Tables`. What belongs to a value is
-in its type: unit, range, choices. What several keys have to do with each other is in
-`turbine_fenicsx.turbine.case.consistency`.
+A new key is a line here; a new table is a class and a line in `Tables`, and stands in a file of its
+own with the checks of its component, as `turbine_fenicsx.turbine.case.tower`. What belongs to a
+value is in its type: unit, range, choices. What keys of several tables have to do with each other
+is in `turbine_fenicsx.turbine.case.consistency`.
 """
 
 from __future__ import annotations
 
-from math import pi
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.turbine.case.parameters import PRINTED_ARMS, Inertia, TurbineParameters
+from turbine_fenicsx.turbine.case.pitch import PitchCase, has_bearings
 from turbine_fenicsx.turbine.case.quantities import (
     Acceleration,
     Density,
-    EulerMoment,
     Kilograms,
     Metres,
     Number,
     Pascal,
-    Radians,
     Seconds,
     Torque,
-    TorsionalDamping,
-    TorsionalStiffness,
     Unit,
     Viscosity,
     Whole,
     to_si,
-    whole,
 )
+from turbine_fenicsx.turbine.case.section import (
+    HUGE,
+    Count,
+    Degree,
+    Finite,
+    Moment,
+    NotNegative,
+    Positive,
+    Section,
+)
+from turbine_fenicsx.turbine.case.tower import TowerCase
 
-HUGE = 1e30
-"""No number of a case is larger, so that products of a few of them are finite."""
-
-Positive = Field(gt=0.0, le=HUGE)
-NotNegative = Field(ge=0.0, le=HUGE)
-Finite = Field(ge=-HUGE, le=HUGE)
 _DEFAULTS = TurbineParameters()
-
-
-class Section(BaseModel):
-    """A table of a case file; unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class TimeCase(Section):
@@ -66,9 +61,6 @@ class TimeCase(Section):
     displacement_tolerance: Annotated[Metres, Positive] | None = None
     scheme: Literal["energy_momentum", "generalised_alpha"] = "energy_momentum"
     spectral_radius: Annotated[Number, Field(ge=0.0, lt=1.0)] = 0.9
-
-
-Moment = Annotated[EulerMoment, Positive]
 
 
 class NacelleCase(Section):
@@ -140,10 +132,6 @@ class BladeCase(Section):
     thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
 
 
-Degree = Annotated[Literal[1, 2], BeforeValidator(whole)]
-Count = Annotated[Whole, Field(ge=1, le=100_000)]
-
-
 class MeshCase(Section):
     """Mesh of the blades; ``file`` takes a mesh of one's own instead."""
 
@@ -211,49 +199,6 @@ class MaterialCase(Section):
         return law(self.first_lame, self.shear_modulus)
 
 
-Flag = Annotated[bool, Field(strict=True)]
-
-
-class PitchCase(Section):
-    """Pitch bearings: what turns the blades about their spans.
-
-    The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
-    ring between hub and root of each blade. With the drive ``"prescribed"`` all blades turn by
-    ``angle`` in ``duration``, smoothly.
-    """
-
-    bearings: Flag = False
-    ring_mass: Annotated[Kilograms, Positive] = 1000.0
-    ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
-    drive: Literal["free", "spring", "prescribed"] = "free"
-    stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
-    damping: Annotated[TorsionalDamping, NotNegative] = 0.0
-    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
-    start: Annotated[Seconds, NotNegative] = 0.0
-    duration: Annotated[Seconds, Positive] = 5.0
-
-
-class TowerCase(Section):
-    """Tower: a hollow cone of hexahedra below the yaw bearing, clamped to the ground.
-
-    A rigid body at its top, of the mass and Euler values in e1, e2, e3 given here, carries the yaw
-    bearing. With ``flexible = false`` the yaw bearing stands on the ground.
-    """
-
-    flexible: Flag = False
-    height: Annotated[Metres, Positive] = 80.0
-    bottom_diameter: Annotated[Metres, Positive] = 6.0
-    top_diameter: Annotated[Metres, Positive] = 4.0
-    wall: Annotated[Metres, Positive] = 0.04
-    elements: tuple[Count, Count, Count] = (8, 1, 8)
-    degree: Degree = 2
-    young: Annotated[Pascal, Positive] = 210e9
-    poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
-    density: Annotated[Density, Positive] = 7850.0
-    top_mass: Annotated[Kilograms, Positive] = 2000.0
-    top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
-
-
 class LoadsCase(Section):
     """Gravity, and hat functions of torque on rotor, yaw and pitch bearings, eq. (60)."""
 
@@ -303,4 +248,4 @@ class Tables(Section):
     @property
     def has_pitch_bearings(self) -> bool:
         """Whether the blades can turn about their spans: always in the rigid turbine."""
-        return self.turbine.model == "rigid" or self.pitch.bearings
+        return has_bearings(self.pitch, self.turbine.model)

@@ -8,7 +8,7 @@ import pytest
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
-from turbine_fenicsx.simulation.observers.run_log import StepLog, logging_to
+from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.stepper import StepFailure
@@ -45,7 +45,7 @@ def simulate(system, folder, end, data=None, fails=None, append=False):
             return advance(state, dt, out)
 
         simulation.stepper.advance = fussy
-    with logging_to(system.comm, folder / "run.log", append):
+    with log_to_file(system.comm, folder / "run.log", append):
         simulation.run(data)
 
 
@@ -101,7 +101,7 @@ def test_logging_ends_with_the_run(comm, shared_tmp_path):
     before = (PACKAGE.level, list(PACKAGE.handlers))
     with (
         pytest.raises(RuntimeError),
-        logging_to(comm, shared_tmp_path / "run.log", False),
+        log_to_file(comm, shared_tmp_path / "run.log", False),
     ):
         raise RuntimeError
     assert (PACKAGE.level, PACKAGE.handlers) == before
@@ -128,7 +128,7 @@ def test_a_log_that_cannot_be_opened_is_refused_on_all_ranks(comm, shared_tmp_pa
     comm.barrier()
     raised = None
     try:
-        with logging_to(comm, shared_tmp_path / "run.log", False):
+        with log_to_file(comm, shared_tmp_path / "run.log", False):
             PACKAGE.info("hello")
     except InputError as error:
         raised = str(error)

@@ -18,7 +18,7 @@ import pytest
 
 from turbine_fenicsx.foundation.errors import FileError
 from turbine_fenicsx.simulation.observers.mixed_topology import CELL_KINDS
-from turbine_fenicsx.simulation.observers.stored_grids import stored_grids
+from turbine_fenicsx.simulation.observers.stored_grids import read_grids
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 
 comm = MPI.COMM_WORLD
@@ -300,7 +300,7 @@ def test_append_keeps_the_times_whose_numbers_are_there(folder, left):
             os.truncate(heavy, sizes[1] - (left != "two times"))
     comm.Barrier()
     kept = {"nothing": [], "two times": [0.0, 1.0]}.get(left, [0.0])
-    assert [grid.time for grid in stored_grids(path)] == kept
+    assert [grid.time for grid in read_grids(path)] == kept
     comm.Barrier()
     series = Bricks().series(path, append=5.0)
     assert series.last_kept == (kept[-1] if kept else None)

@@ -1,0 +1,81 @@
+"""The table of the pitch bearings: its keys, and what they have to do with each other."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from turbine_fenicsx.turbine.case.quantities import (
+    Kilograms,
+    Radians,
+    Seconds,
+    TorsionalDamping,
+    TorsionalStiffness,
+)
+from turbine_fenicsx.turbine.case.section import (
+    Flag,
+    IdleKeys,
+    Moment,
+    NotNegative,
+    Positive,
+    Section,
+)
+
+
+class PitchCase(Section):
+    """Pitch bearings: what turns the blades about their spans.
+
+    The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
+    ring between hub and root of each blade. With the drive ``"prescribed"`` all blades turn by
+    ``angle`` in ``duration``, smoothly.
+    """
+
+    bearings: Flag = False
+    ring_mass: Annotated[Kilograms, Positive] = 1000.0
+    ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
+    drive: Literal["free", "spring", "prescribed"] = "free"
+    stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
+    damping: Annotated[TorsionalDamping, NotNegative] = 0.0
+    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    start: Annotated[Seconds, NotNegative] = 0.0
+    duration: Annotated[Seconds, Positive] = 5.0
+
+
+def has_bearings(pitch: PitchCase, model: str) -> bool:
+    """Whether the blades can turn about their spans: always in the rigid turbine.
+
+    Args:
+        pitch: The table.
+        model: The key ``turbine.model``.
+    """
+    return model == "rigid" or pitch.bearings
+
+
+def check_pitch(pitch: PitchCase, model: str) -> str:
+    """A sentence if a spring drive has neither spring nor damper, else nothing."""
+    idle = pitch.drive != "spring" or not has_bearings(pitch, model)
+    if idle or pitch.stiffness > 0.0 or pitch.damping > 0.0:
+        return ""
+    return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
+
+
+def idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
+    """Keys without effect, of the pitch torque as well."""
+    if not has_bearings(pitch, model):
+        others = set(type(pitch).model_fields) - {"bearings"}
+        yield "pitch", tuple(others), "without pitch.bearings = true"
+        yield "loads", ("pitch_torque",), "without pitch.bearings = true"
+        return
+    if model == "rigid":
+        rings = ("bearings", "ring_mass", "ring_euler")
+        yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
+    drives = {"spring": ("stiffness", "damping"), "prescribed": ("angle", "start", "duration")}
+    for drive, names in drives.items():
+        if pitch.drive != drive:
+            yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
+    if pitch.drive == "prescribed":
+        yield "loads", ("pitch_torque",), 'with pitch.drive = "prescribed"'
+        if pitch.angle == 0.0:
+            yield "pitch", ("start", "duration"), "with pitch.angle = 0"
