@@ -42,7 +42,9 @@ class Blades:
         self.roots = np.asarray(layout.centre) + case.blade.hub_radius * spans
         pairs = list(zip(system.couplings, self.roots, strict=True))
         self.reactions = Reactions(system, [Reaction(c, r) for c, r in pairs])
-        channels = turbine_channels(turbine, stress=False).history
+        channels = turbine_channels(
+            turbine, make_stepper(turbine.case, turbine.system), stress=False
+        ).history
         (self.root,) = (c for c in channels if c.columns[0] == "root_force_1_x_[N]")
         self.p, self.L, self.x, self.arms, self.loads, self.in_blade = [], [], [], [], [], []
         self.times, self.directors = [], []

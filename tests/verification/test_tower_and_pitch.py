@@ -42,7 +42,9 @@ class Watch(Record):
     def __init__(self, case):
         super().__init__()
         self.turbine = turbine = build_turbine(case, comm)
-        self.out = turbine_channels(turbine, stress=False).openfast
+        self.out = turbine_channels(
+            turbine, make_stepper(turbine.case, turbine.system), stress=False
+        ).openfast
         self.columns = [name for channel in self.out for name in channel.columns]
         system = turbine.system
         self.moment = []  # sum of m x of everything

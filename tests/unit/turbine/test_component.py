@@ -27,6 +27,7 @@ from turbine_fenicsx.meshing import load
 from turbine_fenicsx.turbine.case.pitch import PitchCase
 from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
+from turbine_fenicsx.turbine.scheme import make_stepper
 
 RIGID = {"turbine": {"model": "rigid"}, "loads": {"rotor_torque": 1e7}}
 SHORT = {"time": {"end": 0.1}, "output": {"fields_every": 0.05}}
@@ -86,7 +87,7 @@ def test_parts_columns_and_pictures_of_a_new_component_are_there(comm):
     numbers = [s.part for s in surfaces]
     assert numbers[:5] == [0, 1, 2, 3, 4] and numbers[5] > 5
     assert turbine.part_names()[numbers[5]] == "disc"
-    channels = turbine_channels(turbine, stress=False)
+    channels = turbine_channels(turbine, make_stepper(turbine.case, turbine.system), stress=False)
     history = [name for c in channels.history for name in c.columns]
     assert history.index("shaft_torque_[Nm]") == history.index("angle_shaft_[rad]") + 1
     assert [name for c in channels.openfast for name in c.columns][-1] == "ShftTwist_[rad]"

@@ -12,6 +12,7 @@ from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.nacelle import Nacelle
 from turbine_fenicsx.turbine.pitch import Pitch
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.scheme import make_stepper
 
 COLUMNS = ["Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]"]
 COLUMNS += [f"BldPitch{k}_[deg]" for k in (1, 2, 3)]
@@ -34,7 +35,9 @@ def rows():
     loads = {"rotor_torque": 3.6e7, "yaw_torque": 3.6e8, "duration": 0.5}
     case = Case.parse({"turbine": {"model": "rigid"}, "loads": loads})
     turbine = build_turbine(case, MPI.COMM_WORLD)
-    found = turbine_channels(turbine, stress=False).openfast
+    found = turbine_channels(
+        turbine, make_stepper(turbine.case, turbine.system), stress=False
+    ).openfast
     rows, directors = [], []
 
     class Seen:

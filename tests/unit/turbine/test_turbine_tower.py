@@ -13,6 +13,7 @@ from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
 from turbine_fenicsx.turbine.tower import tower_geometry
 
@@ -80,14 +81,14 @@ def test_without_a_tower_there_is_nothing_of_it(comm):
     case = Case.parse({"mesh": MESH})
     turbine = build_turbine(case, comm)
     assert list(turbine.meshes) == ["blades"] and turbine.find("tower_top") is None
-    channels = turbine_channels(turbine, stress=True)
+    channels = turbine_channels(turbine, make_stepper(turbine.case, turbine.system), stress=True)
     columns = [name for c in (*channels.history, *channels.openfast) for name in c.columns]
     assert not [name for name in columns if name.startswith(("tower", "TTDsp", "Twr"))]
     assert "tower" not in masses(turbine)
 
 
 def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
-    channels = turbine_channels(turbine, stress=False)
+    channels = turbine_channels(turbine, make_stepper(turbine.case, turbine.system), stress=False)
     names = [name for channel in channels.history for name in channel.columns]
     start = names.index("tower_top_displacement_x_[m]")
     assert names[start - 1] == "root_moment_3_z_[Nm]"
