@@ -27,7 +27,6 @@ class JointTorque:
     torque: Callable[[float], float]
 
     def __post_init__(self) -> None:
-        """Check the function."""
         check_function(self.name, self.torque)
 
     @property

@@ -28,7 +28,6 @@ class PrescribedMotion:
     motion: Callable[[float], float]
 
     def __post_init__(self) -> None:
-        """Check the start."""
         if not callable(self.motion):
             raise TypeError(
                 f"the prescribed motion of {self.coordinate!r} must be a function of time, "

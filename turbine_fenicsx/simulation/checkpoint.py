@@ -23,7 +23,7 @@ import numpy as np
 
 from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint_file import (
@@ -221,13 +221,13 @@ class Checkpoints:
 
     def _make_folder(self) -> None:
         """Make the folder."""
-        with naming("write", self._folder):
+        with name_file_in_errors("write", self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
 
     def _remove(self, files: list[Path]) -> None:
         """Remove files, and what an earlier run left half written."""
         for old in (*files, *self._folder.glob("checkpoint_*.tmp")):
-            with naming("write", old):
+            with name_file_in_errors("write", old):
                 old.unlink(missing_ok=True)
 
 
