@@ -67,11 +67,17 @@ def save_state(system: MultibodySystem, state: State) -> RestartData:
 
 
 def restore_state(system: MultibodySystem, data: RestartData) -> State:
-    """The state that was saved."""
+    """The state that was saved; an InputError on all ranks if it is that of another system."""
     state = system.initial_state()
     state.time = data.numbers["time"]
     for name, values in data.arrays.items():
-        getattr(state, name)[:] = values
+        mine = getattr(state, name)
+        if mine.shape != values.shape:
+            raise InputError(
+                f"the checkpoint belongs to another system, with {values.size} {name} and not "
+                f"{mine.size}"
+            )
+        mine[:] = values
     for name in ("u", "v"):
         for vector, values in zip(getattr(state, name), data.nodal.get(name, ()), strict=True):
             vector.array[:] = values.ravel()

@@ -11,9 +11,11 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
+from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import FrozenElimination, QuasiNewton, quasi_newton
 from turbine_fenicsx.simulation.checkpoint import (
     KEPT,
@@ -558,6 +560,26 @@ class TestFiles:
             InputError, match=r"cannot go on with .*: the list of parts has changed"
         ):
             Checkpoints(other, shared_tmp_path).load()
+
+    def test_one_of_the_same_names_but_other_joints_is_refused(self, comm, shared_tmp_path):
+        """Two hinges on one line are redundant, two hinges apart are not."""
+
+        def simulation(axis):
+            a, b = (
+                RigidBody(n, 1.0, (1, 1, 1), x) for n, x in (("a", (1, 0, 0)), ("b", (3, 0, 0)))
+            )
+            hinges = [
+                Revolute("first", None, a, (0, 0, 0), (0, 0, 1)),
+                Revolute("second", a, b, (2, 0, 0), (0, 0, 1)),
+                Revolute("third", b, None, (4, 0, 0), axis),
+            ]
+            system = MultibodySystem(comm, [a, b, *hinges])
+            checkpoints = Checkpoints(system, shared_tmp_path)
+            return Simulation(system, 0.01, 0.01, checkpoints=checkpoints)
+
+        simulation((0, 0, 1)).run()
+        with pytest.raises(InputError, match="another system, with 24 multipliers and not 27"):
+            simulation((0, 1, 0)).resume()
 
     @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
     def test_a_failed_one_leaves_the_earlier_ones_alone(self, system, example, shared_tmp_path):
