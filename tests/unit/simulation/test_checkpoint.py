@@ -97,7 +97,11 @@ class Fussy:
 @pytest.fixture
 def flexible(machine):
     """The machine under gravity and torques, strongly deformed."""
-    loads = [Gravity(), JointTorque("rotor", Hat(40.0, 0.4)), JointTorque("yaw", Hat(5.0, 1.0))]
+    loads = [
+        Gravity(),
+        JointTorque("torque on rotor", "rotor", 1.0, Hat(40.0, 0.4)),
+        JointTorque("torque on yaw", "yaw", 1.0, Hat(5.0, 1.0)),
+    ]
     return machine(spin=3.0).system(*loads)
 
 
@@ -191,7 +195,7 @@ def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
 def rigid(comm, machine):
     """The rigid part of the machine; its first guesses come from the last steps."""
     m = machine(spin=3.0)
-    torque = JointTorque("rotor", Hat(40.0, 0.2))
+    torque = JointTorque("torque on rotor", "rotor", 1.0, Hat(40.0, 0.2))
     return MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, Gravity(), torque])
 
 
@@ -555,7 +559,9 @@ class TestFiles:
 
     def test_one_of_other_parts_is_refused(self, machine, example, system, shared_tmp_path):
         Checkpoints(system, shared_tmp_path).write(1, 0.0, 0.0, example)
-        other = machine().system(Gravity(), JointTorque("rotor", Hat(1.0, 1.0)))
+        other = machine().system(
+            Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0, 1.0))
+        )
         with pytest.raises(
             InputError, match=r"cannot go on with .*: the list of parts has changed"
         ):
