@@ -63,7 +63,7 @@ def main():
     ).parts
     with open(model, "w", encoding="utf-8") as file:
         json.dump(describe(parts), file, indent=1)
-    loads = [Gravity(), JointTorque("rotor", Hat(TORQUE, DURATION))]
+    loads = [Gravity(), JointTorque("torque on rotor", "rotor", TORQUE, Hat(1.0, DURATION))]
     system = MultibodySystem(MPI.COMM_SELF, [*parts, *loads])
     simulation = Simulation(system, DT, STEPS * DT)
     start = time.perf_counter()

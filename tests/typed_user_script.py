@@ -117,7 +117,7 @@ def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[o
         assert_type(tfx.Gravity((0.0, -9.81, 0.0)), tfx.Gravity),
         assert_type(tfx.JointDamper("damper", "hinge", 0.1), tfx.JointDamper),
         assert_type(tfx.JointSpring("spring", "hinge", 1.0), tfx.JointSpring),
-        assert_type(tfx.JointTorque("hinge", tfx.Constant(1.0)), tfx.JointTorque),
+        assert_type(tfx.JointTorque("torque on hinge", "hinge", 1.0), tfx.JointTorque),
         assert_type(tfx.NodeForce("node", body, at, up), tfx.NodeForce),
         assert_type(tfx.PointDamper("dashpot", a, b, at, up, 0.1), tfx.PointDamper),
         assert_type(tfx.PointForce("wind", b, at, up, math.sin), tfx.PointForce),

@@ -11,7 +11,11 @@ DT, T0 = 0.05, 0.4
 
 def loaded(machine, **options):
     m = machine(spin=2.0, **options)
-    loads = [Gravity(), JointTorque("rotor", Hat(5.0)), JointTorque("yaw", Hat(-2.0))]
+    loads = [
+        Gravity(),
+        JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0)),
+        JointTorque("torque on yaw", "yaw", 1.0, Hat(-2.0)),
+    ]
     return m.system(*loads)
 
 

@@ -49,7 +49,8 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
         Coupling(name, blades, mesh.facets(name), hub) for name in ("root_1", "root_2", "root_3")
     ]
 
-    loads = [Gravity((0.0, -9.81, 0.0)), JointTorque("rotor", Hat(-3.6e7, duration=3.0))]
+    torque = JointTorque("torque on rotor", "rotor", -3.6e7, Hat(1.0, duration=3.0))
+    loads = [Gravity((0.0, -9.81, 0.0)), torque]
     system = MultibodySystem(comm, [nacelle, hub, yaw, rotor, blades, *roots, *loads])
     columns = [energy_channel(), angle_channel(system), numerics_channel()]
     return Simulation(system, 0.02, end, [History(comm, path, columns)]).run()

@@ -64,5 +64,8 @@ def free_machine(law, cell, degree, peak=PEAK):
     body, root = beam(LAWS[law](), cell, degree)
     spin = Revolute("spin", base, hub, point=(0.0, 0.0, 0.0), axis=(0.3, 0.0, 1.0))
     parts = [base, hub, body, Coupling("root", body, root, hub), spin]
-    loads = [JointTorque("spin", Hat(peak, DURATION)), Gravity(tuple(GRAVITY))]
+    loads = [
+        JointTorque("torque on spin", "spin", 1.0, Hat(peak, DURATION)),
+        Gravity(tuple(GRAVITY)),
+    ]
     return MultibodySystem(comm, [*parts, *loads])

@@ -29,7 +29,9 @@ def smoothly_driven(law):
     hub = RigidBody("hub", 300.0, (30.0, 40.0, 50.0), angular_velocity=(0.0, 0.0, 0.5))
     body, root = beam(LAWS[law], "hexahedron", 1)
     spin = Revolute("spin", None, hub, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
-    torque = JointTorque("spin", lambda t: 6000.0 * np.sin(np.pi * t / 0.4) ** 4)
+    torque = JointTorque(
+        "torque on spin", "spin", 1.0, lambda t: 6000.0 * np.sin(np.pi * t / 0.4) ** 4
+    )
     return MultibodySystem(comm, [hub, body, Coupling("root", body, root, hub), spin, torque])
 
 

@@ -82,7 +82,7 @@ def test_inner_forces_keep_the_momenta_and_what_they_do_is_balanced(joint, names
     a, b = body("a", (0.0, 0.2, 0.0), 2.0, velocity=(0.1, 0.2, 0.3)), body("b", (1.0, 0.0, 0.1))
     b = body("b", (1.0, 0.0, 0.1), velocity=(0.1, 0.2, 0.3))
     inner = [
-        *(JointTorque(n, Hat(3.0, 0.4)) for n in names),
+        *(JointTorque(f"torque on {n}", n, 1.0, Hat(3.0, 0.4)) for n in names),
         *(JointSpring(f"spring {n}", n, 4.0, 0.3) for n in names),
         *(JointDamper(f"damper {n}", n, 0.05) for n in names),
         PointSpring("spring", a, b, (0, 1, 0), (1, -1, 0), 3.0, 1.0),
@@ -132,7 +132,7 @@ def everything(comm=comm, free=False, viscosity=0.02):
         Rigid("rivet", arm, box, (0.5, 0.7, 0.1)),
         Coupling("root", beam, facets(0, 1.0), hub),
         Coupling("tip", beam, facets(0, 2.0), ring),
-        JointTorque("shoulder", Hat(12.0, 0.3)),
+        JointTorque("torque on shoulder", "shoulder", 1.0, Hat(12.0, 0.3)),
         JointSpring("return", "slide", 60.0, 0.1),
         JointDamper("friction", "shoulder", 0.1),
         PointSpring("rope", base, ring, (0, -0.5, 0), (2.2, 1.0, 0.3), 6.0, 1.5),

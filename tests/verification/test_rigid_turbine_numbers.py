@@ -20,9 +20,9 @@ STEPS = np.array([0.06, 0.03, 0.02])  # the kinks of the hat lie on their time g
 
 def turbine(blade_arm="printed", torque=PEAK, pitch_torques=(0.0, 0.0, 0.0)):
     parts = rigid_turbine(comm, blade_arm=blade_arm)
-    loads = [Gravity(), JointTorque("rotor", Hat(torque, DURATION))]
+    loads = [Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(torque, DURATION))]
     loads += [
-        JointTorque(f"pitch_{k}", Hat(peak, DURATION))
+        JointTorque(f"torque on pitch_{k}", f"pitch_{k}", 1.0, Hat(peak, DURATION))
         for k, peak in enumerate(pitch_torques, start=1)
     ]
     return MultibodySystem(comm, [*parts, *loads])

@@ -32,7 +32,13 @@ def driven_beam(torque):
     hub = RigidBody("hub", 300.0, (30.0, 40.0, 50.0))
     body, root = beam(LAWS["st_venant_kirchhoff"](), "hexahedron", 1)
     spin = Revolute("spin", None, hub, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
-    parts = [hub, body, Coupling("root", body, root, hub), spin, JointTorque("spin", torque)]
+    parts = [
+        hub,
+        body,
+        Coupling("root", body, root, hub),
+        spin,
+        JointTorque("torque on spin", "spin", 1.0, torque),
+    ]
     return MultibodySystem(comm, parts)
 
 

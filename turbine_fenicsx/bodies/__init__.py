@@ -1,1 +1,1 @@
-"""What has mass: rigid and flexible bodies, and how they are held together."""
+"""Rigid and flexible bodies, and the couplings between them."""

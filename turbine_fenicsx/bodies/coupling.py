@@ -1,4 +1,4 @@
-"""Which nodes of a flexible body a rigid body carries."""
+"""Coupling of a flexible body to a rigid body or the ground."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Facets that users give for couplings and surface loads."""
+"""Facets of couplings and surface forces."""
 
 from __future__ import annotations
 

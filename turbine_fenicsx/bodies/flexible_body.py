@@ -51,7 +51,6 @@ class FlexibleBody:
     velocity: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_cells(
             f"density of flexible body {self.name!r} must be positive, got {{density}}",
             lambda rho: (rho > 0.0) & (rho < np.inf),

@@ -1,4 +1,4 @@
-"""Axes of the material that differ from one part of a mesh to the next."""
+"""Material axes that vary from part to part of a mesh."""
 
 from __future__ import annotations
 

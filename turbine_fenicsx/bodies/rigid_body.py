@@ -49,7 +49,6 @@ class RigidBody:
     angular_velocity: npt.ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_positive(f"mass of rigid body {self.name!r}", self.mass)
         words = "three numbers >= 0, at most one of them zero"
         what = f"Euler values of rigid body {self.name!r}"

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code.
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # one thread a rank; read when numpy is imported
+        os.environ.setdefault(name, "1")  # one thread per rank; read when numpy is imported
     logging.basicConfig(format="%(levelname)s: %(message)s")  # before FFCx does it otherwise
     gc.set_threshold(10_000)  # imports make many objects and no garbage: search them rarely
     atexit.register(gc.freeze)  # and not once more when the process ends

@@ -1,4 +1,4 @@
-"""Checks of the bodies that users give to force elements and loads: one sentence each."""
+"""Checks of the bodies that forces act on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every force element is to the rest of the code.
+"""Interface of the forces that depend on the motion of rigid bodies and joints.
 
 A force element acts on a few coordinates y of the system (of rigid bodies, or joint coordinates)
 with a generalised force that depends on them: springs, dampers, follower forces, torques.
@@ -160,7 +160,6 @@ class DistanceElement:
         law: Law,
         energy: Callable[[float], float] | None = None,
     ) -> None:
-        """Compile the distance, v = A y + c."""
         self.index, self._law, self._energy = index, law, energy
         components = QuadraticMap(gap.components(), index.size)
         self._c, self._A = components.constant, components.jacobian(np.zeros(index.size))

@@ -42,7 +42,6 @@ class FollowerForce:
     kind: Kind = "external"
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_body(self.name, self.body)
         check_vectors(self.name, point=self.point, force=self.force)
         check_function(self.name, self.function)
@@ -70,5 +69,4 @@ class _LinearForce:
         return N @ (0.5 * (y0 + y1)), 0.5 * N
 
     def energy(self, y: Array) -> float:
-        """None."""
         return 0.0

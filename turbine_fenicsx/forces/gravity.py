@@ -27,7 +27,6 @@ class Gravity:
     name: str = "gravity"
 
     def __post_init__(self) -> None:
-        """Check the acceleration."""
         words = "three numbers in m/s^2, such as (0.0, -9.81, 0.0)"
         check_array("acceleration of gravity", self.acceleration, (3,), words)
 

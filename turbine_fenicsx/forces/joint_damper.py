@@ -29,7 +29,6 @@ class JointDamper:
     kind: Kind = "dissipative"
 
     def __post_init__(self) -> None:
-        """Check the damping."""
         check_not_negative(f"damping of {self.name!r}", self.damping)
 
     def bind(self, layout: Layout) -> BoundElement:

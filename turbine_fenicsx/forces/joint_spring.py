@@ -31,7 +31,6 @@ class JointSpring:
     kind: Kind = "conservative"
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_not_negative(f"stiffness of {self.name!r}", self.stiffness)
         check_number(f"rest of {self.name!r}", self.rest)
 

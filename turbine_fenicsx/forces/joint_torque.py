@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from turbine_fenicsx.forces.load import Forces
-from turbine_fenicsx.foundation.checks import check_function
+from turbine_fenicsx.forces.time_functions import ALWAYS
+from turbine_fenicsx.foundation.checks import check_function, check_number
 from turbine_fenicsx.foundation.errors import ModelError
 
 
@@ -15,29 +16,29 @@ class JointTorque:
     """A torque about a joint axis, or a force along it, between the partners, eqs (22), (58).
 
     Args:
-        joint: Name of a joint coordinate; that of the joint if it has only one.
-        torque: Torque [N m] on an angle or force [N] on a displacement as a function of time [s];
-            positive in the sense of the coordinate.
+        name: Name under which its work is reported.
+        coordinate: Name of the joint coordinate; that of the joint if it has only one.
+        torque: Torque [N m] on an angle or force [N] on a displacement, positive in the sense of
+            the coordinate.
+        function: Factor as a function of time [s].
 
     Raises:
+        ModelError: for a torque that is no number.
         TypeError: for what is no function of time.
     """
 
-    joint: str
-    torque: Callable[[float], float]
+    name: str
+    coordinate: str
+    torque: float
+    function: Callable[[float], float] = ALWAYS
 
     def __post_init__(self) -> None:
-        """Check the function."""
-        check_function(self.name, self.torque)
-
-    @property
-    def name(self) -> str:
-        """Name under which its work is reported."""
-        return f"torque on {self.joint}"
+        check_number(f"torque of {self.name!r}", self.torque)
+        check_function(self.name, self.function)
 
     def add_to(self, forces: Forces, time: float) -> None:
         """Add the torque."""
-        if self.joint not in forces.torques:
+        if self.coordinate not in forces.torques:
             known = sorted(forces.torques)
-            raise ModelError(f"no joint coordinate {self.joint!r}; there are {known}")
-        forces.torques[self.joint] += self.torque(time)
+            raise ModelError(f"no joint coordinate {self.coordinate!r}; there are {known}")
+        forces.torques[self.coordinate] += self.torque * self.function(time)

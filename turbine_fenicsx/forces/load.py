@@ -1,4 +1,4 @@
-"""What every load is to the rest of the code.
+"""Interfaces of the forces that depend on time, and of those on flexible bodies.
 
 A load that depends on time alone is a `Load`; one on a flexible body is a `SurfaceLoad` or a
 `NodeForce`; one on a rigid body that follows its motion is a force element

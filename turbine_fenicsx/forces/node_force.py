@@ -38,6 +38,5 @@ class NodeForce:
     function: Callable[[float], float] = ALWAYS
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point, force=self.force)
         check_function(self.name, self.function)

@@ -43,7 +43,6 @@ class PointDamper:
     kind: Kind = "dissipative"
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_ends(self.name, self.first, self.second)
         check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
         check_not_negative(f"damping of {self.name!r}", self.damping)

@@ -41,7 +41,6 @@ class PointForce:
     function: Callable[[float], float] = ALWAYS
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_body(self.name, self.body)
         check_vectors(self.name, point=self.point, force=self.force)
         check_function(self.name, self.function)

@@ -49,7 +49,6 @@ class PointSpring:
     kind: Kind = "conservative"
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_ends(self.name, self.first, self.second)
         check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
         check_not_negative(f"stiffness of {self.name!r}", self.stiffness)

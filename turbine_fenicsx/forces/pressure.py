@@ -39,7 +39,6 @@ class Pressure:
     function: Callable[[float], float] = ALWAYS
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_number(f"pressure of {self.name!r}", self.pressure)
         check_function(self.name, self.function)
 

@@ -38,7 +38,6 @@ class SurfaceTraction:
     function: Callable[[float], float] = ALWAYS
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, force=self.force)
         check_function(self.name, self.function)
 

@@ -29,7 +29,6 @@ class Hat:
     duration: float = 3.0
 
     def __post_init__(self) -> None:
-        """Check the duration."""
         if not self.duration > 0.0:
             raise ModelError(f"duration of a hat function must be positive, got {self.duration} s")
 
@@ -49,7 +48,7 @@ class Constant:
     value: float
 
     def __call__(self, time: float) -> float:
-        """The value."""
+        """Value at a time [s]."""
         return self.value
 
 
@@ -81,7 +80,6 @@ class Ramp:
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        """Check the data."""
         _check_finite("final value of a ramp", self.final)
         _check_finite("start of a ramp", self.start, "s")
         if not 0.0 < self.duration < math.inf:
@@ -113,7 +111,6 @@ class Sine:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the data."""
         _check_finite("amplitude of a sine", self.amplitude)
         _check_finite("phase of a sine", self.phase, "rad")
         if not 0.0 < self.frequency < math.inf:
@@ -141,7 +138,6 @@ class Table:
     values: Sequence[float]
 
     def __post_init__(self) -> None:
-        """Check the data and keep them as tuples of numbers."""
         for name in ("times", "values"):
             object.__setattr__(self, name, tuple(float(x) for x in getattr(self, name)))
         if len(self.times) != len(self.values):

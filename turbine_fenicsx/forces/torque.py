@@ -45,7 +45,6 @@ class Torque:
     kind: Kind = "external"
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_body(self.name, self.body)
         check_vectors(self.name, torque=self.torque)
         check_function(self.name, self.function)
@@ -84,5 +83,4 @@ class _DirectorForces:
         return f.T.ravel(), 0.5 * K.reshape(9, 9)
 
     def energy(self, y: Array) -> float:
-        """None."""
         return 0.0

@@ -1,1 +1,1 @@
-"""Numbers, files and processes: what knows nothing of mechanics."""
+"""Numbers, files and processes; no mechanics."""

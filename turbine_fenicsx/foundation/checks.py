@@ -1,4 +1,4 @@
-"""Checks of what users give to the parts of a model: one sentence each."""
+"""Checks of the arguments of a model's parts, with one sentence per mistake."""
 
 from __future__ import annotations
 

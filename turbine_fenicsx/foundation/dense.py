@@ -19,7 +19,6 @@ class ScaledFactor:
     """
 
     def __init__(self, A: Array) -> None:
-        """Scale and factorise."""
         self._size = len(A)
         if not self._size:
             return

@@ -1,4 +1,4 @@
-"""Exceptions for what a user can mend."""
+"""Exceptions for what a user can correct."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from turbine_fenicsx.foundation.errors import FileError
 
 
 @contextmanager
-def naming(act: str, path: str | os.PathLike[str]) -> Iterator[None]:
+def name_file_in_errors(act: str, path: str | os.PathLike[str]) -> Iterator[None]:
     """Let errors say what was tried with which file.
 
     Args:
@@ -45,7 +45,7 @@ def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> N
     """
     path = Path(path)
     temporary = path.with_name(f"{path.name}.tmp")
-    with naming("write", path):
+    with name_file_in_errors("write", path):
         try:
             temporary.unlink(missing_ok=True)
             with temporary.open("xb") as file:
@@ -66,7 +66,7 @@ def sync_file(path: str | os.PathLike[str]) -> None:
     Raises:
         FileError: if it is not there or the disk refuses.
     """
-    with naming("write", path):
+    with name_file_in_errors("write", path):
         descriptor = os.open(path, os.O_RDONLY)
         try:
             os.fsync(descriptor)

@@ -1,4 +1,4 @@
-"""The folder of compiled forms: one process compiles at a time, and what a dead one left goes.
+"""Cache of compiled forms: one process compiles at a time, leftovers of dead ones are removed.
 
 DOLFINx takes a file ``NAME.c`` without ``NAME.c.cached`` for a form that another process compiles.
 If that process was killed, all later ones would wait for it in vain.
@@ -24,7 +24,7 @@ from mpi4py import MPI
 from cffi import VerificationError
 
 from turbine_fenicsx.foundation.errors import CompilationError
-from turbine_fenicsx.foundation.interrupts import ending_at_once
+from turbine_fenicsx.foundation.interrupts import end_at_once
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 
 PATIENCE = 900
@@ -81,7 +81,7 @@ def compile_on_all(comm: MPI.Intracomm, folder: Path, compile_here: Callable[[],
 
 def _compile_alone(folder: Path, compile_here: Callable[[], T]) -> T:
     """Compile while no other process does, and without what dead ones have left."""
-    with ending_at_once(), _locked(folder) as alone:
+    with end_at_once(), _lock(folder) as alone:
         if folder.is_dir():
             _remove_leavings(folder, 0.0 if alone else PATIENCE)
         try:
@@ -94,7 +94,7 @@ def _compile_alone(folder: Path, compile_here: Callable[[], T]) -> T:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[bool]:
+def _lock(folder: Path) -> Iterator[bool]:
     """Keep other processes out, and tell whether that was possible.
 
     The system drops the lock when the program ends, however it ends.

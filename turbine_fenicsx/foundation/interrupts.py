@@ -16,7 +16,7 @@ class Interrupt:
 
     Attributes:
         received: Name of the signal; empty as long as there was none.
-        at_once: Whether it ends the work at hand, see `ending_at_once`.
+        at_once: Whether it ends the work at hand, see `end_at_once`.
     """
 
     received = ""
@@ -31,7 +31,7 @@ _catching: list[Interrupt] = []
 
 
 @contextmanager
-def catching_signals() -> Iterator[Interrupt]:
+def catch_signals() -> Iterator[Interrupt]:
     """Catch the first of `SIGNALS`, so that the work at hand can be finished.
 
     A second one acts as usual.
@@ -60,7 +60,7 @@ def catching_signals() -> Iterator[Interrupt]:
 
 
 @contextmanager
-def ending_at_once() -> Iterator[None]:
+def end_at_once() -> Iterator[None]:
     """Let a signal end what is done here, also where signals are caught.
 
     For work without steps that is lost anyway unless it is finished.

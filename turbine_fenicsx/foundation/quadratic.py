@@ -48,7 +48,6 @@ class AffineVector:
         return AffineVector((0.0, 0.0, 0.0), ((index, 1.0),))
 
     def __add__(self, other: AffineVector) -> AffineVector:
-        """Sum of two vectors."""
         constant = np.add(self.constant, other.constant)
         coefficients = dict(self.terms)
         for k, a in other.terms:
@@ -56,14 +55,12 @@ class AffineVector:
         return AffineVector(tuple(constant.tolist()), tuple(coefficients.items()))
 
     def __mul__(self, factor: float) -> AffineVector:
-        """The vector times a number."""
         constant = tuple((factor * np.asarray(self.constant)).tolist())
         return AffineVector(constant, tuple((k, factor * a) for k, a in self.terms))
 
     __rmul__ = __mul__
 
     def __sub__(self, other: AffineVector) -> AffineVector:
-        """Difference of two vectors."""
         return self + (-1.0) * other
 
     def components(self) -> tuple[Quadratic, Quadratic, Quadratic]:
@@ -91,7 +88,6 @@ class Quadratic:
         )
 
     def __mul__(self, factor: float) -> Quadratic:
-        """The function times a number."""
         return Quadratic(
             factor * self.constant,
             tuple((i, factor * b) for i, b in self.linear),
@@ -127,7 +123,6 @@ class QuadraticMap:
     """
 
     def __init__(self, functions: Sequence[Quadratic], size: int) -> None:
-        """Collect the coefficients in flat arrays."""
         self.shape = (len(functions), size)
         self.constant = np.array([f.constant for f in functions], dtype=float)
         self._b = np.zeros(self.shape)

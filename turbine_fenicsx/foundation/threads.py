@@ -1,4 +1,4 @@
-"""One BLAS thread a rank, for programs that did not ask for more."""
+"""One BLAS thread per rank, for programs that did not ask for more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the time goes: PETSc log events, which also show in PETSc's own -log_view."""
+"""Timing by PETSc log events, which also show in PETSc's own -log_view."""
 
 from __future__ import annotations
 

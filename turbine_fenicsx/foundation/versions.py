@@ -1,4 +1,4 @@
-"""Which software a result comes from. Also works where half of it is missing."""
+"""Versions of the software behind a result; works where half of it is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every joint is to the rest of the code."""
+"""Joint interface."""
 
 from __future__ import annotations
 

@@ -45,7 +45,6 @@ class Cylindrical:
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point)
         check_directions(self.name, axis=self.axis)
         if self.reference is not None:

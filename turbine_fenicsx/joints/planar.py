@@ -45,7 +45,6 @@ class Planar:
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point)
         check_directions(self.name, normal=self.normal)
         if self.reference is not None:

@@ -34,7 +34,6 @@ class Rigid:
     point: npt.ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point)
 
     @property
@@ -50,5 +49,5 @@ class Rigid:
         return [*gap.components(), *turned]
 
     def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
-        """None."""
+        """It has no joint coordinates."""
         return {}

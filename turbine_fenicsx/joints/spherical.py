@@ -33,7 +33,6 @@ class Spherical:
     point: npt.ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the data."""
         check_vectors(self.name, point=self.point)
 
     @property
@@ -46,5 +45,5 @@ class Spherical:
         return list((b.point(self.point) - a.point(self.point)).components())
 
     def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
-        """None."""
+        """It has no joint coordinates."""
         return {}

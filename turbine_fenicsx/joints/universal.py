@@ -48,7 +48,6 @@ class Universal:
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        """Check the point and the axes."""
         check_vectors(self.name, point=self.point)
         check_directions(self.name, first_axis=self.first_axis, second_axis=self.second_axis)
         n1, n2 = unit(self.first_axis), unit(self.second_axis)

@@ -1,4 +1,4 @@
-"""What a material is to the rest of the code: a strain energy, and perhaps a viscous stress."""
+"""Material interface: a strain energy, and perhaps a viscous stress."""
 
 from __future__ import annotations
 

@@ -44,7 +44,6 @@ class KelvinVoigt:
     bulk_viscosity: Scalar = 0.0
 
     def __post_init__(self) -> None:
-        """Check the data."""
         for name in ("shear", "bulk"):
             check_cells(
                 f"{name} viscosity must not be negative, got {{{name}_viscosity}} Pa s",

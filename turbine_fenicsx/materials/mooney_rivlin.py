@@ -42,7 +42,6 @@ class MooneyRivlin:
     quadratic = False
 
     def __post_init__(self) -> None:
-        """Check positive definiteness."""
         check_cells(
             "material is not positive definite: c10 = {c10} Pa and c01 = {c01} Pa must not be "
             "negative, nor both zero",

@@ -30,7 +30,6 @@ class NeoHooke:
     quadratic = False
 
     def __post_init__(self) -> None:
-        """Check positive definiteness."""
         check_lame(self.first_lame, self.shear_modulus)
 
     def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:

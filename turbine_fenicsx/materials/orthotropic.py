@@ -45,7 +45,6 @@ class OrthotropicSVK:
     quadratic = True
 
     def __post_init__(self) -> None:
-        """Check positive definiteness."""
         _ = self._entries
 
     @cached_property

@@ -35,7 +35,7 @@ class TransverselyIsotropic:
     D is the stiffness at rest, the general one of this symmetry, and G the axial shear modulus.
     The share 0 < s <= 1 of the neo-Hookean terms is the largest that leaves K positive
     semidefinite: s = 1 for usual composites, less where the fibre is softer than what is around
-    it or for a small transverse Poisson's ratio. So W is positive but for rotations and grows
+    it or for a small transverse Poisson's ratio. So W is positive except for rotations and grows
     without bound whenever any stretch goes to zero or to infinity, for every D that is positive
     definite. With isotropic constants, Poisson's ratio not negative, it is `NeoHooke`.
 
@@ -64,7 +64,6 @@ class TransverselyIsotropic:
     quadratic = False
 
     def __post_init__(self) -> None:
-        """Check positive definiteness."""
         _ = self._constants
 
     def stiffness(self) -> Array:

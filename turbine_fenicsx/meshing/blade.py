@@ -37,7 +37,6 @@ class BladeGeometry:
     thickness: tuple[float, ...] = (1.8, 1.5, 0.2)
 
     def __post_init__(self) -> None:
-        """Check every value, turn sequences into tuples."""
         _require_positive("blade.hub_radius", self.hub_radius)
         _require_positive("blade.length", self.length)
         for name in ("stations", "chord", "thickness"):
@@ -115,7 +114,6 @@ class RotorLayout:
     pitch: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check every value, turn sequences into tuples."""
         for name in ("centre", "axis", "up"):
             vector = _numbers(f"rotor.{name}", getattr(self, name))
             if len(vector) != 3:

@@ -1,4 +1,4 @@
-"""Meshes that were built before, found by a hash of everything they depend on."""
+"""Cache of meshes, found by a hash of everything they depend on."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""A program of its own: gmsh reads a .msh file and leaves its groups in a .npz file.
+"""Program that reads a .msh file with gmsh and writes its groups to a .npz file.
 
 Damaged files crash gmsh, so the process that wants the mesh starts this one, see `gmsh_process`.
 It imports nothing of the package, to start fast and to leave MPI alone.

@@ -1,4 +1,4 @@
-"""gmsh reads a file in a process of its own, for damaged files crash it."""
+"""Read a file with gmsh in a separate process, because damaged files crash it."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.interrupts import ending_at_once
+from turbine_fenicsx.foundation.interrupts import end_at_once
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import gmsh_child
 from turbine_fenicsx.meshing.errors import MeshError
@@ -92,7 +92,7 @@ def _run(folder: str, seconds: float) -> None:
     environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
     command = [sys.executable, "-P", str(gmsh_child.__file__), "mesh.msh", "groups.npz"]
     with (
-        ending_at_once(),
+        end_at_once(),
         subprocess.Popen(
             command,
             cwd=folder,

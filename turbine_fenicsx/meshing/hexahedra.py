@@ -49,7 +49,7 @@ def mesh_blade(
     p = geometry_degree
     reference = reference_cell("hexahedron", p)
     section = section_grid(n_chord, n_thickness, p)
-    layers = _with_midpoints(layer_fractions(blade, n_span), p)
+    layers = _add_midpoints(layer_fractions(blade, n_span), p)
     points = np.empty((*section.shape[:2], len(layers), 3))
     points[..., 0] = blade.hub_radius + blade.length * layers
     points[..., 1] = section[:, :, None, 0] * blade.chord_at(layers) / 2
@@ -128,7 +128,7 @@ def _graded(s: Array) -> Array:
     return (1 - _GRADING) * s + _GRADING * s**3
 
 
-def _with_midpoints(values: Array, degree: int) -> Array:
+def _add_midpoints(values: Array, degree: int) -> Array:
     """Insert the mean of each two neighbours along the first axis if the degree is 2."""
     if degree == 1:
         return values
@@ -140,8 +140,8 @@ def _with_midpoints(values: Array, degree: int) -> Array:
 
 def _quadratic_section(vertices: Array) -> Array:
     """Add middle nodes to the grid of a section and bend its outer edges."""
-    grid = _with_midpoints(vertices, 2).swapaxes(0, 1)
-    grid = _with_midpoints(grid, 2).swapaxes(0, 1)
+    grid = _add_midpoints(vertices, 2).swapaxes(0, 1)
+    grid = _add_midpoints(grid, 2).swapaxes(0, 1)
     for outline in (grid[:, 0], grid[:, -1], grid[0], grid[-1]):
         middle = outline[1::2].copy()
         arc = middle / np.linalg.norm(middle, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""From a .msh file, our own or the user's, to a distributed DOLFINx mesh with named groups."""
+"""Load a .msh file as a distributed DOLFINx mesh with named groups."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def load_arrays(
     """
     kept: list[MeshArrays] = []  # the arrays stay on rank 0, only what follows is sent to all
 
-    def examined() -> tuple[ReferenceCell, dict[str, int], dict[str, int], MeshReport]:
+    def examine() -> tuple[ReferenceCell, dict[str, int], dict[str, int], MeshReport]:
         arrays = make()
         report = arrays.examine()
         mistakes = [*report.mistakes, *(check(arrays) if check else ())]
@@ -137,7 +137,7 @@ def load_arrays(
         kept.append(arrays)
         return arrays.reference, arrays.volumes, arrays.surfaces, report
 
-    reference, cell_names, facet_names, report = on_rank0(comm, examined)
+    reference, cell_names, facet_names, report = on_rank0(comm, examine)
     arrays = kept[0] if kept else MeshArrays.empty(reference)
     mesh, cell_tags, facet_tags = _distribute(comm, arrays)
     return LoadedMesh(mesh, cell_tags, facet_tags, cell_names, facet_names, report)

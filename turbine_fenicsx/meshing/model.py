@@ -1,4 +1,4 @@
-"""A mesh with named groups as plain arrays, and the way from it to gmsh."""
+"""A mesh with named groups as plain arrays, and its export to gmsh."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the user may choose about a mesh."""
+"""Mesh options."""
 
 from dataclasses import dataclass
 from math import ceil, isfinite
@@ -28,7 +28,6 @@ class MeshOptions:
     size: float | None = None
 
     def __post_init__(self) -> None:
-        """Check every value."""
         if self.cell not in CELLS:
             raise ModelError(f"mesh.cell = {self.cell!r}: choose from {', '.join(CELLS)}")
         if self.geometry_degree not in (1, 2):

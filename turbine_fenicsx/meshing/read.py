@@ -1,4 +1,4 @@
-"""Reading a .msh file into arrays, with every mistake of a user's mesh in one sentence."""
+"""Read a .msh file into arrays, with one sentence for every mistake in it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -43,7 +43,7 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
         facets, facet_groups = _join(shells, reference.gmsh_facet_type, "surface", names)
         used, cells = np.unique(cells, return_inverse=True)
         cells = cells.reshape(-1, len(reference.nodes))
-        facets = _renumbered(facets.reshape(-1, reference.faces.shape[1]), used)
+        facets = _renumber(facets.reshape(-1, reference.faces.shape[1]), used)
         is_face = np.isin(
             face_keys(np.maximum(facets, 0), reference),
             face_keys(cells[:, reference.faces].reshape(-1, facets.shape[1]), reference),
@@ -91,11 +91,11 @@ def _require(
         names = [group.name for group in groups]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise MeshError(f"it has more than one physical {kind} called {_listed(twice)}")
+            raise MeshError(f"it has more than one physical {kind} called {_quote(twice)}")
         lacking = [name for name in required if name not in names]
         if lacking:
-            missing.append(f"the physical {_counted(kind, lacking)}")
-        found.append(f"the {_counted(kind, sorted(names))}" if names else f"no {kind}")
+            missing.append(f"the physical {_count_names(kind, lacking)}")
+        found.append(f"the {_count_names(kind, sorted(names))}" if names else f"no {kind}")
     if not solids and not missing:
         missing.append("a physical volume")
     if missing:
@@ -109,7 +109,7 @@ def _reference(solids: list[Group], names: dict[int, str]) -> ReferenceCell:
     if len(kinds) == 1 and kinds[0] in supported:
         return supported[kinds[0]]
     raise MeshError(
-        f"its volume elements are {_listed(names[kind] for kind in kinds)}; all must be of one "
+        f"its volume elements are {_quote(names[kind] for kind in kinds)}; all must be of one "
         "type: tetrahedra with 4 or 10 or hexahedra with 8 or 27 nodes"
     )
 
@@ -122,7 +122,7 @@ def _join(
         wrong = [names[other] for other in group.elements if other != kind]
         if wrong:
             raise MeshError(
-                f"its physical {what} '{group.name}' holds {_listed(wrong)}, which are not faces "
+                f"its physical {what} '{group.name}' holds {_quote(wrong)}, which are not faces "
                 "of its volume elements"
             )
     none = np.empty(0, dtype=np.int64)
@@ -135,7 +135,7 @@ def _join(
         shared = np.isin(elements, elements[doubled])
         both = sorted(groups[i].name for i in np.unique(labels[shared]))
         raise MeshError(
-            f"its physical {what}s {_listed(both)} share {len(doubled)} elements; an element may "
+            f"its physical {what}s {_quote(both)} share {len(doubled)} elements; an element may "
             f"be in one physical {what} only"
         )
     nodes = np.concatenate([none, *(group.nodes[kind] for group in groups)])
@@ -160,17 +160,17 @@ def _points(content: MshContent, used: IntArray) -> Array:
     return points
 
 
-def _renumbered(nodes: IntArray, used: IntArray) -> IntArray:
+def _renumber(nodes: IntArray, used: IntArray) -> IntArray:
     """Return the positions of nodes in the sorted array ``used``, -1 for those not in it."""
     position = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
     return np.where(used[position] == nodes, position, -1)
 
 
-def _counted(kind: str, names: list[str]) -> str:
+def _count_names(kind: str, names: list[str]) -> str:
     """Return "volume 'a'" or "volumes 'a', 'b'"."""
-    return f"{kind}{'s' if len(names) > 1 else ''} {_listed(names)}"
+    return f"{kind}{'s' if len(names) > 1 else ''} {_quote(names)}"
 
 
-def _listed(names: Any) -> str:
+def _quote(names: Any) -> str:
     """Return names in quotes, separated by commas."""
     return ", ".join(f"'{name}'" for name in names)

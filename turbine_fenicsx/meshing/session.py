@@ -1,4 +1,4 @@
-"""gmsh, opened for one task and closed again without a trace."""
+"""A gmsh session for one task, closed without a trace."""
 
 import signal
 import threading
@@ -29,7 +29,7 @@ def gmsh_session(options: Mapping[str, float] | None = None) -> Iterator[Any]:
     Raises:
         MeshError: if gmsh is not installed or reports an error.
     """
-    with interrupts_kept():
+    with keep_interrupts():
         gmsh = _import_gmsh()
         was_open = is_open(gmsh)
         previous = gmsh.model.getCurrent() if was_open else ""
@@ -91,7 +91,7 @@ def is_open(gmsh: Any) -> bool:
 
 
 @contextmanager
-def interrupts_kept() -> Iterator[None]:
+def keep_interrupts() -> Iterator[None]:
     """Restore the handler of Ctrl-C, which gmsh replaces when it is imported or initialised."""
     if threading.current_thread() is not threading.main_thread():
         yield

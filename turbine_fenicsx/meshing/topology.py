@@ -1,4 +1,4 @@
-"""What hangs together in a mesh: faces between cells, connected parts, nodes, all by sorting."""
+"""Topology of a mesh by sorting: faces between cells, connected parts, coincident nodes."""
 
 from __future__ import annotations
 

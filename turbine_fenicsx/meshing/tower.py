@@ -46,7 +46,6 @@ class TowerGeometry:
     wall: float = 0.04
 
     def __post_init__(self) -> None:
-        """Check every value."""
         for name in ("height", "bottom_diameter", "top_diameter", "wall"):
             value = getattr(self, name)
             if not 0.0 < value < np.inf:

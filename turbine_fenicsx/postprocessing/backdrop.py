@@ -1,4 +1,4 @@
-"""What a picture shows besides the model, and how far both reach.
+"""Background of pictures: the ground, a plain tower, and how far both reach.
 
 A turbine without a tower of its own gets a pale one, so that the picture shows a wind turbine, and
 every turbine a piece of ground. Other models are shown as they are.
@@ -27,7 +27,6 @@ class Backdrop:
     """
 
     def __init__(self, parts: Parts) -> None:
-        """Nothing is known of the size yet."""
         names = {part.name for part in parts.parts}
         self._turbine, self._tower = {HUB, NACELLE} <= names, TOWER in names
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)

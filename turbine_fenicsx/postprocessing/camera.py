@@ -1,4 +1,4 @@
-"""Where a picture is taken from: in parallel projection, e2 upwards, everything inside."""
+"""Camera positions: parallel projection, e2 upwards, everything in view."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""Colours of a field: their scale, and which numbers its ends are."""
+"""Colour scales of fields."""
 
 from collections.abc import Sequence
 

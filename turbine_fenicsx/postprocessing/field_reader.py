@@ -22,7 +22,6 @@ class FieldReader:
     """
 
     def __init__(self, path: str, parts: Parts, scale: float = 1.0) -> None:
-        """Open the file."""
         import pyvista
 
         self._reader = pyvista.get_reader(path)

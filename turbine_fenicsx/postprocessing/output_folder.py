@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.postprocessing.names import TIME, Family
 from turbine_fenicsx.postprocessing.parts import Parts
 
@@ -226,7 +226,7 @@ def remove_run(folder: str | os.PathLike[str]) -> None:
     """
     for pattern in RESULTS:
         for path in Path(folder).glob(pattern):
-            with naming("write", path):
+            with name_file_in_errors("write", path):
                 path.unlink()
 
 

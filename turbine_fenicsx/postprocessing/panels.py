@@ -1,4 +1,4 @@
-"""The panels of diagrams: what of ``history.csv`` is shown, in SI units before prefixes."""
+"""Panels of diagrams: which columns of ``history.csv`` they show, in SI units."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,4 +1,4 @@
-"""What the parts of ``fields.xdmf`` are called and what carries them.
+"""Names of the parts of ``fields.xdmf``, and what carries them.
 
 The cell field ``part`` tells the parts apart by their numbers, the point field ``coupling`` says by
 which coupling a point is held. This is the rest that a picture needs, as text inside the file.

@@ -1,4 +1,4 @@
-"""Draws a model from ``fields.xdmf``, in the process that the module ``pictures`` starts.
+"""Draw a model from ``fields.xdmf``, in the process that the module ``pictures`` starts.
 
     python -m turbine_fenicsx.postprocessing.scene < job.json
 
@@ -45,7 +45,6 @@ class Scene:
     """
 
     def __init__(self, job: Mapping[str, Any], steps: Sequence[int]) -> None:
-        """Open the file, find the scales of the colours and where to look from."""
         import pyvista
 
         self._parts = Parts.from_text(job["parts"])

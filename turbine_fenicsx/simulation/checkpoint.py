@@ -23,7 +23,7 @@ import numpy as np
 
 from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint_file import (
@@ -67,11 +67,17 @@ def save_state(system: MultibodySystem, state: State) -> RestartData:
 
 
 def restore_state(system: MultibodySystem, data: RestartData) -> State:
-    """The state that was saved."""
+    """The state that was saved; an InputError on all ranks if it is that of another system."""
     state = system.initial_state()
     state.time = data.numbers["time"]
     for name, values in data.arrays.items():
-        getattr(state, name)[:] = values
+        mine = getattr(state, name)
+        if mine.shape != values.shape:
+            raise InputError(
+                f"the checkpoint belongs to another system, with {values.size} {name} and not "
+                f"{mine.size}"
+            )
+        mine[:] = values
     for name in ("u", "v"):
         for vector, values in zip(getattr(state, name), data.nodal.get(name, ()), strict=True):
             vector.array[:] = values.ravel()
@@ -221,13 +227,13 @@ class Checkpoints:
 
     def _make_folder(self) -> None:
         """Make the folder."""
-        with naming("write", self._folder):
+        with name_file_in_errors("write", self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
 
     def _remove(self, files: list[Path]) -> None:
         """Remove files, and what an earlier run left half written."""
         for old in (*files, *self._folder.glob("checkpoint_*.tmp")):
-            with naming("write", old):
+            with name_file_in_errors("write", old):
                 old.unlink(missing_ok=True)
 
 

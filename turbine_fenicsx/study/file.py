@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.mistakes import mistakes_in, shown
+from turbine_fenicsx.turbine.case.mistakes import find_mistakes, quote
 from turbine_fenicsx.turbine.case.toml_file import read_toml
 
 
@@ -121,7 +121,7 @@ class Study(BaseModel):
         try:
             study = Study.model_validate(data)
         except ValidationError as error:
-            sentences = [mistake.sentence for mistake in mistakes_in(error, data, Study)]
+            sentences = [mistake.sentence for mistake in find_mistakes(error, data, Study)]
             raise InputError("\n".join(sentences)) from None
         mistakes = list(study._contradictions())
         if mistakes:
@@ -134,7 +134,7 @@ class Study(BaseModel):
             yield "the study varies nothing: give lists of values in [grid], or entries [[run]]"
         for key, values in self.grid.items():
             if not isinstance(values, list) or not values:
-                yield f"grid.{key} = {shown(values)}: must be a list of values"
+                yield f"grid.{key} = {quote(values)}: must be a list of values"
         in_runs = {key for changes in self.run for key in changes}
         for key in self.varied:
             if key in self.grid and key in in_runs:

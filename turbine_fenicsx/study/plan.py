@@ -1,4 +1,4 @@
-"""From a study to its runs: every case is made and checked before the first one starts."""
+"""Runs of a study: every case is made and checked before the first one starts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.mistakes import shown
+from turbine_fenicsx.turbine.case.mistakes import quote
 
 _LONGEST_NAME = 120
 
@@ -154,7 +154,7 @@ def _as_overrides(changes: Mapping[str, Any]) -> list[str]:
     for key, value in changes.items():
         if not _is_plain(value):
             raise InputError(
-                f"{key} = {shown(value)}: give finite numbers, strings, true or false, or lists of "
+                f"{key} = {quote(value)}: give finite numbers, strings, true or false, or lists of "
                 "them"
             )
     return [f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items()]

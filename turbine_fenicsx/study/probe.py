@@ -1,4 +1,4 @@
-"""Which quantities a study can have, found by one short run before all others."""
+"""Available quantities of a study, found by one short run before all others."""
 
 from __future__ import annotations
 

@@ -18,7 +18,6 @@ class StudyProgress:
     """
 
     def __init__(self, total: int, style: str = "auto") -> None:
-        """Choose the style."""
         if style == "auto":
             style = "bar" if sys.stderr.isatty() else "log"
         self._style, self._total, self._done = style, total, 0

@@ -1,4 +1,4 @@
-"""What the runs of a study have written, and the table of all of it."""
+"""Results of the runs of a study, and their table."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Findings:
     warnings: tuple[str, ...]
 
 
-def too_curved(geometry_degree: int, degree: int) -> list[str]:
+def find_curved_cells(geometry_degree: int, degree: int) -> list[str]:
     """A sentence if displacements of a degree cannot follow the shape of the cells."""
     if geometry_degree <= degree:
         return []
@@ -64,7 +64,7 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) 
     if crowded:
         mistakes.append(f"{crowded} faces belong to more than two cells, so that cells overlap")
     double = _double_nodes(mesh)
-    fallen = _fallen_apart(mesh, faces, layout, double)
+    fallen = _find_pieces(mesh, faces, layout, double)
     mistakes += fallen
     if double and not fallen:
         warnings.append(f"{double} nodes lie on top of others; cells do not hang together there")
@@ -88,7 +88,7 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) 
     return Findings(tuple(mistakes), tuple(warnings))
 
 
-def _fallen_apart(mesh: MeshArrays, faces: Faces, layout: RotorLayout, double: int) -> list[str]:
+def _find_pieces(mesh: MeshArrays, faces: Faces, layout: RotorLayout, double: int) -> list[str]:
     """Each blade must be one part, held together by faces."""
     pairs = faces.neighbours
     groups = mesh.cell_groups[pairs]

@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshReport, tower_arrays
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
+from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.doubts import mass_doubt
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
@@ -72,7 +72,7 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     if case.mesh.file:  # that of a built-in mesh is told by the case alone
         mass = sum(report.volumes.values()) * case.material.density / layout.n_blades
         warnings += mass_doubt(mass, case.blade.length)
-    curved = too_curved(report.geometry_degree, case.mesh.degree)
+    curved = find_curved_cells(report.geometry_degree, case.mesh.degree)
     return Inspection(
         tuple(f"{name}: {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
         tuple(warnings),

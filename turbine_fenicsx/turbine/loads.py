@@ -18,8 +18,9 @@ class Loads(Component):
     def parts(self, assembly: Assembly) -> list[Any]:
         """Torques are named after their bearings; gravity acts along -e2."""
         loads = assembly.case.loads
+        hat = Hat(1.0, loads.duration)
         return [
             Gravity((0.0, -loads.gravity, 0.0)),
-            JointTorque(ROTOR, Hat(loads.rotor_torque, loads.duration)),
-            JointTorque(YAW, Hat(loads.yaw_torque, loads.duration)),
+            JointTorque(f"torque on {ROTOR}", ROTOR, loads.rotor_torque, hat),
+            JointTorque(f"torque on {YAW}", YAW, loads.yaw_torque, hat),
         ]

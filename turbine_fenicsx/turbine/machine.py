@@ -1,4 +1,4 @@
-"""What the machines under a run have: memory."""
+"""Memory of the machines that a run uses."""
 
 from __future__ import annotations
 

@@ -123,7 +123,8 @@ def pitch_torques(loads: LoadsCase) -> list[JointTorque]:
     """The same hat of torque on all pitch bearings, positive to feather; nothing for none."""
     if loads.pitch_torque == 0.0:
         return []
+    hat = Hat(1.0, loads.duration)
     return [
-        JointTorque(name, Hat(-sign * loads.pitch_torque, loads.duration))
+        JointTorque(f"torque on {name}", name, -sign * loads.pitch_torque, hat)
         for name, sign in zip(BEARINGS, PITCH_SIGNS, strict=True)
     ]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.output_folder import read_tables
-from turbine_fenicsx.turbine.case.case import Case, changed
+from turbine_fenicsx.turbine.case.case import Case, apply_overrides
 
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change when a run goes on."""
@@ -33,7 +33,7 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     data = read_tables(folder / "case.json")
     if data is None:
         raise InputError(f"there is no run in {str(folder)!r} to go on with")
-    old, new = Case.parse(data), changed(data, overrides)
+    old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
         mine, theirs = getattr(new, name), getattr(old, name)
         if name not in FREE and mine != theirs:

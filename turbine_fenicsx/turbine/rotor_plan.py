@@ -20,7 +20,7 @@ from turbine_fenicsx.meshing import (
     rotor_arrays,
 )
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.turbine.blade_mesh import examine_blades, too_curved
+from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_options
 
@@ -81,7 +81,7 @@ class RotorPlan:
 
     def list_mistakes(self, mesh: MeshArrays) -> tuple[str, ...]:
         """One sentence for everything that keeps a mesh from being these blades."""
-        curved = too_curved(mesh.reference.degree, self.degree)
+        curved = find_curved_cells(mesh.reference.degree, self.degree)
         return (*examine_blades(mesh, self.layout, self.blade).mistakes, *curved)
 
 

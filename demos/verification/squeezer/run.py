@@ -111,7 +111,7 @@ def mechanism():
         pin("E6", K2, K6, E),
     ]
     spring = PointSpring("spring", None, K3, point_C, D, STIFFNESS, REST)
-    return [*bodies, *joints, spring, JointTorque("beta", lambda t: TORQUE)]
+    return [*bodies, *joints, spring, JointTorque("torque on beta", "beta", TORQUE)]
 
 
 def solve(steps, comm=MPI.COMM_WORLD):

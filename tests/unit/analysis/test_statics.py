@@ -150,7 +150,12 @@ def test_a_motion_of_several_turns_needs_load_steps(comm):
 
 def test_a_torque_that_winds_a_spring_up_over_turns(comm):
     hinge = Revolute("hinge", None, A, (3.0, 6.0, 2.0), N)
-    parts = [A, hinge, JointSpring("s", "hinge", 2.0), JointTorque("hinge", lambda t: 20.0 * t)]
+    parts = [
+        A,
+        hinge,
+        JointSpring("s", "hinge", 2.0),
+        JointTorque("torque on hinge", "hinge", 1.0, lambda t: 20.0 * t),
+    ]
     state = equilibrium(MultibodySystem(comm, parts), np.linspace(0.05, 1.0, 20))
     assert state.angles[0] == pytest.approx(10.0, rel=1e-12)
     assert np.allclose(state.q[3:6], rotation_about(N, 10.0) @ np.asarray(A.directors)[:, 0])

@@ -14,7 +14,7 @@ from turbine_fenicsx.forces import (
     Torque,
 )
 from turbine_fenicsx.forces.element import Element, Layout, StepTimes
-from turbine_fenicsx.forces.time_functions import Constant, Hat, Ramp
+from turbine_fenicsx.forces.time_functions import Hat, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
@@ -40,7 +40,7 @@ def forces(*bodies):
 
 def test_loads_are_loads():
     assert isinstance(Gravity(), Load)
-    assert isinstance(JointTorque("rotor", Hat(1.0)), Load)
+    assert isinstance(JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0)), Load)
     assert isinstance(PointForce("f", A, P, F), Load)
     assert not isinstance(Hat(1.0), Load)
     assert all(isinstance(x, Element) and x.kind == "external" for x in FOLLOWERS.values())
@@ -56,8 +56,8 @@ def test_loads_add_up():
     f = forces()
     Gravity((1.0, 0.0, 2.0)).add_to(f, 0.0)
     Gravity((0.0, 3.0, 2.0)).add_to(f, 5.0)
-    JointTorque("rotor", Hat(4.0, 2.0)).add_to(f, 0.5)
-    JointTorque("rotor", Hat(1.0, 2.0)).add_to(f, 1.0)
+    JointTorque("torque on rotor", "rotor", 1.0, Hat(4.0, 2.0)).add_to(f, 0.5)
+    JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0, 2.0)).add_to(f, 1.0)
     assert f.acceleration.tolist() == [1.0, 3.0, 4.0]
     assert f.torques == {"yaw": 0.0, "rotor": 3.0}
 
@@ -69,7 +69,7 @@ def test_forces_start_anew_each_time():
 
 def test_a_torque_on_an_unknown_joint_names_the_joints_there_are():
     with pytest.raises(ValueError, match=r"no joint .* 'pitch'; there are \['rotor', 'yaw'\]"):
-        JointTorque("pitch", Hat(1.0)).add_to(forces(), 0.0)
+        JointTorque("torque on pitch", "pitch", 1.0, Hat(1.0)).add_to(forces(), 0.0)
 
 
 def test_power_of_a_point_force_is_force_times_velocity_of_the_point():
@@ -206,7 +206,12 @@ SCALAR = "must be three numbers, got"
         (lambda: Torque("f", Gravity(), M), TypeError, "a rigid body, got Gravity 'gravity'"),
         (lambda: PointForce("f", A, P, F, 3.0), TypeError, "'f' needs a function of time, for"),
         (lambda: Torque("f", A, M, 2.0), TypeError, r"Constant\(2.0\), got float 2.0"),
-        (lambda: JointTorque("j", 2.0), TypeError, "'torque on j' needs a function of time"),
+        (lambda: JointTorque("f", "j", 1.0, 2.0), TypeError, "'f' needs a function of time"),
+        (
+            lambda: JointTorque("f", "j", Hat(1.0)),
+            ValueError,
+            "torque of 'f' must be a number, got",
+        ),
     ],
 )
 def test_mistakes_are_refused_in_a_sentence(make, error, words):
@@ -222,7 +227,7 @@ def test_loads_on_bodies_outside_the_system_are_refused(comm):
 
 def test_works_have_the_names_of_their_loads(comm):
     joint = Revolute("j", A, B, P, (0, 0, 1))
-    torque = JointTorque("j", Constant(1.0))
+    torque = JointTorque("torque on j", "j", 1.0)
     parts = [A, B, joint, Torque("M", A, M), Gravity(), PointForce("f", A, P, F), torque, torque]
     names = MultibodySystem(comm, parts).work_names
     assert names == ("gravity", "f", "torque on j", "torque on j 2", "M")

@@ -18,7 +18,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import form_cache
 from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.form_cache import compile_on_all
-from turbine_fenicsx.foundation.interrupts import catching_signals
+from turbine_fenicsx.foundation.interrupts import catch_signals
 
 HOLDER = """
 import fcntl, os, sys
@@ -229,7 +229,7 @@ def test_a_signal_ends_a_compilation_at_once_on_all_ranks(comm, folder, number):
             os.kill(os.getpid(), number)
         return compiled(folder)
 
-    with catching_signals(), pytest.raises(KeyboardInterrupt):
+    with catch_signals(), pytest.raises(KeyboardInterrupt):
         compile_on_all(comm, folder, compile_here)
 
 

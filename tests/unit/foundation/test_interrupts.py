@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.forces import Gravity
-from turbine_fenicsx.foundation.interrupts import SIGNALS, catching_signals, ending_at_once
+from turbine_fenicsx.foundation.interrupts import SIGNALS, catch_signals, end_at_once
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -18,7 +18,7 @@ def handlers():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
 def test_the_first_signal_is_only_noted(number):
-    with catching_signals() as interrupt:
+    with catch_signals() as interrupt:
         assert not interrupt()
         os.kill(os.getpid(), number)
         assert interrupt()
@@ -26,7 +26,7 @@ def test_the_first_signal_is_only_noted(number):
 
 
 def test_the_second_signal_acts_as_usual():
-    with pytest.raises(KeyboardInterrupt), catching_signals() as interrupt:
+    with pytest.raises(KeyboardInterrupt), catch_signals() as interrupt:
         os.kill(os.getpid(), signal.SIGTERM)
         assert interrupt()
         os.kill(os.getpid(), signal.SIGINT)
@@ -35,36 +35,36 @@ def test_the_second_signal_acts_as_usual():
 def test_handlers_are_those_from_before_in_the_end():
     before = handlers()
     for signals in ([], [signal.SIGTERM]):
-        with catching_signals():
+        with catch_signals():
             assert signals or all(a != b for a, b in zip(handlers(), before, strict=True))
             for number in signals:
                 os.kill(os.getpid(), number)
         assert handlers() == before
-    with pytest.raises(RuntimeError), catching_signals():
+    with pytest.raises(RuntimeError), catch_signals():
         raise RuntimeError
     assert handlers() == before
 
 
 def test_a_signal_ends_at_once_what_cannot_be_finished():
-    with pytest.raises(KeyboardInterrupt), catching_signals(), ending_at_once():
+    with pytest.raises(KeyboardInterrupt), catch_signals(), end_at_once():
         os.kill(os.getpid(), signal.SIGTERM)
         raise AssertionError
 
 
 def test_a_signal_that_has_come_already_ends_it_before_it_begins():
-    with catching_signals(), pytest.raises(KeyboardInterrupt):
+    with catch_signals(), pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), signal.SIGTERM)
-        with ending_at_once():
+        with end_at_once():
             raise AssertionError
 
 
 def test_afterwards_signals_are_only_noted_again():
-    with catching_signals() as interrupt:
-        with ending_at_once():
+    with catch_signals() as interrupt:
+        with end_at_once():
             pass
         os.kill(os.getpid(), signal.SIGTERM)
         assert interrupt()
-    with ending_at_once():  # where nobody catches signals
+    with end_at_once():  # where nobody catches signals
         pass
 
 
@@ -93,7 +93,7 @@ def test_a_signal_to_any_rank_ends_the_run_on_all_after_the_step(comm, machine, 
     m = machine(spin=3.0)
     system = MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, Gravity()])
     recorder = Recorder(comm, rank % comm.size, after)
-    with catching_signals() as interrupt:
+    with catch_signals() as interrupt:
         simulation = Simulation(system, 0.02, 0.1, [recorder], stop=interrupt)
         last = simulation.run()
     assert simulation.stopped

@@ -144,7 +144,10 @@ def test_a_screw_motion_is_followed_over_several_turns(comm):
     n = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
     joint = Cylindrical("j", None, A, (0.2, 0.1, 0.0), n)
     spring = JointSpring("s", "j.displacement", 4.0)
-    loads = [JointTorque("j.angle", lambda t: 30.0), JointTorque("j.displacement", lambda t: 4.0)]
+    loads = [
+        JointTorque("torque on j.angle", "j.angle", 1.0, lambda t: 30.0),
+        JointTorque("torque on j.displacement", "j.displacement", 1.0, lambda t: 4.0),
+    ]
     system = MultibodySystem(comm, [A, joint, spring, *loads])
     solver = EnergyMomentum(system)
     state = system.initial_state()

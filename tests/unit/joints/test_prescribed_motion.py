@@ -60,7 +60,7 @@ def test_works_of_motions_close_the_balance_of_energy_by_name(comm):
         PrescribedMotion("screw.angle", smooth(9.0)),
         PrescribedMotion("screw.displacement", smooth(-2.0)),
     )
-    loads = [Gravity(), JointTorque("hinge", Constant(3.0))]
+    loads = [Gravity(), JointTorque("torque on hinge", "hinge", 3.0)]
     sizes, names = np.zeros(4), ()
     for _, report, before, after, _, system in run(comm, [A, B, SCREW, HINGE, *loads, *motions]):
         assert after - before == pytest.approx(report.work, abs=1e-12 * (abs(before) + abs(after)))

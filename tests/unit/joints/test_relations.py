@@ -84,7 +84,7 @@ def test_acceleration_under_a_torque_is_that_of_the_reduced_inertia(driven, rati
     M = 0.2
     torque = M if driven == "SLOW" else ratio * M
     parts = [*two_rotors(), gear_pair("gear", "SLOW", "FAST", ratio)]
-    parts.append(JointTorque(driven, Constant(M)))
+    parts.append(JointTorque("torque", driven, M))
     for _, _, state, _, _ in run(parts, 10):
         t = state.time
         expected = 0.5 * torque / (I1 + ratio**2 * I2) * t**2
@@ -95,7 +95,7 @@ def test_power_passes_from_one_rotor_to_the_other():
     """What the torque does to the slow one and does not stay there arrives at the fast one."""
     ratio, M = -3.0, 0.9
     parts = [*two_rotors(), gear_pair("gear", "SLOW", "FAST", ratio)]
-    parts.append(JointTorque("SLOW", Constant(M)))
+    parts.append(JointTorque("torque on SLOW", "SLOW", M))
     for report, _, state, before, system in run(parts):
         kinetic = []
         for s in (before, state):
@@ -147,7 +147,10 @@ def test_a_differential_shares_the_sum_of_two_angles():
     for k, name in enumerate(J):
         parts += rotor(name.lower(), J[name], E1, (0.0, 3.0 * k, 0.0))
     factors = {"LEFT": 0.5, "RIGHT": 0.5, "CARRIER": -1.0}
-    parts += [JointRelation("differential", factors), JointTorque("CARRIER", Constant(0.3))]
+    parts += [
+        JointRelation("differential", factors),
+        JointTorque("torque on CARRIER", "CARRIER", 0.3),
+    ]
     for _, _, state, _, _ in run(parts, 20):
         left, right, carrier = state.angles
         assert 0.5 * (left + right) == pytest.approx(carrier, abs=1e-13)
@@ -182,7 +185,9 @@ def test_equilibrium_knows_of_gears():
     """A torque on one rotor and a spring on the other: M = i c phi."""
     ratio, c, M = -3.0, 2.0, 1.2
     parts = [*two_rotors(), gear_pair("gear", "SLOW", "FAST", ratio), JointSpring("s", "FAST", c)]
-    state = equilibrium(MultibodySystem(MPI.COMM_WORLD, [*parts, JointTorque("SLOW", Constant(M))]))
+    state = equilibrium(
+        MultibodySystem(MPI.COMM_WORLD, [*parts, JointTorque("torque on SLOW", "SLOW", M)])
+    )
     assert state.angles[1] == pytest.approx(M / (ratio * c), rel=1e-12)
     assert state.angles[0] == pytest.approx(state.angles[1] / ratio, rel=1e-12)
     assert -state.multipliers[-1] == pytest.approx(c * state.angles[1], rel=1e-12)
@@ -195,7 +200,12 @@ def test_flexible_bodies_may_hang_on_geared_ones_on_any_number_of_ranks(comm, ma
         m = machine(comm=c)
         wheel = rotor("wheel", 0.3, E3, (3.0, 0.0, 0.0))
         gear = gear_pair("gear", "rotor", "WHEEL", -2.0)
-        parts = [*m.parts, *wheel, gear, JointTorque("rotor", Constant(2.0))]
+        parts = [
+            *m.parts,
+            *wheel,
+            gear,
+            JointTorque("torque on rotor", "rotor", 2.0),
+        ]
         work, start = 0.0, None
         for report, energy, state, before, system in run(parts, 10, c):
             start = system.balance(before).total if start is None else start

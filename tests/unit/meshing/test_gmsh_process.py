@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from damage import damaged
 
-from turbine_fenicsx.foundation.interrupts import catching_signals
+from turbine_fenicsx.foundation.interrupts import catch_signals
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, gmsh_child, gmsh_process, read_msh
 from turbine_fenicsx.meshing.quality import examine
@@ -150,7 +150,7 @@ def test_a_signal_ends_the_reading_at_once(comm, copy, child, number):
         "time.sleep(60)\n"
     )
     path = copy()
-    with catching_signals(), pytest.raises(KeyboardInterrupt):
+    with catch_signals(), pytest.raises(KeyboardInterrupt):
         read(comm, path)
     state = Path("/proc", (path.parent / "pid").read_text(), "stat")
     assert not state.exists() or state.read_text().rpartition(") ")[2][0] == "Z"  # killed

@@ -11,9 +11,11 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
+from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import FrozenElimination, QuasiNewton, quasi_newton
 from turbine_fenicsx.simulation.checkpoint import (
     KEPT,
@@ -97,7 +99,11 @@ class Fussy:
 @pytest.fixture
 def flexible(machine):
     """The machine under gravity and torques, strongly deformed."""
-    loads = [Gravity(), JointTorque("rotor", Hat(40.0, 0.4)), JointTorque("yaw", Hat(5.0, 1.0))]
+    loads = [
+        Gravity(),
+        JointTorque("torque on rotor", "rotor", 1.0, Hat(40.0, 0.4)),
+        JointTorque("torque on yaw", "yaw", 1.0, Hat(5.0, 1.0)),
+    ]
     return machine(spin=3.0).system(*loads)
 
 
@@ -193,7 +199,7 @@ def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
 def rigid(comm, machine):
     """The rigid part of the machine; its first guesses come from the last steps."""
     m = machine(spin=3.0)
-    torque = JointTorque("rotor", Hat(40.0, 0.2))
+    torque = JointTorque("torque on rotor", "rotor", 1.0, Hat(40.0, 0.2))
     return MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, Gravity(), torque])
 
 
@@ -558,11 +564,33 @@ class TestFiles:
 
     def test_one_of_other_parts_is_refused(self, machine, example, system, shared_tmp_path):
         Checkpoints(system, shared_tmp_path).write(1, 0.0, 0.0, example)
-        other = machine().system(Gravity(), JointTorque("rotor", Hat(1.0, 1.0)))
+        other = machine().system(
+            Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0, 1.0))
+        )
         with pytest.raises(
             InputError, match=r"cannot go on with .*: the list of parts has changed"
         ):
             Checkpoints(other, shared_tmp_path).load()
+
+    def test_one_of_the_same_names_but_other_joints_is_refused(self, comm, shared_tmp_path):
+        """Three parallel hinges have one more redundant constraint than two and one across."""
+
+        def simulation(axis):
+            a, b = (
+                RigidBody(n, 1.0, (1, 1, 1), x) for n, x in (("a", (1, 0, 0)), ("b", (3, 0, 0)))
+            )
+            hinges = [
+                Revolute("first", None, a, (0, 0, 0), (0, 0, 1)),
+                Revolute("second", a, b, (2, 0, 0), (0, 0, 1)),
+                Revolute("third", b, None, (4, 0, 0), axis),
+            ]
+            system = MultibodySystem(comm, [a, b, *hinges])
+            checkpoints = Checkpoints(system, shared_tmp_path)
+            return Simulation(system, 0.01, 0.01, checkpoints=checkpoints)
+
+        simulation((0, 0, 1)).run()
+        with pytest.raises(InputError, match="another system, with 26 multipliers and not 27"):
+            simulation((0, 1, 0)).resume()
 
     @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
     def test_a_failed_one_leaves_the_earlier_ones_alone(self, system, example, shared_tmp_path):

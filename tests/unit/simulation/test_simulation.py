@@ -59,7 +59,11 @@ class Fussy:
 def rotor(comm, machine):
     """The rigid part of the machine, for speed."""
     m = machine(spin=3.0)
-    loads = [Gravity(), JointTorque("rotor", Hat(5.0)), JointTorque("yaw", Hat(1.0))]
+    loads = [
+        Gravity(),
+        JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0)),
+        JointTorque("torque on yaw", "yaw", 1.0, Hat(1.0)),
+    ]
     return MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, *loads])
 
 
@@ -114,7 +118,7 @@ def test_observers_see_each_accepted_step_once_and_in_order(rotor):
 
 def test_snapshots_balance_energy_against_the_work_since_the_start(machine):
     m = machine(spin=3.0)
-    system = m.system(Gravity(), JointTorque("rotor", Hat(5.0)))
+    system = m.system(Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0)))
     last, recorder, _ = simulate(system, 0.02, 0.1)
     assert last.external_work > 1e-4
     change = last.balance.total - recorder.seen[0][2]

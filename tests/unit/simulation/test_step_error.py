@@ -293,7 +293,9 @@ def test_steps_follow_a_short_torque_and_grow_back(comm):
     body = RigidBody("rotor", 2.0, (0.02, 0.03, 0.04), angular_velocity=(0.0, 0.0, 0.3))
     pin = Revolute("pin", None, body, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     # the moment of inertia is 0.05 kg m^2, so that the speed changes by 0.6 rad/s
-    pulse = JointTorque("pin", lambda t: -0.15 * max(0.0, 1.0 - abs(t - 1.1) / 0.2))
+    pulse = JointTorque(
+        "torque on pin", "pin", 1.0, lambda t: -0.15 * max(0.0, 1.0 - abs(t - 1.1) / 0.2)
+    )
     system = MultibodySystem(comm, [body, pin, pulse])
     seen, _ = run(system, 0.1, 2.6, StepError(comm, angle=1e-4))
     begins, sizes = np.array(seen.times[:-1]), np.diff(seen.times)

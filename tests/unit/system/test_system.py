@@ -9,7 +9,6 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Constant
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.joints import Revolute
@@ -144,7 +143,9 @@ def test_a_coupled_body_starts_with_the_velocity_of_its_carrier(comm, machine):
 
 def test_loads_are_collected_with_gravity_apart(machine):
     m = machine()
-    system = m.system(Gravity((0.0, -2.0, 1.0)), JointTorque("yaw", lambda t: 3.0 * t))
+    system = m.system(
+        Gravity((0.0, -2.0, 1.0)), JointTorque("torque on yaw", "yaw", 1.0, lambda t: 3.0 * t)
+    )
     forces = system.forces(2.0)
     assert forces.torques == {"yaw": 6.0, "rotor": 0.0}
     assert forces.acceleration.tolist() == [0.0, -2.0, 1.0]
@@ -156,7 +157,7 @@ def test_loads_are_collected_with_gravity_apart(machine):
 
 
 def test_a_torque_on_a_joint_without_angle_is_refused(comm, machine):
-    parts = [*machine().parts, JointTorque("pitch", Constant(1.0))]
+    parts = [*machine().parts, JointTorque("torque on pitch", "pitch", 1.0)]
     message = r"no joint coordinate 'pitch'; there are \['rotor', 'yaw'\]"
     refused(comm, ValueError, message, parts)
 

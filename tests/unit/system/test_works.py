@@ -15,7 +15,6 @@ from turbine_fenicsx.forces import (
     PointSpring,
     Torque,
 )
-from turbine_fenicsx.forces.time_functions import Constant
 from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.simulation.observers.history import (
     History,
@@ -38,7 +37,10 @@ WORKS = (
 def loaded(comm, m):
     """The rigid part of the machine with one of everything; four works, one dissipation."""
     parts = [m.nacelle, m.hub, m.yaw, m.rotor, Gravity()]
-    parts += [JointTorque("rotor", Constant(4.0)), PointForce("gust", m.hub, (0, 1, -1), (2, 0, 1))]
+    parts += [
+        JointTorque("torque on rotor", "rotor", 4.0),
+        PointForce("gust", m.hub, (0, 1, -1), (2, 0, 1)),
+    ]
     parts += [Torque("brake", m.hub, (0, 0, -1.0)), PrescribedMotion("yaw", lambda t: t**3)]
     parts += [JointSpring("spring", "rotor", 3.0), JointDamper("rotor damper", "rotor", 0.5)]
     return MultibodySystem(comm, parts)

@@ -285,7 +285,7 @@ def test_relative_residuals_do_not_depend_on_the_unit_of_mass(machine, unit):
     found = []
     for factor in (1.0, unit):
         m = machine(spin=2.0, unit=factor)
-        torque = JointTorque("rotor", Hat(5.0 * factor))
+        torque = JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0 * factor))
         step = EnergyMomentumStep(m.system(Gravity(), torque))
         step.begin(wild_state(step.system), DT)
         x = wild_unknowns(step)

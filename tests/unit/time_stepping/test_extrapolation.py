@@ -141,7 +141,7 @@ def test_in_smooth_motion_one_newton_iteration_is_enough(comm):
 
 
 def test_a_jump_of_a_load_costs_iterations_but_no_energy(comm):
-    torque = JointTorque("hinge", Table([0.3, 0.3001], [0.0, 80.0]))
+    torque = JointTorque("torque on hinge", "hinge", 1.0, Table([0.3, 0.3001], [0.0, 80.0]))
     run = Run(pendulum(comm, torque))
     system = run.solver.step.system
     energy = system.balance(run.state).total

@@ -50,7 +50,7 @@ def loaded(machine, driven=False):
         Pressure("blast", beam, m.facets(1.5), 2.0, Hat(2.0)),
         PrescribedMotion("rotor", lambda t: 2.0 * t + t**2)
         if driven
-        else JointTorque("rotor", Hat(5.0)),
+        else JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0)),
     ]
     return MultibodySystem(m.comm, [*m.parts, *more])
 

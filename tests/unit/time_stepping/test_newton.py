@@ -33,7 +33,7 @@ def options(name="lu", **changes):
 
 
 def loaded(m):
-    return m.system(Gravity(), JointTorque("rotor", Hat(5.0)))
+    return m.system(Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0)))
 
 
 def values(state):

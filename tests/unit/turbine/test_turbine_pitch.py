@@ -87,7 +87,7 @@ def test_prescribed_motion_begins_and_ends_in_time_and_is_positive_to_feather():
 
 def test_pitch_torque_is_positive_to_feather():
     torques = pitch_torques(LoadsCase(pitch_torque=5.0, duration=2.0))
-    assert [(t.joint, t.torque(1.0)) for t in torques] == [
+    assert [(t.coordinate, t.torque * t.function(1.0)) for t in torques] == [
         (f"pitch_{k}", 5.0 * sign) for k, sign in enumerate(SIGNS, start=1)
     ]
 

@@ -1,4 +1,4 @@
-"""What several commands share: exit codes, case arguments, errors."""
+"""Shared by several commands: exit codes, case arguments, errors."""
 
 from __future__ import annotations
 

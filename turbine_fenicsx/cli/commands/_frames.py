@@ -19,13 +19,11 @@ class Frames:
     """
 
     def __init__(self, total: int) -> None:
-        """Nothing drawn yet."""
         self._total, self._drawn = total, 0
         self._last = time.perf_counter()
         self._bar: Any = None
 
     def __enter__(self) -> Frames:
-        """Show the bar."""
         if sys.stderr.isatty():
             from tqdm import tqdm
 
@@ -38,7 +36,6 @@ class Frames:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the bar."""
         if self._bar is not None:
             self._bar.close()
 

@@ -1,4 +1,4 @@
-"""What `run` and `restart` share: signals, failures, the table at the end."""
+"""Shared by `run` and `restart`: signals, failures, the table at the end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from turbine_fenicsx.cli.commands._common import (
 )
 
 
-def carried_out(
+def carry_out(
     options: argparse.Namespace,
     comm: Any,
     work: Callable[[Callable[[], bool]], tuple[Any, dict[str, Any]]],
@@ -34,7 +34,7 @@ def carried_out(
         The exit code.
     """
     from turbine_fenicsx.foundation.errors import FileError
-    from turbine_fenicsx.foundation.interrupts import catching_signals
+    from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing import names
     from turbine_fenicsx.time_stepping.stepper import StepFailure
@@ -43,7 +43,7 @@ def carried_out(
     out = options.out
     resume = f"`turbine-fenicsx restart {shlex.quote(out)}` goes on from there"
     try:
-        with catching_signals() as interrupt:
+        with catch_signals() as interrupt:
             case, result = work(interrupt)
     except StepFailure as failure:
         return fail(comm, f"{failure}. Results up to there are in {out}", NOT_CONVERGED)

@@ -11,7 +11,7 @@ from turbine_fenicsx.cli.commands._common import (
     add_progress,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._running import carried_out, style
+from turbine_fenicsx.cli.commands._running import carry_out, style
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.turbine.run import restart_case
 
-    return carried_out(
+    return carry_out(
         options,
         comm,
         lambda stop: restart_case(

@@ -12,7 +12,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._running import carried_out, style
+from turbine_fenicsx.cli.commands._running import carry_out, style
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.turbine.run import run_case
 
-    return carried_out(
+    return carry_out(
         options,
         comm,
         lambda stop: (

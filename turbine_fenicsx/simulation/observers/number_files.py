@@ -20,7 +20,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import FileError
-from turbine_fenicsx.foundation.files import naming, sync_file, sync_folder
+from turbine_fenicsx.foundation.files import name_file_in_errors, sync_file, sync_folder
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.simulation.observers.stored_grids import file_name
 
@@ -109,19 +109,19 @@ class NumberFiles:
     def _sync(self) -> None:
         for number in range(self._synced, self._number + 1):
             sync_file(self._path(number))
-        with naming("write", self._xdmf):
+        with name_file_in_errors("write", self._xdmf):
             sync_folder(self._xdmf.parent)
 
     def _create(self) -> None:
         """Begin a file; what stood there, maybe a link, is removed."""
         path = self._path(self._number)
-        with naming("write", path):
+        with name_file_in_errors("write", path):
             path.unlink(missing_ok=True)
             path.open("xb").close()
 
     def _check_size(self) -> None:
         path = self._path(self._number)
-        with naming("write", path):
+        with name_file_in_errors("write", path):
             if path.stat().st_size < self._size:
                 raise OSError("some numbers are missing (disk full?)")
 

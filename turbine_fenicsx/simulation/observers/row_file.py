@@ -10,7 +10,7 @@ from typing import TextIO
 from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import FileError
-from turbine_fenicsx.foundation.files import naming, replace_file, sync_folder
+from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_folder
 from turbine_fenicsx.foundation.parallel import on_rank0
 
 
@@ -42,7 +42,7 @@ class RowFile:
         def create() -> None:
             lines = list(first())
             replace_file(path, "".join(f"{line}\n" for line in lines).encode())
-            with naming("write", path):
+            with name_file_in_errors("write", path):
                 self._file = self._path.open("a", encoding="utf-8", newline="\n")
             self._lines = len(lines)
 
@@ -53,7 +53,7 @@ class RowFile:
 
         def append() -> None:
             assert self._file is not None
-            with naming("write", self._path):
+            with name_file_in_errors("write", self._path):
                 self._file.write(f"{line}\n")
                 self._file.flush()
             self._lines += 1
@@ -72,7 +72,7 @@ class RowFile:
 
         def sync() -> int:
             assert self._file is not None
-            with naming("write", self._path):
+            with name_file_in_errors("write", self._path):
                 os.fsync(self._file.fileno())
                 try:
                     there = os.path.samestat(os.fstat(self._file.fileno()), os.stat(self._path))
@@ -90,7 +90,7 @@ class RowFile:
     def close(self) -> None:
         """Close the file."""
         if self._file is not None:
-            with naming("write", self._path):
+            with name_file_in_errors("write", self._path):
                 self._file.close()
 
 
@@ -113,7 +113,7 @@ def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: st
     """
     if not Path(path).exists():
         return []
-    with naming("read", path):
+    with name_file_in_errors("read", path):
         text = Path(path).read_bytes().decode("utf-8", "replace")
     return [row for row in text.split("\n")[head:-1] if _is_whole(row.split(separator), width)]
 

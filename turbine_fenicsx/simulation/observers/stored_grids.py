@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from turbine_fenicsx.foundation.files import naming
+from turbine_fenicsx.foundation.files import name_file_in_errors
 
 _GRID = re.compile(r'<Grid Name="mesh".*?</Grid>\n', re.DOTALL)
 
@@ -41,7 +41,7 @@ def read_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
     path = Path(path)
     if not path.exists():
         return []
-    with naming("read", path):
+    with name_file_in_errors("read", path):
         text = path.read_bytes().decode("utf-8", "replace")
     sizes = {p.name: p.stat().st_size for p in path.parent.glob(f"{path.stem}*.bin") if p.is_file()}
     found: list[StoredGrid] = []

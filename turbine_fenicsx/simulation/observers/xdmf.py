@@ -29,7 +29,7 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.foundation.files import naming, replace_file, sync_file
+from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.simulation.observers.mixed_topology import mixed_topology
 from turbine_fenicsx.simulation.observers.number_files import NumberFiles, Rows
@@ -176,7 +176,7 @@ class XdmfSeries:
             Number of these times, the last of them, and the end of their numbers; 0 and None if
             there are none.
         """
-        with naming("write", self._path):
+        with name_file_in_errors("write", self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             if append is not None:
                 limit = append - 1e-9 * max(1.0, abs(append))
@@ -240,7 +240,7 @@ class XdmfSeries:
             self._replace_xml(grid)
             return
         new = (grid + _TAIL).encode()
-        with naming("write", self._path), open(self._path, "r+b", buffering=0) as file:
+        with name_file_in_errors("write", self._path), open(self._path, "r+b", buffering=0) as file:
             file.seek(self._tail_at)
             try:
                 if file.write(new) != len(new):

@@ -12,9 +12,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.consistency import contradictions, without_effect
+from turbine_fenicsx.turbine.case.consistency import contradictions, describe_idle_keys
 from turbine_fenicsx.turbine.case.doubts import doubts
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, mistakes_in, shown, without
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, quote, remove_keys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
 
@@ -36,7 +36,7 @@ class Case(Tables):
         Raises:
             InputError: with one sentence for every mistake.
         """
-        return Draft.load(path, overrides).finished()
+        return Draft.load(path, overrides).require_valid()
 
     @staticmethod
     def parse(data: Mapping[str, Any]) -> Case:
@@ -48,12 +48,12 @@ class Case(Tables):
         Raises:
             InputError: with one sentence for every mistake.
         """
-        return Draft.parse(data).finished()
+        return Draft.parse(data).require_valid()
 
     @property
     def warnings(self) -> list[str]:
         """One sentence for every key that is set but has no effect, and for every likely slip."""
-        return [*without_effect(self), *doubts(self)]
+        return [*describe_idle_keys(self), *doubts(self)]
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Draft:
         """The outermost tables that hold mistakes."""
         return {mistake.key[0] if mistake.key else "" for mistake in self.mistakes}
 
-    def finished(self) -> Case:
+    def require_valid(self) -> Case:
         """The case, or an InputError with one sentence for every mistake."""
         if self.mistakes:
             raise InputError("\n".join(dict.fromkeys(m.sentence for m in self.mistakes)))
@@ -106,13 +106,13 @@ class Draft:
         try:
             case = Case.model_validate(data)
         except ValidationError as error:
-            found = mistakes_in(error, data, Tables)
+            found = find_mistakes(error, data, Tables)
             wrong = {mistake.key for mistake in found}
-            case = Case() if () in wrong else Case.model_validate(without(data, wrong))
+            case = Case() if () in wrong else Case.model_validate(remove_keys(data, wrong))
         return Draft(case, (*found, *contradictions(case, {m.key for m in found})))
 
 
-def changed(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
+def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
     """A case from nested tables with changes such as ``"time.end=1.0"``.
 
     Raises:
@@ -129,7 +129,7 @@ def _override(data: dict[str, Any], override: str) -> None:
     key, separator, text = override.partition("=")
     names = [name.strip() for name in key.split(".")]
     if not separator or not all(names):
-        raise InputError(f"cannot read {shown(override)}: write --set section.key=value")
+        raise InputError(f"cannot read {quote(override)}: write --set section.key=value")
     try:
         tables = parse_toml(f"value = {text}")
         value = tables["value"] if len(tables) == 1 else text.strip()
@@ -139,7 +139,7 @@ def _override(data: dict[str, Any], override: str) -> None:
     for name in names[:-1]:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise InputError(f"cannot set {shown(key.strip())}: {shown(name)} is not a table")
+            raise InputError(f"cannot set {quote(key.strip())}: {quote(name)} is not a table")
     table[names[-1]] = value
 
 

@@ -1,4 +1,4 @@
-"""What the keys of a case have to do with each other: contradictions, and keys without effect.
+"""Contradictions between keys of a case, and keys without effect.
 
 A contradiction is a mistake. A key that is set but has no effect in the chosen model is only worth
 a warning: cases are varied with ``--set turbine.model=rigid``, and a file may hold the constants of
@@ -15,7 +15,7 @@ from math import pi, prod, tan
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, shown
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, quote
 from turbine_fenicsx.turbine.case.pitch import check_pitch, idle_pitch_keys
 from turbine_fenicsx.turbine.case.section import MAX_UNKNOWNS, IdleKeys, Section
 from turbine_fenicsx.turbine.case.tables import Tables
@@ -55,18 +55,18 @@ def _stations(case: Tables) -> str:
     if len(s) >= 2 and (s[0], s[-1]) == (0.0, 1.0) and all(a < b for a, b in pairwise(s)):
         return ""
     return (
-        f"blade.stations = {shown(s)}: expected increasing fractions of the span that begin with 0 "
+        f"blade.stations = {quote(s)}: expected increasing fractions of the span that begin with 0 "
         "and end with 1, for example [0, 0.2, 1]"
     )
 
 
 def _chord(case: Tables) -> str:
-    """One chord a station."""
+    """One chord per station."""
     return _widths("chord", case.blade.chord, case)
 
 
 def _thickness(case: Tables) -> str:
-    """One thickness a station."""
+    """One thickness per station."""
     return _widths("thickness", case.blade.thickness, case)
 
 
@@ -76,7 +76,7 @@ def _widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
     if len(widths) == n:
         return ""
     return (
-        f"blade.{name} = {shown(widths)}: expected one width for each of the {n} blade.stations, "
+        f"blade.{name} = {quote(widths)}: expected one width for each of the {n} blade.stations, "
         f"got {len(widths)}"
     )
 
@@ -112,7 +112,7 @@ def _size(case: Tables) -> str:
         nodes = 3.0 * prod(m.degree * n + 1.0 for n in numbers)
     if 3.0 * nodes < MAX_UNKNOWNS:
         return ""
-    key, value = ("size", f"{m.size:g}") if m.size else ("elements", shown(list(m.elements)))
+    key, value = ("size", f"{m.size:g}") if m.size else ("elements", quote(list(m.elements)))
     return (
         f"mesh.{key} = {value}: gives some {3.0 * nodes:.1e} displacements, expected fewer than "
         f"{MAX_UNKNOWNS:.1e}"
@@ -190,7 +190,7 @@ _CONSTANTS = {
 }
 
 
-def without_effect(case: Tables) -> list[str]:
+def describe_idle_keys(case: Tables) -> list[str]:
     """One sentence for every key that is set but changes nothing.
 
     Args:

@@ -1,4 +1,4 @@
-"""What is allowed in a case, but probably not what was meant."""
+"""Warnings of values that are allowed but probably not meant."""
 
 from __future__ import annotations
 

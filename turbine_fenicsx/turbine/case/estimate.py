@@ -1,4 +1,4 @@
-"""What a run will take: unknowns, time, memory, disk; from formulas, without building anything.
+"""Estimates of unknowns, time, memory and disk of a run, without building anything.
 
 Times are fits to measured ones, see `COST`. They are within a factor of two there, for the
 iterative solver of three; another machine is faster or slower by a factor of its own.
@@ -218,18 +218,18 @@ def _time(seconds: float) -> str:
         (172800.0, 3600.0, "h"),
     ):
         if seconds < limit:
-            return f"{_rounded(seconds / divisor)} {unit}"
-    return f"{_rounded(seconds / 86400.0)} days"
+            return f"{_round(seconds / divisor)} {unit}"
+    return f"{_round(seconds / 86400.0)} days"
 
 
 def in_bytes(size: float) -> str:
     """A size with a unit that suits it."""
     for divisor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
         if size >= divisor:
-            return f"{_rounded(size / divisor)} {unit}"
-    return f"{_rounded(size / 1e3)} kB"
+            return f"{_round(size / divisor)} {unit}"
+    return f"{_round(size / 1e3)} kB"
 
 
-def _rounded(number: float) -> str:
+def _round(number: float) -> str:
     """Two digits, without an exponent where that can be read."""
     return f"{float(f'{number:.1e}'):.6g}"

@@ -46,7 +46,7 @@ _RENAMED: dict[Key, Key] = {("solver", "preconditioner"): ("solver", "linear_sol
 """Keys of version 0.1 by their old names."""
 
 
-def mistakes_in(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
+def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
     """What pydantic found.
 
     Args:
@@ -59,7 +59,7 @@ def mistakes_in(error: ValidationError, data: Any, tables: type[BaseModel]) -> l
         names = tuple(str(name) for name in item["loc"])
         if item["type"] == "extra_forbidden":
             for key in _unknown_keys(names, item["input"], tables):
-                text = f"unknown key {shown('.'.join(key))}{_hint(key, tables)}"
+                text = f"unknown key {quote('.'.join(key))}{_hint(key, tables)}"
                 found[key, True] = Mistake(names, text)
             continue
         if item["type"] == "missing":
@@ -70,16 +70,16 @@ def mistakes_in(error: ValidationError, data: Any, tables: type[BaseModel]) -> l
         for theirs, ours in _WORDS:
             message = re.sub(theirs, ours, message)
         value = item["input"]
-        text = "" if isinstance(value, dict | BaseModel) else f" = {shown(value)}"
+        text = "" if isinstance(value, dict | BaseModel) else f" = {quote(value)}"
         sentence = f"{'.'.join(names) or 'the case'}{text}: {message}"
         found.setdefault((names, False), Mistake(_key_of(names, data), sentence))
     return list(found.values())
 
 
-def without(data: Any, keys: set[Key]) -> dict[str, Any]:
+def remove_keys(data: Any, keys: set[Key]) -> dict[str, Any]:
     """A copy of nested tables without some keys."""
     return {
-        name: without(value, {key[1:] for key in keys if key[0] == name})
+        name: remove_keys(value, {key[1:] for key in keys if key[0] == name})
         if isinstance(value, dict)
         else value
         for name, value in data.items()
@@ -87,7 +87,7 @@ def without(data: Any, keys: set[Key]) -> dict[str, Any]:
     }
 
 
-def shown(value: Any) -> str:
+def quote(value: Any) -> str:
     """A value as it stands in a sentence, on one line and not too long."""
     try:
         text = repr(value)
@@ -132,7 +132,7 @@ def _hint(key: Key, tables: type[BaseModel]) -> str:
         inside = field.annotation if field else None
     fields = getattr(inside, "model_fields", None)
     if fields is None:
-        return f"; there is no table {shown('.'.join(key[:-1]))}"
+        return f"; there is no table {quote('.'.join(key[:-1]))}"
     where = f"[{'.'.join(key[:-1])}]" if key[:-1] else "a case file"
     return f"; {where} takes {', '.join(sorted(fields))}"
 

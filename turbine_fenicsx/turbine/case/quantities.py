@@ -99,13 +99,13 @@ def _number(text: str, unit: str) -> float:
     match = _QUANTITY.fullmatch(text.translate(_POWERS))
     if match is None:
         raise ValueError(text)
-    (factor, powers), (wanted, wanted_powers) = _parsed(match[2]), _parsed(unit)
+    (factor, powers), (wanted, wanted_powers) = _parse(match[2]), _parse(unit)
     if powers != wanted_powers:
         raise ValueError(text)
     return float(match[1]) * float(factor / wanted)
 
 
-def _parsed(unit: str) -> tuple[Decimal, Powers]:
+def _parse(unit: str) -> tuple[Decimal, Powers]:
     """Factor to SI and powers of a product of units."""
     factor, powers = Decimal(1), [0, 0, 0]
     for place, part in enumerate(unit.replace("**", "^").replace("*", " ").split("/")):

@@ -1,4 +1,4 @@
-"""How large the mesh of a case is, before it is made."""
+"""Size of the mesh of a case before it is made."""
 
 from __future__ import annotations
 

@@ -71,14 +71,14 @@ class NacelleCase(Section):
 
 
 class HubCase(NacelleCase):
-    """The same of the hub."""
+    """Mass [kg] and Euler values [kg m^2] of the hub."""
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
 
 
 class RigidBladeCase(NacelleCase):
-    """The same of a rigid blade."""
+    """Mass [kg] and Euler values [kg m^2] of a rigid blade."""
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler

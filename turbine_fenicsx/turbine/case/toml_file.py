@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.mistakes import shown
+from turbine_fenicsx.turbine.case.mistakes import quote
 
 DEEPEST = 20
 """Tables in tables in tables."""
@@ -30,7 +30,7 @@ def read_toml(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
     Raises:
         InputError: with one sentence if it cannot be read or is no TOML.
     """
-    name = shown(str(path))
+    name = quote(str(path))
     try:
         status = os.stat(path)
         if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):  # would not end

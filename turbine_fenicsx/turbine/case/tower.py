@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from turbine_fenicsx.turbine.case.mistakes import shown
+from turbine_fenicsx.turbine.case.mistakes import quote
 from turbine_fenicsx.turbine.case.quantities import Density, Kilograms, Metres, Number, Pascal
 from turbine_fenicsx.turbine.case.section import (
     MAX_UNKNOWNS,
@@ -59,12 +59,12 @@ def _check_size(t: TowerCase) -> str:
         return ""
     around, through, along = (t.degree * n for n in t.elements)
     if t.elements[0] < 3:
-        return f"tower.elements = {shown(list(t.elements))}: expected 3 or more around the tower"
+        return f"tower.elements = {quote(list(t.elements))}: expected 3 or more around the tower"
     displacements = 3.0 * around * (through + 1.0) * (along + 1.0)
     if displacements < MAX_UNKNOWNS:
         return ""
     return (
-        f"tower.elements = {shown(list(t.elements))}: gives some {displacements:.1e} "
+        f"tower.elements = {quote(list(t.elements))}: gives some {displacements:.1e} "
         f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
     )
 

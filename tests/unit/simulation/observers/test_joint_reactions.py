@@ -6,7 +6,6 @@ import pytest
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointDamper, JointSpring, JointTorque
-from turbine_fenicsx.forces.time_functions import Constant
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.joints import (
@@ -112,7 +111,7 @@ def four_bar(comm):
     ]
     more = [
         Gravity(tuple(G)),
-        JointTorque("knee", Constant(3.0)),
+        JointTorque("torque on knee", "knee", 3.0),
         JointSpring("spring", "knee", 20.0, 0.3),
         JointDamper("damper", "rocker.angle", 0.5),
         PrescribedMotion("crank", lambda t: 2.0 * t * t),
