@@ -35,9 +35,10 @@ def recorded(script: Any, fields: Path, every: float) -> Iterator[None]:
     """
 
     class Watched(Simulation):
-        def __init__(self, system: Any, step: Any, end: Any, observers: Any = (), **more: Any):
-            writer = Fields(system, fields, every, end, bars(system))
-            super().__init__(system, step, end, [*observers, writer], **more)
+        def __init__(self, *arguments: Any, **more: Any):
+            super().__init__(*arguments, **more)
+            writer = Fields(self.system, fields, every, self.end, bars(self.system))
+            self.observers = (*self.observers, writer)
 
     writers: dict[int, Fields] = {}
 

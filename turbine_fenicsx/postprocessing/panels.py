@@ -160,7 +160,7 @@ def _per_blade(
 
 
 def _shown(family: Family, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values without the first of a load, which is a mean of the step before, and there is none."""
+    """Values; the first load is left out, since loads are means of the step before."""
     if family not in (names.ROOT_MOMENT, names.TOWER_BASE_MOMENT):
         return values
     shown = values.copy()

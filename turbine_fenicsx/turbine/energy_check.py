@@ -8,8 +8,8 @@ over bodies and meshes of unequal masses are larger than the sums they stand for
 into one factor of a hundred.
 
 Forces of stiff bodies are not better than their round-off, and steps end there, which no
-tolerance can mend. Up to 4e-8 of the energy was lost like this, in a very stiff and viscous block;
-what loses more than `ROUND_OFF` is hidden by it.
+tolerance can improve. Up to 4e-8 of the energy was lost like this, in a very stiff and viscous
+block; what loses more than `ROUND_OFF` is hidden by it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
     return share * energy + mass * STILL**2
 
 
-def verdict(summary: dict[str, Any]) -> str:
+def judge_energy(summary: dict[str, Any]) -> str:
     """What is wrong with the balance of a run, a sentence; empty if nothing is.
 
     A scheme that does not conserve energy promises nothing.

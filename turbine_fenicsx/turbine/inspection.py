@@ -61,7 +61,7 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
 
 
 def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArrays]) -> Inspection:
-    """Do it on this rank."""
+    """Look at the mesh on this rank."""
     layout, blade = plan.layout, plan.blade
     try:
         mesh = make()

@@ -11,7 +11,7 @@ from turbine_fenicsx.turbine.case.size import MeshSize
 from turbine_fenicsx.turbine.machine import machine_memory
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
-WAY_OUT = "--force goes on all the same"
+WAY_OUT = "--force continues anyway"
 
 
 def size_of_blades(case: Case) -> MeshSize | None:

@@ -35,7 +35,7 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import CONVENTIONS, turbine_channels
 from turbine_fenicsx.turbine.component import Component, Turbine
-from turbine_fenicsx.turbine.energy_check import verdict
+from turbine_fenicsx.turbine.energy_check import judge_energy
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import change_case, label_case
@@ -181,7 +181,7 @@ def _run(
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
     """Write the summary, with a warning if the energy balance is off, and its table to the log."""
-    wrong = verdict(result)
+    wrong = judge_energy(result)
     result[names.WARNINGS] = [wrong] if wrong else []
     text = json.dumps(result, indent=2) + "\n"
     on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
@@ -191,7 +191,7 @@ def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) ->
 
 
 def _refuse_to_overwrite(folder: Path) -> None:
-    """Nothing is lost unasked.
+    """Keep the results of an earlier run, unless the user wants them replaced.
 
     Raises:
         InputError: if the folder holds a run.

@@ -73,7 +73,7 @@ class Statistics:
         self.steps_before = self.steps
 
     def finish(self) -> None:
-        """Nothing is open."""
+        """There is no file to close."""
 
 
 def masses(turbine: Turbine) -> dict[str, float]:

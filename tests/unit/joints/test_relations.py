@@ -240,7 +240,9 @@ def test_wrong_numbers_are_refused_in_a_sentence(make, words):
 
 
 def test_a_motion_must_be_a_function():
-    with pytest.raises(TypeError, match=r"motion of 'r' must be a function of time, got float 2\.0"):
+    with pytest.raises(
+        TypeError, match=r"motion of 'r' must be a function of time, got float 2\.0"
+    ):
         JointRelation("r", {"a": 1.0}, 2.0)
 
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from turbine_fenicsx.turbine.energy_check import allowed_energy_error, verdict
+from turbine_fenicsx.turbine.energy_check import allowed_energy_error, judge_energy
 
 
 def checked(error, energy=1e6, mass=1e3, steps=100, tolerance=1e-12):
     allowed = allowed_energy_error(energy, mass, steps, tolerance)
-    return verdict(
+    return judge_energy(
         {
             "worst_energy_error_[J]": error,
             "allowed_energy_error_[J]": allowed,
