@@ -76,7 +76,7 @@ def run(system: MultibodySystem, dt: float, end: float, scheme=None, **options) 
     return run_with(stepper, dt, end)
 
 
-def run_case(case: Case, turbine: Turbine, dt: float, end: float) -> Record:
+def run_turbine(case: Case, turbine: Turbine, dt: float, end: float) -> Record:
     """Run a turbine as its case says."""
     return run_with(make_stepper(case, turbine.system), dt, end)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from runs import assert_constraints_hold, comm, run_case
+from runs import assert_constraints_hold, comm, run_turbine
 
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
@@ -41,7 +41,7 @@ def hybrid(request):
     case = Case.parse(sections | {"solver": solver})
     turbine = build_turbine(case, comm)
     assert turbine.system.angle_names == ("yaw", "rotor")
-    return run_case(case, turbine, case.time.step, 0.64), loads
+    return run_turbine(case, turbine, case.time.step, 0.64), loads
 
 
 def test_energy_is_constant_after_loading(hybrid):

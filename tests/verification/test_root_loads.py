@@ -93,7 +93,8 @@ def blades(request):
     turbine = build_turbine(case, comm)
     blades = Blades(case, turbine)
     stepper = make_stepper(case, turbine.system)
-    Simulation(turbine.system, 0.02, 0.15, [blades], stepper).run()
+    simulation = Simulation(turbine.system, 0.02, 0.15, [blades], stepper)
+    simulation.run()
     stepper.destroy()
     assert len(blades.dt) == 8 and blades.dt[-1] == pytest.approx(0.01)
     return blades

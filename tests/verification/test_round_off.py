@@ -95,7 +95,8 @@ def test_residuals_rest_a_little_below_the_estimate(law, dt, degree):
 def test_default_tolerance_serves_a_fast_slender_beam(law, name):
     system, record = rotor(LAWS[law]()), Record()
     stepper = EnergyMomentum(system, options=SolverOptions(name))
-    Simulation(system, 0.02, 0.12, [record], stepper).run()
+    simulation = Simulation(system, 0.02, 0.12, [record], stepper)
+    simulation.run()
     stepper.destroy()
     assert simulation.halvings == 0
     # nine and twelve at most with the frozen factor, whose attempts fail after thirty

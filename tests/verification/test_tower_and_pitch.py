@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
-from runs import Record, comm, run, run_case
+from runs import Record, comm, run, run_turbine
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
@@ -92,7 +92,8 @@ def watch():
     """A run of fourteen steps with all that there is."""
     watch = Watch(BOTH)
     stepper = make_stepper(BOTH, watch.turbine.system)
-    Simulation(watch.turbine.system, STEP, END, [watch], stepper).run()
+    simulation = Simulation(watch.turbine.system, STEP, END, [watch], stepper)
+    simulation.run()
     stepper.destroy()
     assert simulation.halvings == 0
     return watch
@@ -196,7 +197,7 @@ def test_vertical_angular_momentum_is_conserved_with_any_drive(drive):
     case = Case.parse(COARSE | {"pitch": pitch, "loads": loads})
     assert case.warnings == []
     turbine = build_turbine(case, comm)
-    r = run_case(case, turbine, STEP, END)
+    r = run_turbine(case, turbine, STEP, END)
     axial = np.max(np.abs(r.angular[:, 2]))
     assert np.max(np.abs(r.angular[:, 1])) < 1e-12 * axial  # measured up to 5e-14
     pitch = r.angles[:, 2:]
@@ -212,7 +213,7 @@ def test_rigid_blades_on_a_flexible_tower_conserve_too():
     case = Case.parse({**data, "pitch": FEATHER | {"bearings": False}})
     turbine = build_turbine(case, comm)
     assert len(turbine.surfaces) == 5 and turbine.mesh is None
-    r = run_case(case, turbine, STEP, END)
+    r = run_turbine(case, turbine, STEP, END)
     scale = np.max(r.kinetic) + np.max(r.strain)
     assert np.max(np.abs(r.energy_error)) < 1e-11 * scale
     assert np.max(r.constraint_error) < 1e-12
@@ -281,7 +282,8 @@ def test_a_run_on_one_rank_gives_the_same():
         turbine = build_turbine(BOTH, group)
         record = Record()
         stepper = make_stepper(BOTH, turbine.system)
-        Simulation(turbine.system, STEP, 0.1, [record], stepper).run()
+        simulation = Simulation(turbine.system, STEP, 0.1, [record], stepper)
+        simulation.run()
         stepper.destroy()
         results.append(record)
     alone, together = results
