@@ -45,6 +45,9 @@ class Fussy:
     def __init__(self, solver, fails):
         self.solver, self.fails, self.tried = solver, fails, []
 
+    def __getattr__(self, name):
+        return getattr(self.solver, name)
+
     def advance(self, state, dt, out):
         self.tried.append((state.time, dt))
         if self.fails(state.time, dt):
