@@ -43,7 +43,7 @@ def arbitrary(m, seed, size=1.0):
 
 
 def test_both_kinds_are_numbered_in_the_order_of_the_joints():
-    b, m = block()
+    _, m = block()
     assert (m.n_q, m.n_angles, m.n_constraints, m.n_relations) == (N_Q, N_T, N_G, 2)
     assert np.array_equal(m.is_angle, IS_ANGLE)
     assert [x.size for x in m.split(np.arange(float(m.size)))] == [N_Q, N_T, N_G, N_T, 2]

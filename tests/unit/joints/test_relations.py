@@ -126,7 +126,7 @@ def test_a_screw_moves_by_its_lead_in_one_turn():
     parts = [body, Cylindrical("j", None, body, (0, 0, 0), E3)]
     parts += [screw("thread", "j.angle", "j.displacement", lead), Gravity((0.0, 0.0, -9.81))]
     start = None
-    for report, energy, state, _, system in run(parts, 500):
+    for report, energy, state, _, _ in run(parts, 500):
         angle, way = state.angles
         assert way == pytest.approx(lead * angle / (2.0 * pi), abs=1e-12)
         start = energy if start is None else start

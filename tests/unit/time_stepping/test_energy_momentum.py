@@ -11,12 +11,12 @@ from wild_steps import DT, T0, begun, loaded, wild_state, wild_unknowns
 
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
 HALF_DT2 = 0.5 * DT**2
 EPS = np.finfo(float).eps
-FORMS = ("regular", "paper")
 KINDS = [
     ("hexahedron", 1, "svk"),
     ("hexahedron", 2, "neo_hooke"),
