@@ -13,6 +13,7 @@ from turbine_fenicsx.turbine.channels import BladeSensors, TowerSensors, openfas
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import TOWER, blade_geometry, build_turbine, mesh_options
 from turbine_fenicsx.turbine.run import channels, run_case
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
 from turbine_fenicsx.turbine.tower import tower_geometry
 
@@ -87,7 +88,10 @@ def test_without_a_tower_there_is_nothing_of_it(comm):
 def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
     case = a_case()
     sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
-    names = [name for channel in channels(turbine, sensors, False) for name in channel.columns]
+    stepper = make_stepper(case, turbine.system)
+    found = channels(turbine, stepper, sensors, False)
+    stepper.destroy()
+    names = [name for channel in found for name in channel.columns]
     start = names.index("tower_top_displacement_x_[m]")
     assert names[start - 1] == "root_moment_3_z_[Nm]"
     assert names[start + 3 : start + 10] == [
