@@ -1,10 +1,11 @@
-"""Claims about when an iteration of Newton's method ends."""
+"""Claims about when an iteration of Newton's method ends, and the options that say so."""
 
 from types import SimpleNamespace
 
 from petsc4py import PETSc
 
 import numpy as np
+import pytest
 
 from turbine_fenicsx._compat import NOT_A_NUMBER
 from turbine_fenicsx.time_stepping.newton import DIVERGENCE, BlockwiseConvergence, SolverOptions
@@ -47,3 +48,14 @@ def test_an_iteration_that_grows_is_given_up():
     assert ends(growing[:3]) == (0, 2)
     assert ends([1.0] * 30)[0] == REASONS.DIVERGED_MAX_IT
     assert ends([1.0, np.nan])[0] == NOT_A_NUMBER
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1.0, -1e-12, 2.0, float("nan")])
+def test_the_tolerance_must_lie_between_zero_and_one(tolerance):
+    with pytest.raises(ValueError, match=f"tolerance must lie between 0 and 1, got {tolerance}"):
+        SolverOptions(tolerance=tolerance)
+
+
+def test_an_unknown_linear_solver_is_refused_with_the_names_there_are():
+    with pytest.raises(ValueError, match=r"must be one of \[.*'lu', 'monolithic'.*got 'magic'"):
+        SolverOptions(linear_solver="magic")

@@ -399,14 +399,3 @@ def test_a_solver_frees_its_objects_once_when_told_or_when_forgotten(machine, na
     told = EnergyMomentum(system, options=options(name))
     told.destroy()
     told.destroy()
-
-
-@pytest.mark.parametrize("tolerance", [0.0, 1.0, -1e-12, 2.0, float("nan")])
-def test_the_tolerance_must_lie_between_zero_and_one(tolerance):
-    with pytest.raises(ValueError, match=f"tolerance must lie between 0 and 1, got {tolerance}"):
-        SolverOptions(tolerance=tolerance)
-
-
-def test_an_unknown_linear_solver_is_refused_with_the_names_there_are():
-    with pytest.raises(ValueError, match=r"must be one of \[.*'lu', 'monolithic'.*got 'magic'"):
-        SolverOptions(linear_solver="magic")
