@@ -64,7 +64,7 @@ def test_regular_form_rests_at_the_singular_angle_and_goes_on(singular_angle, dt
 
 
 @pytest.mark.parametrize("singular_angle", [0.75 * pi, -0.25 * pi])
-def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_unnoticed(
+def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_of_its_own_constraint(
     monkeypatch, singular_angle
 ):
     # from x_n + dt v_n; the extrapolation of earlier steps mostly keeps to their branch

@@ -1,7 +1,5 @@
 """Claims about a function that remembers its last value."""
 
-import gc
-
 import numpy as np
 
 from turbine_fenicsx.foundation.memo import Memo
@@ -64,11 +62,9 @@ def test_objects_are_told_apart_by_identity():
 
 def test_an_object_is_not_mistaken_for_one_that_is_gone():
     """A new object may get the address of the old one, unless that is kept."""
-    memo, calls = counted(lambda thing: thing[0])
+    memo = Memo(lambda thing: thing[0])
     for k in range(100):
         assert memo([k]) == k
-        gc.collect(0)
-    assert len(calls) == 100
 
 
 def test_a_function_that_fails_is_asked_again_and_the_last_value_stays():

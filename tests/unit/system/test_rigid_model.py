@@ -1,4 +1,4 @@
-"""Claims about rigid bodies, joints, coordinates and relations as functions of configuration."""
+"""Claims about rigid bodies, joints and joint coordinates as functions of a configuration."""
 
 import numpy as np
 import pytest
