@@ -29,10 +29,10 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces import PointForce as PointForce
     from turbine_fenicsx.forces import PointSpring as PointSpring
     from turbine_fenicsx.forces import Pressure as Pressure
-    from turbine_fenicsx.forces import SurfacePoint as SurfacePoint
     from turbine_fenicsx.forces import SurfaceTraction as SurfaceTraction
     from turbine_fenicsx.forces import Torque as Torque
     from turbine_fenicsx.forces.element import StepTimes as StepTimes
+    from turbine_fenicsx.forces.surface_point import SurfacePoint as SurfacePoint
     from turbine_fenicsx.forces.time_functions import Constant as Constant
     from turbine_fenicsx.forces.time_functions import Hat as Hat
     from turbine_fenicsx.forces.time_functions import Ramp as Ramp
@@ -43,7 +43,6 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.foundation.quadratic import Quadratic as Quadratic
     from turbine_fenicsx.foundation.quadratic import dot as dot
     from turbine_fenicsx.joints import Cylindrical as Cylindrical
-    from turbine_fenicsx.joints import JointRelation as JointRelation
     from turbine_fenicsx.joints import Planar as Planar
     from turbine_fenicsx.joints import PrescribedMotion as PrescribedMotion
     from turbine_fenicsx.joints import Prismatic as Prismatic
@@ -51,8 +50,9 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.joints import Rigid as Rigid
     from turbine_fenicsx.joints import Spherical as Spherical
     from turbine_fenicsx.joints import Universal as Universal
-    from turbine_fenicsx.joints import gear_pair as gear_pair
-    from turbine_fenicsx.joints import screw as screw
+    from turbine_fenicsx.joints.relation import JointRelation as JointRelation
+    from turbine_fenicsx.joints.relation import gear_pair as gear_pair
+    from turbine_fenicsx.joints.relation import screw as screw
     from turbine_fenicsx.materials import KelvinVoigt as KelvinVoigt
     from turbine_fenicsx.materials import MooneyRivlin as MooneyRivlin
     from turbine_fenicsx.materials import NeoHooke as NeoHooke

@@ -10,8 +10,9 @@ from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
 from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.inspection import inspect_mesh
-from turbine_fenicsx.turbine.model import TOWER, blade_geometry, build_turbine, mesh_options
-from turbine_fenicsx.turbine.run import channels, run_case
+from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import masses, rotor_inertia, unknowns
 from turbine_fenicsx.turbine.tower import tower_geometry
@@ -87,12 +88,8 @@ def test_without_a_tower_there_is_nothing_of_it(comm):
 
 
 def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
-    case = a_case()
-    sensors = (BladeSensors(case, turbine), TowerSensors(case, turbine))
-    stepper = make_stepper(case, turbine.system)
-    found = channels(turbine, stepper, sensors, False)
-    stepper.destroy()
-    names = [name for channel in found for name in channel.columns]
+    channels = turbine_channels(turbine, make_stepper(turbine.case, turbine.system), stress=False)
+    names = [name for channel in channels.history for name in channel.columns]
     start = names.index("tower_top_displacement_x_[m]")
     assert names[start - 1] == "root_moment_3_z_[Nm]"
     assert names[start + 3 : start + 10] == [
