@@ -20,6 +20,7 @@ from turbine_fenicsx.materials import (
 from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 E = tuple(ufl.as_vector(row) for row in np.eye(3).tolist())
@@ -54,7 +55,9 @@ def clamped(comm, cells, law, density, *more):
 
 def swing(system, steps=6, **options):
     """Balances after each step, and the last displacements."""
-    simulation = Simulation(system, 0.02, steps * 0.02, options=SolverOptions(**options))
+    simulation = Simulation(
+        system, 0.02, steps * 0.02, stepper=EnergyMomentum(system, options=SolverOptions(**options))
+    )
     last = simulation.run()
     simulation.stepper.destroy()
     b = last.balance
