@@ -96,7 +96,7 @@ class Simulation:
         self.observers = tuple(observers)
         self.stepper = stepper or EnergyMomentum(system)
         if self.stepper.system is not system:
-            raise ValueError("the stepper of a simulation must be made for its system")
+            raise ModelError("the stepper of a simulation must be made for its system")
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
