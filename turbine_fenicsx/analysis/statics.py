@@ -77,7 +77,7 @@ def equilibrium(
         The equilibrium under the loads at the last time, with zero velocities.
 
     Raises:
-        TypeError, ValueError: for a start that is no state of this system.
+        TypeError, ModelError: for a start that is no state of this system.
         StepFailure: if Newton's method does not converge, or turns a joint by half a revolution
             or more in one load step.
 

@@ -179,7 +179,8 @@ class BodyElimination:
     def substitute(self, motion: Array, b_u: Array, u: Array) -> Array:
         """Add Z r to w in u, for the motion r of the carriers, and return the multipliers."""
         u += self._Z @ motion
-        return self._contact_forces(u) - b_u[self._contact]
+        forces: Array = self._contact_forces(u) - b_u[self._contact]
+        return forces
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
@@ -200,4 +201,5 @@ class BodyElimination:
         """(A_uu u)_c, owned entries."""
         self._u.array[:] = u
         self._A_c.mult(self._u, self._Ac)
-        return self._Ac.array_r
+        forces: Array = self._Ac.array_r
+        return forces

@@ -85,7 +85,7 @@ def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
     Returns:
         R, shape (3, 3, n).
     """
-    R = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
+    R: Array = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
     for _ in range(5):
         C = np.einsum("kin,kjn->ijn", R, R)
         error = np.max(np.abs(C - np.eye(3)[:, :, None]), initial=0.0)

@@ -230,4 +230,5 @@ class _TurningBody:
     @staticmethod
     def _turn_carriers(vector: Array, R: Array) -> Array:
         """Turn the four 3-vectors of each carrier."""
-        return np.einsum("aij,asj->asi", R, vector.reshape(len(R), 4, 3)).ravel()
+        turned: Array = np.einsum("aij,asj->asi", R, vector.reshape(len(R), 4, 3)).ravel()
+        return turned

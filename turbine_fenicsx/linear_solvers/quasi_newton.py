@@ -118,7 +118,7 @@ class QuasiNewton:
             c[j] = t[j] / G[j, j]
             t += c[j] * G[:, j + 1]
         scale = 1.0 / (1.0 - t[n - 1] / G[n - 1, n - 1]) if n else 1.0
-        s = scale * (z + sum(a * q for a, q in zip(c, self._steps[1:], strict=True)))
+        s: Array = scale * (z + sum(a * q for a, q in zip(c, self._steps[1:], strict=True)))
         square = dots[n] + 2.0 * (c @ dots[1:n]) + c @ G[1:, 1:] @ c if n > 1 else dots[n]
         grown = np.zeros((n + 1, n + 1))
         grown[:n, :n] = G

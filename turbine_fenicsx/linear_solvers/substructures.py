@@ -48,7 +48,8 @@ def interface_rows(matrix: PETSc.Mat) -> Indices:
     first, last = matrix.getOwnershipRange()
     indptr, columns, _ = matrix.getValuesCSR()
     rows = np.repeat(np.arange(last - first, dtype=np.int32), np.diff(indptr))
-    return np.unique(rows[columns >= last])
+    interface: npt.NDArray[np.int32] = np.unique(rows[columns >= last])
+    return interface
 
 
 def worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:

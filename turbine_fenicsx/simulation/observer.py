@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any, Protocol, runtime_checkable
 
 from turbine_fenicsx.foundation.checks import check_methods
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.restart_data import RestartData
 
@@ -100,7 +101,7 @@ def check_observers(observers: Iterable[Any]) -> None:
 
     Raises:
         TypeError: for an observer that lacks a method.
-        ValueError: for two of the same name.
+        ModelError: for two of the same name.
     """
     names = []
     for observer in observers:
@@ -114,4 +115,4 @@ def check_observers(observers: Iterable[Any]) -> None:
             )
     for name, count in Counter(names).items():
         if count > 1:
-            raise ValueError(f"{count} observers are called {name!r}, so checkpoints mix them up")
+            raise ModelError(f"{count} observers are called {name!r}, so checkpoints mix them up")

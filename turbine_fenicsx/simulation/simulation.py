@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
@@ -69,7 +70,7 @@ class Simulation:
         stopped: Whether the run ended because it was asked to.
 
     Raises:
-        ValueError: for a step or end time out of range, two observers of one name, or a start state
+        ModelError: for a step or end time out of range, two observers of one name, or a start state
             of another system.
         TypeError: for an observer without its methods, or a start that is no state.
     """
@@ -88,14 +89,14 @@ class Simulation:
         start: State | None = None,
     ) -> None:
         if not 0.0 < step < np.inf:
-            raise ValueError(f"time.step must be positive, got {step:g} s")
+            raise ModelError(f"time.step must be positive, got {step:g} s")
         if not 0.0 <= end < np.inf:
-            raise ValueError(f"time.end must not be negative, got {end:g} s")
+            raise ModelError(f"time.end must not be negative, got {end:g} s")
         self.system, self.step, self.end = system, step, end
         self.observers = tuple(observers)
         self.stepper = stepper or EnergyMomentum(system)
         if self.stepper.system is not system:
-            raise ValueError("the stepper of a simulation must be made for its system")
+            raise ModelError("the stepper of a simulation must be made for its system")
         self.halvings, self.stopped = 0, False
         self._deepest = max(0, int(np.floor(-np.log2(smallest_step))))
         self._error, self._checkpoints, self._stop = step_error, checkpoints, stop
@@ -152,12 +153,12 @@ class Simulation:
             The last snapshot.
 
         Raises:
-            ValueError: for a simulation without checkpoints.
+            ModelError: for a simulation without checkpoints.
             InputError: if no checkpoint can be used, or it belongs to something else.
             StepFailure: as in `run`.
         """
         if self._checkpoints is None:
-            raise ValueError(
+            raise ModelError(
                 "a simulation resumes from its checkpoints, but it has none: give it "
                 "checkpoints=Checkpoints(system, folder)"
             )

@@ -16,6 +16,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
@@ -32,7 +33,7 @@ class StepError:
             [m]; None for no limit.
 
     Raises:
-        ValueError: for a tolerance that is not positive.
+        ModelError: for a tolerance that is not positive.
     """
 
     GROW_BELOW = 1.0 / 16.0
@@ -43,7 +44,7 @@ class StepError:
     ) -> None:
         for name, tolerance in (("angle", angle), ("displacement", displacement)):
             if tolerance is not None and not tolerance > 0.0:
-                raise ValueError(f"the {name} tolerance must be positive, got {tolerance:g}")
+                raise ModelError(f"the {name} tolerance must be positive, got {tolerance:g}")
         self._comm = comm
         self._angle, self._displacement = angle or np.inf, displacement or np.inf
         self._new: tuple[Array, ...] = ()

@@ -141,7 +141,8 @@ class CouplingBlock:
             u: Displacement of the flexible body.
         """
         q = np.concatenate([np.zeros(0), *(coordinates[b] for b in self.carriers)])
-        return self._offset.ravel() + self.B_local @ q - u.array_r[self.dofs]
+        gap: Array = self._offset.ravel() + self.B_local @ q - u.array_r[self.dofs]
+        return gap
 
 
 def _sparse(
@@ -159,4 +160,5 @@ def _contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.i
     """Owned nodes on the facets of a coupling, sorted."""
     facets = checked_facets(coupling.name, block.body.mesh, coupling.facets)
     nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)
-    return np.unique(nodes[nodes < block.n_owned]).astype(np.int64)
+    owned: npt.NDArray[np.int64] = np.unique(nodes[nodes < block.n_owned]).astype(np.int64)
+    return owned

@@ -230,12 +230,14 @@ class FlexibleModel:
         with self._work.localForm() as local:
             local.array[:] = values.ravel()
         self._work.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        return self._work.array_r.reshape(-1, 3).copy()
+        nodal: Array = self._work.array_r.reshape(-1, 3).copy()
+        return nodal
 
     def nodal_values(self, vector: PETSc.Vec) -> Array:
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
         self.copy_to(self._v, vector)
-        return self._v.x.array.reshape(-1, 3).copy()
+        values: Array = self._v.x.array.reshape(-1, 3).copy()
+        return values
 
     def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
         """Norm of the Cauchy stress at the cell centres [Pa], eqs (69)-(70).
@@ -278,7 +280,8 @@ class FlexibleModel:
         else:
             self.copy_to(self._u, u)
         self._fibre.interpolate(self._fibre_now)
-        return self._fibre.x.array.reshape(-1, 3).copy()
+        values: Array = self._fibre.x.array.reshape(-1, 3).copy()
+        return values
 
     def assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form and copy the owned entries."""

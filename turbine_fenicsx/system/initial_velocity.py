@@ -37,7 +37,8 @@ def initial_velocity(block: FlexibleModel, coupling: CouplingBlock, rates: Array
     if coupling.carriers:
         xi = coupling.carriers[0].body_coordinates(X)
         of_carrier = rates[coupling.columns[:12]].reshape(4, 3)
-        return of_carrier[0] + xi @ of_carrier[1:]
+        velocities: Array = of_carrier[0] + xi @ of_carrier[1:]
+        return velocities
     return np.zeros_like(X)
 
 
@@ -52,7 +53,8 @@ def _evaluated(block: FlexibleModel, field: Callable[[Array], Array]) -> Array:
     except Exception as problem:  # the other ranks must hear of it, whatever it is
         error = problem
     raise_together(block.body.mesh.comm, error)
-    return found[: len(X)]
+    velocities: Array = found[: len(X)]
+    return velocities
 
 
 def _checked(what: str, values: Array, shape: tuple[int, ...]) -> Array:

@@ -206,7 +206,7 @@ class RigidStep:
         The angle itself is one of them: after many turns its round-off is what is left.
         """
         m = self.model
-        angle = np.abs(y1[m.c]) + np.abs(y1[m.s]) + np.abs(T1)
+        angle: Array = np.abs(y1[m.c]) + np.abs(y1[m.s]) + np.abs(T1)
         if np.all(m.is_angle):
             return angle
         length = np.abs(m.functions.constant[m.c]) + np.abs(G1[m.c]) @ np.abs(q1)

@@ -11,11 +11,13 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
@@ -51,7 +53,7 @@ class Fields:
         name: Name of the XDMF file, under which checkpoints know it.
 
     Raises:
-        ValueError: if there is not one array of parts for each flexible body.
+        ModelError: if there is not one array of parts for each flexible body.
     """
 
     def __init__(
@@ -74,7 +76,7 @@ class Fields:
             free = 1 + max((surface.part for surface in surfaces), default=-1)
             parts = [np.full(b.n_cells, free + k) for k, b in enumerate(self._bodies)]
         if len(parts) != len(self._bodies):
-            raise ValueError(
+            raise ModelError(
                 f"{len(parts)} arrays of parts for {len(self._bodies)} flexible bodies"
             )
         cell_parts = [p[: b.n_cells] for p, b in zip(parts, self._bodies, strict=True)]
@@ -232,7 +234,7 @@ class _BodyOutput:
         X.interpolate(lambda x: x)
         self.positions = X.x.array.reshape(-1, 3)[self._node_of]
 
-    def cells(self, comm: MPI.Intracomm, starts: Array) -> Array:
+    def cells(self, comm: MPI.Intracomm, starts: IntArray) -> IntArray:
         """Vertices of the owned cells by their numbers in the output, shape (n_cells, .).
 
         Args:
@@ -245,13 +247,14 @@ class _BodyOutput:
         firsts = np.array(comm.allgather(self._index_map.local_range[0]))
         sizes = np.array(comm.allgather(self.n_points))
         owner = np.searchsorted(firsts + sizes, vertices, side="right")
-        return (starts[owner] + vertices - firsts[owner])[self._vertices]
+        numbers: IntArray = (starts[owner] + vertices - firsts[owner])[self._vertices]
+        return numbers
 
     def vertex_values(self, vector: PETSc.Vec) -> Array:
         """Values of a nodal vector at the owned vertices, shape (n_points, 3)."""
         return self._block.nodal_values(vector)[self._node_of]
 
-    def couplings(self, system: MultibodySystem) -> Array:
+    def couplings(self, system: MultibodySystem) -> npt.NDArray[np.int32]:
         """Number of the coupling that holds each owned vertex, from 1; 0 for none. Collective."""
         k = system.flexible_models.index(self._block)
         held = system.coupling_blocks[k]
@@ -261,7 +264,8 @@ class _BodyOutput:
             numbers.array[dofs] = 1 + system.couplings.index(coupling)
         values = self._block.nodal_values(numbers)[self._node_of, 0]
         numbers.destroy()
-        return np.rint(values).astype(np.int32)
+        found: npt.NDArray[np.int32] = np.rint(values).astype(np.int32)
+        return found
 
     def stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
         """Norm and von Mises stress at the centres of the owned cells, shapes (n_cells,) [Pa]."""

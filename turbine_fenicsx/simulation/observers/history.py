@@ -11,6 +11,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
@@ -47,10 +48,10 @@ class Channel:
             )
 
     def row(self, snapshot: Snapshot) -> Sequence[float]:
-        """The numbers of a snapshot; a ValueError if they are not one per column."""
+        """The numbers of a snapshot; a ModelError if they are not one per column."""
         row = self.values(snapshot)
         if len(row) != len(self.columns):
-            raise ValueError(f"channel {self.columns} gave {len(row)} numbers")
+            raise ModelError(f"channel {self.columns} gave {len(row)} numbers")
         return row
 
 

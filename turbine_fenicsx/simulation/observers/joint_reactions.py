@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.postprocessing import names
@@ -47,7 +48,7 @@ class JointReaction:
             shape (3, 3). The inertial axes e1, e2, e3 if None.
 
     Raises:
-        ValueError: for a point or axes that are none, or a joint that has no point of its own.
+        ModelError: for a point or axes that are none, or a joint that has no point of its own.
     """
 
     joint: Joint
@@ -57,7 +58,7 @@ class JointReaction:
     def __post_init__(self) -> None:
         name = self.joint.name
         if self.point is None and not hasattr(self.joint, "point"):
-            raise ValueError(f"joint {name!r} has no point of its own: give the one for its moment")
+            raise ModelError(f"joint {name!r} has no point of its own: give the one for its moment")
         check_vectors(name, point=self.place)
         if self.axes is not None:
             check_array(f"axes of {name!r}", self.axes, (3, 3), "three rows of three numbers")

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.foundation.errors import ModelError
+
 CELL_KINDS: dict[str, tuple[int, int]] = {
     "triangle": (4, 3),
     "quadrilateral": (5, 4),
@@ -21,20 +23,20 @@ def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> 
     """Cells as XDMF wants a mixed topology: number of the kind, vertices, number of the kind, ...
 
     Raises:
-        ValueError: if a kind is unknown, a shape is wrong or a point does not exist.
+        ModelError: if a kind is unknown, a shape is wrong or a point does not exist.
     """
     parts = [np.empty(0, dtype=np.int32)]
     for kind, block in cells:
         if kind not in CELL_KINDS:
-            raise ValueError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
+            raise ModelError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
         number, n_vertices = CELL_KINDS[kind]
         vertices = np.asarray(block)
         if vertices.ndim != 2 or vertices.shape[1] != n_vertices:
-            raise ValueError(
+            raise ModelError(
                 f"{kind} cells have shape {vertices.shape}, expected (n, {n_vertices})"
             )
         if vertices.size and not 0 <= vertices.min() <= vertices.max() < n_points:
-            raise ValueError(
+            raise ModelError(
                 f"{kind} cells name points {vertices.min()} to {vertices.max()}, "
                 f"there are 0 to {n_points - 1}"
             )

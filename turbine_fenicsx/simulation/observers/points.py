@@ -19,6 +19,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
@@ -40,7 +41,7 @@ class Point:
         position: Its position in the initial configuration [m], shape (3,).
 
     Raises:
-        ValueError: for a position that is no three numbers.
+        ModelError: for a position that is no three numbers.
         TypeError: for what is no body.
     """
 
@@ -152,7 +153,7 @@ def _shape_functions(block: FlexibleModel, X: Array, names: Sequence[str]) -> cs
         Shape (n, n_owned).
 
     Raises:
-        ValueError: if a point is outside the body, on all ranks.
+        ModelError: if a point is outside the body, on all ranks.
     """
     comm, index_map = block.body.mesh.comm, block.space.dofmap.index_map
     first, end = index_map.local_range
@@ -165,7 +166,7 @@ def _shape_functions(block: FlexibleModel, X: Array, names: Sequence[str]) -> cs
         if not holders:
             d = np.linalg.norm(block.positions - point, axis=1)
             nearest = comm.allreduce(float(np.min(d, initial=np.inf)), op=min)
-            raise ValueError(
+            raise ModelError(
                 f"point {names[k]!r} at {point.tolist()} is outside flexible body "
                 f"{block.body.name!r}, whose nearest node is {nearest:.3g} m away"
             )

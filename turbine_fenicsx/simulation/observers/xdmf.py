@@ -29,6 +29,7 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.simulation.observers.mixed_topology import mixed_topology
@@ -86,7 +87,7 @@ class XdmfSeries:
                 new series begins.
 
         Raises:
-            ValueError: if cells or fields do not fit together.
+            ModelError: if cells or fields do not fit together.
             FileError: if the files cannot be written.
         """
         self._comm, self._path = comm, Path(path)
@@ -140,7 +141,7 @@ class XdmfSeries:
             cell_data: Fields in the cells of this rank, shapes (m,) or (m, 3).
 
         Raises:
-            ValueError: if a shape does not fit the grid, or the ranks name different fields.
+            ModelError: if a shape does not fit the grid, or the ranks name different fields.
             FileError: if the files cannot be written; earlier times stay readable.
         """
         t = float(t)
@@ -199,7 +200,7 @@ class XdmfSeries:
         try:
             if points is not None:
                 if np.shape(points) != (self._rows["Node"][0], 3):
-                    raise ValueError(
+                    raise ModelError(
                         f"points have shape {np.shape(points)}, "
                         f"expected ({self._rows['Node'][0]}, 3)"
                     )
@@ -209,7 +210,7 @@ class XdmfSeries:
                     array = np.asarray(values)
                     n = self._rows[kind][0]
                     if array.shape not in ((n,), (n, 3)):
-                        raise ValueError(
+                        raise ModelError(
                             f"field '{name}' has shape {array.shape}, expected ({n},) or ({n}, 3)"
                         )
                     dtype = np.int32 if array.dtype.kind in "biu" else self._dtype
@@ -219,7 +220,7 @@ class XdmfSeries:
         layout = [(kind, name, a.shape[1:], a.dtype.str) for kind, name, a in arrays]
         layouts = self._comm.allgather(layout if error is None else None)
         if None not in layouts and any(other != layouts[0] for other in layouts):
-            error = ValueError("the ranks do not write the same fields of the same types")
+            error = ModelError("the ranks do not write the same fields of the same types")
         raise_together(self._comm, error)
         return arrays
 
