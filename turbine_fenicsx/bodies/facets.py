@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 
 
-def checked_facets(name: str, mesh: Mesh, facets: npt.ArrayLike) -> npt.NDArray[np.int32]:
+def check_facets(name: str, mesh: Mesh, facets: npt.ArrayLike) -> npt.NDArray[np.int32]:
     """Sorted numbers of facets of this rank, ghosts included, each once.
 
     Args:

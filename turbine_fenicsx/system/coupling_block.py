@@ -21,7 +21,7 @@ import numpy.typing as npt
 from dolfinx import fem
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.facets import checked_facets
+from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -158,7 +158,7 @@ def _sparse(
 
 def _contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
     """Owned nodes on the facets of a coupling, sorted."""
-    facets = checked_facets(coupling.name, block.body.mesh, coupling.facets)
+    facets = check_facets(coupling.name, block.body.mesh, coupling.facets)
     nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)
     owned: npt.NDArray[np.int64] = np.unique(nodes[nodes < block.n_owned]).astype(np.int64)
     return owned

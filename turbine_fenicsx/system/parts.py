@@ -12,6 +12,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.element import Element
 from turbine_fenicsx.forces.load import Load, SurfaceLoad
 from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.relation import Relation
@@ -115,5 +116,4 @@ def _check_unique(parts: Iterable[Any]) -> None:
 def _require(name: str, body: Any, kind: type, words: str, or_none: bool = True) -> None:
     """Raise a TypeError unless a partner is of the right kind, or None where that is allowed."""
     if not isinstance(body, kind) and not (or_none and body is None):
-        partner = getattr(body, "name", body)
-        raise TypeError(f"{name!r} needs {words}, but {partner!r} is none")
+        raise TypeError(f"{name!r} needs {words}, got {describe(body)}")

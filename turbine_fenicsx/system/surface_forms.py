@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.bodies.facets import checked_facets
+from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.forces.load import SurfaceLoad
 from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.foundation.errors import ModelError
@@ -95,7 +95,7 @@ def _numbered(
     n_owned = mesh.topology.index_map(tdim - 1).size_local
     acting: dict[int, tuple[int, ...]] = {}
     for k, load in enumerate(loads):
-        mine = checked_facets(load.name, mesh, load.facets)
+        mine = check_facets(load.name, mesh, load.facets)
         owned = mine[mine < n_owned]
         inside = comm.allreduce(int(np.count_nonzero(~np.isin(owned, exterior))))
         if inside:

@@ -234,7 +234,7 @@ def test_a_load_without_facets_is_refused_on_all_ranks(comm, machine):
 
 def test_loads_need_a_flexible_body_of_the_system(comm, machine):
     m, facets = machine(), machine().facets(1.5)
-    words = "'wind' needs a flexible body, but 'hub' is none"
+    words = "'wind' needs a flexible body, got RigidBody 'hub'"
     stranger = FlexibleBody("stranger", m.beam.mesh, m.beam.material, 1.0)
     missing = "'wind' refers to body 'stranger', which is not among the parts"
     for make in (

@@ -67,7 +67,7 @@ def test_a_joint_to_a_flexible_body_is_refused(comm, machine):
     refused(
         comm,
         TypeError,
-        "'bad' needs a rigid body or the ground, but 'beam' is none",
+        "'bad' needs a rigid body or the ground, got FlexibleBody 'beam'",
         [*m.parts, joint],
     )
 
@@ -76,7 +76,10 @@ def test_a_coupling_of_a_rigid_body_is_refused(comm, machine):
     m = machine()
     coupling = Coupling("bad", m.nacelle, m.facets(1.5), m.hub)
     refused(
-        comm, TypeError, "'bad' needs a flexible body, but 'nacelle' is none", [*m.parts, coupling]
+        comm,
+        TypeError,
+        "'bad' needs a flexible body, got RigidBody 'nacelle'",
+        [*m.parts, coupling],
     )
 
 
@@ -87,7 +90,7 @@ def test_a_coupling_carried_by_a_flexible_body_is_refused(comm, machine):
     refused(
         comm,
         TypeError,
-        "'bad' needs a rigid body or the ground, but 'other' is none",
+        "'bad' needs a rigid body or the ground, got FlexibleBody 'other'",
         [*m.parts, other, coupling],
     )
 
