@@ -19,11 +19,7 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.meshing import BladeGeometry, MeshOptions, RotorLayout, cached_mesh, load_msh
-from turbine_fenicsx.simulation.observers.history import (
-    angle_channel,
-    energy_channel,
-    numerics_channel,
-)
+from turbine_fenicsx.simulation.observers import history
 
 E2, E3 = np.eye(3)[1:]
 
@@ -52,7 +48,7 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
     torque = JointTorque("torque on rotor", "rotor", -3.6e7, Hat(1.0, duration=3.0))
     loads = [Gravity((0.0, -9.81, 0.0)), torque]
     system = MultibodySystem(comm, [nacelle, hub, yaw, rotor, blades, *roots, *loads])
-    columns = [energy_channel(), angle_channel(system), numerics_channel()]
+    columns = [history.energy_channel(), history.angle_channel(system), history.numerics_channel()]
     return Simulation(system, 0.02, end, [History(comm, path, columns)]).run()
 
 

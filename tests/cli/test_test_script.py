@@ -13,7 +13,11 @@ from patience import patience
 
 ROOT = Path(__file__).parents[2]
 
-FAILS = "def test_fails():\n    assert 'a mistake' == ''\n"
+FAILS = """
+def test_fails():
+    open("failed", "w").close()
+    assert 'a mistake' == ''
+"""
 HANGS = """
 import os, subprocess, time
 from mpi4py import MPI
@@ -78,6 +82,10 @@ def test_ctrl_c_ends_the_script_and_all_it_has_started(start, tmp_path, ranks):
         assert process.poll() is None, process.stdout.read()
         assert time.monotonic() - begin < patience(100.0)
         time.sleep(0.1)
+    while ranks == 1 and not (tmp_path / "failed").exists():
+        assert time.monotonic() - begin < patience(100.0)
+        time.sleep(0.1)
+    time.sleep(patience(1.0))  # until its failure has been told
     pids = [int(pid) for file in files for pid in file.read_text().split()]
     assert all(map(is_running, pids))
     os.killpg(process.pid, signal.SIGINT)  # what a terminal does
