@@ -48,6 +48,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(?!turbine_fenicsx\.).*"),
     ("py:class", r"turbine_fenicsx\..*\.(_\w+|[A-Z])"),
     ("py:class", r"turbine_fenicsx\.turbine\.case\.quantities\.whole"),  # a check, no class
+    ("py:class", r"turbine_fenicsx\.foundation\.memo\.Value"),  # a type variable
 ]
 
 html_theme = "pydata_sphinx_theme"

@@ -112,6 +112,12 @@ ENTRIES = (
         "Errors over unknowns; [the table](howto/mesh_accuracy.md).",
         "refinement.png",
     ),
+    Entry(
+        "schemes",
+        ("schemes/compare.py",),
+        "Energy of a rotor that nothing drives; [the numbers](theory/step.md).",
+        "schemes.png",
+    ),
     Entry("time_step", ("studies/time_step.toml",), "Errors over the step; [how](howto/study.md)."),
     Entry("mesh", ("studies/mesh.toml",), "Linear and quadratic elements; [how](howto/study.md)."),
 )

@@ -56,7 +56,7 @@ def energy(case, scheme, out, step, end):
 
 
 def draw(found, path):
-    """Energy relative to that when the torque ends: as it is, and its change on a logarithm."""
+    """Change of energy since the torque has ended, as it is and its size on a logarithmic axis."""
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
@@ -64,15 +64,18 @@ def draw(found, path):
     for (above, below), (case, title) in zip(axes.T, TURBINES.items(), strict=True):
         for scheme, (label, colour, _) in SCHEMES.items():
             t, H = found[case, scheme]
-            above.plot(t, H / H[0], colour, label=label, lw=1.2)
-            change = np.maximum(np.abs(H / H[0] - 1.0), 1e-16)
-            below.semilogy(t, change, colour, lw=0.8)
+            change = H / H[0] - 1.0
+            above.plot(t, 100.0 * change, colour, label=label, lw=1.2)
+            below.semilogy(t[1:], np.maximum(np.abs(change[1:]), 1e-16), colour, lw=0.8)
         above.set_title(title)
-        below.set_xlabel("time [s]")
-    axes[0, 0].set_ylabel("energy / energy at 3 s")
-    axes[1, 0].set_ylabel("change of energy / energy")
+        above.set_ylabel("change of energy [%]")
+        below.set(xlabel="time [s]", ylabel="|change| / energy", ylim=(1e-15, 0.1))
+        below.set_yticks(10.0 ** np.arange(-15, 0, 2))
+        for axis in (above, below):
+            axis.grid(color="0.9")
+            axis.spines[["top", "right"]].set_visible(False)
     axes[0, 0].legend(loc="lower left", frameon=False)
-    figure.savefig(path, dpi=130)
+    figure.savefig(path, dpi=110)
 
 
 def main():

@@ -34,7 +34,7 @@ class Scene:
     """The model at one time after another.
 
     Args:
-        job: ``fields``, ``parts`` (the text of `Parts`), ``scalar`` (None for plain colours),
+        job: ``fields``, ``parts`` (their text), ``scalar`` (None for plain colours),
             ``coloured`` (patterns of the names of parts and bodies, none for all), ``smooth``,
             ``edges``, ``scale``, ``view``, ``limits`` of the colours (None: see `colours`),
             ``size``.
