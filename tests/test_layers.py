@@ -130,10 +130,17 @@ def test_neither_modules_nor_rooms_import_each_other():
     assert_no_circle(rooms)
 
 
-def test_no_file_is_longer_than_500_lines():
+def test_files_are_no_longer_than_400_lines_and_functions_than_60():
     files = [*MODULES, *PACKAGE.parent.glob("demos/**/*.py")]
     lengths = {str(path): len(path.read_text(encoding="utf-8").splitlines()) for path in files}
-    assert {name: n for name, n in lengths.items() if n > 500} == {}
+    assert {name: n for name, n in lengths.items() if n > 400} == {}
+    functions = {
+        f"{path.name}: {node.name}": (node.end_lineno or 0) - node.lineno + 1
+        for path in files
+        for node in ast.walk(parse(path))
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert {name: n for name, n in functions.items() if n > 60} == {}
 
 
 def test_only_the_command_line_takes_the_world_communicator():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -77,11 +79,22 @@ def section_motions(flexible: FlexibleModel, nodes: Indices, free: PETSc.IS) -> 
     used = np.bincount(scalar.indices, minlength=scalar.shape[1]) > 0
     comm.Allreduce(MPI.IN_PLACE, used, op=MPI.LOR)
     scalar = scalar[:, used]
-    if 3 * scalar.shape[1] == free.getSize():  # PETSc cannot tell a square P from its transpose
+    return _in_space(scalar, free.getSize(), comm)
+
+
+def _in_space(scalar: Any, rows: int, comm: MPI.Intracomm) -> PETSc.Mat:
+    """The matrix that interpolates all three directions as one does.
+
+    Args:
+        scalar: This rank's rows of the interpolation of one direction.
+        rows: Number of rows of the matrix on all ranks.
+        comm: Communicator.
+    """
+    if 3 * scalar.shape[1] == rows:  # PETSc cannot tell a square P from its transpose
         scalar = hstack([scalar, scalar[:, :1]])
     each = kron(scalar, identity(3), format="csr")
     csr = each.indptr.astype(PETSc.IntType), each.indices.astype(PETSc.IntType), each.data
-    sizes = (3 * len(nodes), free.getSize()), (None, 3 * scalar.shape[1])
+    sizes = (3 * scalar.shape[0], rows), (None, 3 * scalar.shape[1])
     P = PETSc.Mat().createAIJ(sizes, csr=csr, comm=comm)
     P.assemble()
     return P

@@ -56,7 +56,6 @@ class CouplingBlock:
         first_coordinate: Mapping[RigidBody, int],
         rigid_size: int,
     ) -> None:
-        """Find the contact nodes and build the matrices."""
         comm = block.body.mesh.comm
         self.couplings = tuple(couplings)
         found = [_contact_nodes(block, c) for c in couplings]
@@ -79,19 +78,7 @@ class CouplingBlock:
         self.carriers = tuple(dict.fromkeys(c.rigid for c in couplings if c.rigid is not None))
         starts = [first_coordinate[body] for body in self.carriers]
         self.columns = np.concatenate([np.zeros(0, np.int64), *(s + np.arange(12) for s in starts)])
-        self._offset = np.zeros((self.nodes.size, 3))
-        self.B_local = np.zeros((self.nodes.size, 3, 4 * len(self.carriers), 3))
-        for coupling, rows in zip(couplings, self.slices, strict=True):
-            if coupling.rigid is not None:
-                X = block.positions[self.nodes[rows]]
-                xi = coupling.rigid.body_coordinates(X)
-                self._offset[rows] = -X
-                slots = 4 * self.carriers.index(coupling.rigid) + np.arange(4)
-                weights = np.column_stack([np.ones(len(X)), xi])
-                for c in range(3):
-                    self.B_local[rows, c, slots, c] = weights
-        self.B_local = self.B_local.reshape(3 * self.nodes.size, self.columns.size)
-
+        self._weigh_carriers(block.positions)
         self.dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
         layout_c = (self.dofs.size, None)
         layout_u = (3 * block.n_owned, None)
@@ -112,6 +99,21 @@ class CouplingBlock:
             self.columns[columns_used],
             self.B_local[rows_used, columns_used],
         )
+
+    def _weigh_carriers(self, positions: Array) -> None:
+        """B of the owned rows, and what the gap starts from, -X with a carrier."""
+        self._offset = np.zeros((self.nodes.size, 3))
+        self.B_local = np.zeros((self.nodes.size, 3, 4 * len(self.carriers), 3))
+        for coupling, rows in zip(self.couplings, self.slices, strict=True):
+            if coupling.rigid is not None:
+                X = positions[self.nodes[rows]]
+                xi = coupling.rigid.body_coordinates(X)
+                self._offset[rows] = -X
+                slots = 4 * self.carriers.index(coupling.rigid) + np.arange(4)
+                weights = np.column_stack([np.ones(len(X)), xi])
+                for c in range(3):
+                    self.B_local[rows, c, slots, c] = weights
+        self.B_local = self.B_local.reshape(3 * self.nodes.size, self.columns.size)
 
     def rigid_extension(self, positions: Array) -> Array:
         """Motion of all owned nodes with the carriers, equal to B at the contact nodes.
