@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+import weakref
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -322,5 +323,6 @@ class Simulation:
             constraint_error=constraint_error,
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,
-            stepper=self.stepper,
+            # observers may keep snapshots in circles that are freed on one rank before the others
+            stepper=weakref.proxy(self.stepper),
         )

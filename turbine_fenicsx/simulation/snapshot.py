@@ -24,7 +24,7 @@ class Snapshot:
         constraint_error: Largest violation of a constraint [m, -].
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
-        stepper: What made the step.
+        stepper: What made the step; lives as long as the simulation.
     """
 
     index: int

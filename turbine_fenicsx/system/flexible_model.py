@@ -10,7 +10,7 @@ surface loads.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -57,6 +57,7 @@ class FlexibleModel:
         positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
         local_positions: The same with those of the ghosts after them.
         nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
+        parameter: Turns a number, an array or a `cell_field` into a UFL coefficient on the mesh.
         density: rho as a UFL expression.
         dx_mass: Measure of the inertia terms.
         dx_stress: Measure of the stress terms.
@@ -73,6 +74,7 @@ class FlexibleModel:
         self.space = V = _compat.vector_space(mesh, body.degree)
         self.n_owned = V.dofmap.index_map.size_local
         self._u, self._v = fem.Function(V), fem.Function(V)
+        self.parameter = _parameters_of(body)
         self.density = self.parameter(body.density)
         self.dx_mass, self.dx_stress = (
             ufl.dx(domain=mesh, metadata={"quadrature_degree": q}) for q in _quadrature(body)
@@ -117,12 +119,6 @@ class FlexibleModel:
             self._fibre_now = _compat.expression(
                 a / ufl.sqrt(ufl.dot(a, a)), self._fibre.function_space
             )
-
-    def parameter(self, value: Any) -> Any:
-        """A number, array or `cell_field` as a UFL coefficient on the mesh."""
-        if is_field(value):
-            return on_mesh(value, self.body.mesh, self.body.name)
-        return fem.Constant(self.body.mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
 
     def energy(self, C: Any) -> Any:
         """Strain energy per reference volume [J/m^3] as a UFL expression."""
@@ -311,3 +307,14 @@ def _quadrature(body: FlexibleBody) -> tuple[int, int]:
     if _compat.cell_name(body.mesh) == "hexahedron":
         return 2 * p + 1, 2 * p + 1
     return 2 * p, p
+
+
+def _parameters_of(body: FlexibleBody) -> Callable[[Any], Any]:
+    """What turns a number, an array or a `cell_field` into a UFL coefficient on the mesh."""
+
+    def parameter(value: Any) -> Any:
+        if is_field(value):
+            return on_mesh(value, body.mesh, body.name)
+        return fem.Constant(body.mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
+
+    return parameter

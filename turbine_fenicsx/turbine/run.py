@@ -171,6 +171,7 @@ def _run(
     timing.start()
     start = time.perf_counter()
     simulation.run(data)
+    stepper.destroy()  # on all ranks at once
     seconds = time.perf_counter() - start
     tolerance = case.solver.tolerance if conserves_energy(case) else None
     result = summary(turbine, statistics, seconds, simulation, tolerance)
