@@ -26,7 +26,7 @@ from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.forces.load import SurfaceLoad
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.base import Viscous, second_piola_kirchhoff
+from turbine_fenicsx.materials.base import Viscous, cauchy_stress, second_piola_kirchhoff
 from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
 from turbine_fenicsx.materials.kinematics import (
     deformation_gradient,
@@ -107,8 +107,7 @@ class FlexibleModel:
         C = right_cauchy_green(F)
         self._strain_energy = _compat.compile_form(self.energy(C) * self.dx_stress)
         self._momentum = _compat.compile_form(self.density * ufl.dot(self._v, w) * self.dx_mass)
-        S = second_piola_kirchhoff(self.energy, C)
-        sigma = F * S * F.T / ufl.det(F)
+        sigma = cauchy_stress(self.energy, F)
         norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
         self._stresses = fem.Function(_compat.cellwise_space(mesh, (2,)))
         self._stresses_now = _compat.expression(ufl.as_vector(norms), self._stresses.function_space)
