@@ -7,19 +7,12 @@ With F = I + grad u and the strain energy W(C) of the material, C = F^T F,
 
 from __future__ import annotations
 
-from typing import Any
-
-from petsc4py import PETSc
-
-import numpy as np
 from dolfinx import fem
-from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.materials.base import cauchy_stress
-from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
 from turbine_fenicsx.materials.kinematics import (
     deformation_gradient,
     green_lagrange,
@@ -56,23 +49,13 @@ class BodyFields:
     def __init__(self, system: MultibodySystem, body: FlexibleBody, degree: int = 0) -> None:
         check_among_parts(f"flexible body {body.name!r}", body, system.flexible_bodies)
         self._index = system.flexible_bodies.index(body)
-        self._block = system.flexible_models[self._index]
-        mesh = body.mesh
-
-        def parameter(value: Any) -> Expr:
-            if is_field(value):
-                return on_mesh(value, mesh, body.name)
-            return fem.Constant(mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
-
-        def energy(C: Expr) -> Expr:
-            return body.material.strain_energy(C, parameter)
-
-        space = _compat.cellwise_space(mesh, (3, 3), degree)
-        self.displacement = fem.Function(self._block.space, name="displacement")
+        self._model = system.flexible_models[self._index]
+        space = _compat.cellwise_space(body.mesh, (3, 3), degree)
+        self.displacement = fem.Function(self._model.space, name="displacement")
         self.strain, self.stress = (fem.Function(space, name=n) for n in ("strain", "stress"))
         F = deformation_gradient(self.displacement)
         self._strain = _compat.expression(green_lagrange(right_cauchy_green(F)), space)
-        self._stress = _compat.expression(cauchy_stress(energy, F), space)
+        self._stress = _compat.expression(cauchy_stress(self._model.energy, F), space)
 
     def update(self, state: State) -> None:
         """Set the functions to a state. Collective.
@@ -80,7 +63,7 @@ class BodyFields:
         Args:
             state: A state of the system.
         """
-        u = self._block.nodal_values(state.u[self._index])
+        u = self._model.nodal_values(state.u[self._index])
         self.displacement.x.array[:] = u.ravel()
         self.strain.interpolate(self._strain)
         self.stress.interpolate(self._stress)
