@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo quick test attack lint docs gallery verification bench bench-peers clean
+.PHONY: help setup demo demo-iea quick test attack lint docs gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -14,6 +14,11 @@ setup: ## install what is missing, make .venv
 
 demo: setup ## run the stiff hybrid turbine of the paper into out/hybrid_stiff
 	$(VENV)/bin/turbine-fenicsx run demos/paper/hybrid_stiff.toml -o $(OUT)/hybrid_stiff --overwrite
+
+demo-iea: setup ## run the IEA 15 MW turbine for ten seconds into out/iea15 and draw it with the failure of its plies
+	$(VENV)/bin/turbine-fenicsx run demos/iea15/iea15.toml -o $(OUT)/iea15 --overwrite
+	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --times 4,7,10 --field tsai_wu -o $(OUT)/iea15
+	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --movie $(OUT)/iea15/movie.mp4 --field tsai_wu
 
 # The tests of formulas, without those that compile the forms of every material and cell.
 FORMULAS = tests/test_layers.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \

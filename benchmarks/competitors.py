@@ -73,10 +73,10 @@ def _competitors() -> list[Competitor]:
         Competitor("ours-hybrid-default", "ours.py", ("--tolerance", "1e-12")),
         Competitor("ours-clamped", "ours.py", ("--model", "clamped")),
         Competitor("ours-turning", "ours.py", ("--model", "turning")),
-        Competitor("ours-iterative", "ours.py", ("--preconditioner", "iterative")),
-        Competitor("ours-refactored", "ours.py", ("--preconditioner", "lu")),
+        Competitor("ours-iterative", "ours.py", ("--linear-solver", "iterative")),
+        Competitor("ours-refactored", "ours.py", ("--linear-solver", "lu")),
         Competitor("ours-hybrid-2", "ours.py", ranks=2),
-        Competitor("ours-iterative-2", "ours.py", ("--preconditioner", "iterative"), ranks=2),
+        Competitor("ours-iterative-2", "ours.py", ("--linear-solver", "iterative"), ranks=2),
     ]
     for threads in (1, 2):
         tail = "" if threads == 1 else f"-{threads}"

@@ -26,9 +26,9 @@ def arguments(**choices: Any) -> tuple[Problem, argparse.Namespace]:
     parser.add_argument("result", help="JSON file to write")
     for name, value in choices.items():
         if isinstance(value, list):
-            parser.add_argument(f"--{name}", choices=value, default=value[0])
+            parser.add_argument(f"--{name.replace('_', '-')}", choices=value, default=value[0])
         else:
-            parser.add_argument(f"--{name}", type=type(value), default=value)
+            parser.add_argument(f"--{name.replace('_', '-')}", type=type(value), default=value)
     args = parser.parse_args()
     return Problem.load(args.problem), args
 

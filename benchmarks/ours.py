@@ -18,11 +18,11 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.meshing import load_msh
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.flexible_blades import FlexibleBlades
 from turbine_fenicsx.turbine.model import assemble
 from turbine_fenicsx.turbine.nacelle import Nacelle
-from turbine_fenicsx.turbine.rotor_plan import ROOTS
 
 
 def build(problem, model, comm):
@@ -86,12 +86,12 @@ def tip_displacements(system, state):
 
 def main():
     problem, args = measure.arguments(
-        model=["hybrid", "clamped", "turning"], preconditioner="frozen", tolerance=0.0
+        model=["hybrid", "clamped", "turning"], linear_solver="frozen", tolerance=0.0
     )
     comm = MPI.COMM_WORLD
     tolerance = args.tolerance or problem.tolerance
     system = build(problem, args.model, comm)
-    solver = EnergyMomentum(system, options=SolverOptions(args.preconditioner, tolerance))
+    solver = EnergyMomentum(system, options=SolverOptions(args.linear_solver, tolerance))
     state = system.initial_state()
     spare = state.copy()
     set_up = measure.seconds_since_start()

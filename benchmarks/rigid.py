@@ -69,7 +69,9 @@ def main():
     start = time.perf_counter()
     last = simulation.run()
     seconds = time.perf_counter() - start
-    angle = dict(zip(system.angle_names, last.state.angles, strict=True))["rotor"]
+    angle = dict(zip(system.joint_coordinate_names, last.state.joint_coordinates, strict=True))[
+        "rotor"
+    ]
     with open(result, "w", encoding="utf-8") as file:
         data = {
             "seconds": seconds,

@@ -18,6 +18,7 @@ import numpy as np
 import ours
 from problem import Problem, parse_size, prepare
 
+from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
@@ -48,7 +49,8 @@ def measure_units(problem):
 
     (block,), (coupling,) = system.flexible_models, system.coupling_blocks
     du, R, body = block.new_vector(), block.new_vector(), FlexibleStep(block)
-    body.begin(state.u[0], state.v[0], problem.dt, np.zeros(3))
+    times = StepTimes.from_start(0.0, problem.dt)
+    body.begin(state.u[0], state.v[0], times, np.zeros(3))
     residual = shortest(lambda: body.residual(du, R))
     body.assemble_tangent(du)
     body.tangent.zeroRowsColumns(coupling.dofs.astype(PETSc.IntType), 1.0)

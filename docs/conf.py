@@ -34,20 +34,23 @@ highlight_language = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "ignore-module-all": True}
 autodoc_typehints = "signature"
-autodoc_type_aliases = {"Array": "Array", "Points": "Points"}
+autodoc_type_aliases = {"Array": "Array", "BoolArray": "BoolArray", "Points": "Points"}
 toc_object_entries_show_parents = "hide"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 
-# Every name of this package that is linked to must exist, but for private types in signatures.
+# Every name of this package that is linked to must exist, except private types in signatures.
 # Names of other packages are not looked up, which would need the network.
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(?!turbine_fenicsx\.).*"),
     ("py:class", r"turbine_fenicsx\..*\.(_\w+|[A-Z])"),
-    ("py:class", r"turbine_fenicsx\.turbine\.case\.quantities\.whole"),  # a check, no class
+    (
+        "py:class",
+        r"turbine_fenicsx\.turbine\.case\.(quantities\.require_number|section\.check_names)",
+    ),  # checks, no classes
     ("py:class", r"turbine_fenicsx\.foundation\.memo\.Value"),  # a type variable
 ]
 

@@ -12,6 +12,7 @@ demos with their pictures, one of them on two ranks. The environment is kept for
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
   --fresh        make the environment anew
+  --quick FILE   leave out what has taken long, by the durations.json of a run of scripts/test.sh
 Exit code 3: not tested, because there is no such Python or no network.
 EOF
 }
@@ -22,10 +23,12 @@ cache=${XDG_CACHE_HOME:-$HOME/.cache}/turbine_fenicsx/pip
 venv=$cache/venv
 log=$cache/pip.log
 command=()
+quick=()
 while [ $# -gt 0 ]; do
     case $1 in
     -h | --help) usage && exit ;;
     --fresh) rm -rf "$venv" ;;
+    --quick) quick=(--quick "$(realpath "$2")") && shift ;;
     --) shift && command=("$@") && break ;;
     *) usage >&2 && exit 2 ;;
     esac
@@ -60,6 +63,7 @@ if [ "$(cat "$cache/stamp" 2>/dev/null)" != "$key" ] || [ ! -x "$venv/bin/python
     rm -rf "$venv" "$cache/stamp"
     logged "$python" -m venv "$venv"
     logged "$venv/bin/python" -m pip install --disable-pip-version-check "$checkout[solver,mesh,plot,dev]"
+    logged scripts/install_turbines.sh "$venv/bin/python"
     echo "$key" >"$cache/stamp"
 fi
 logged "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps --force-reinstall "$checkout"
@@ -79,7 +83,7 @@ echo "== pip: tests on 1 rank"
 failed=0
 for part in "tests/unit" "tests/cli tests/verification $(echo tests/test_*.py)"; do
     # shellcheck disable=SC2086 # several words
-    pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic $part || failed=1
+    pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic "${quick[@]}" $part || failed=1
 done
 [ $failed -eq 0 ] || exit 1
 

@@ -6,10 +6,12 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 shopt -s globstar failglob # a name that no file has is an error
 tests=(
-    tests/unit/**/test_{checkpoint,coupling,elements,energy_momentum,flexible_body,frozen,joints,linear}.py
-    tests/unit/**/test_{materials,meshing,meshing_tower,openfast,pictures,plots,reactions,report,statics}.py
+    tests/unit/**/test_{checkpoint,coupling,energy_momentum,flexible_body,forces,frozen,joints,linear}.py
+    tests/unit/**/test_{large_strains,materials,meshing,meshing_tower,modes,openfast,pictures}.py
+    tests/unit/**/test_{plots,reactions,report,statics,statics_of_beams,turning,turning_modes}.py
+    tests/unit/**/test_{hollow_blades,laminate,turbine_gauges,wall_cells,windio_blade}.py
     tests/unit/**/test_{study_plan,surface_loads,turbine_channels,turbine_tower,xdmf}.py
-    tests/cli/test_{command_line,demos,restart}.py
+    tests/cli/test_{command_line,demos,modes_command,restart}.py
     tests/verification/test_{published_flexible,published_hybrid,published_rigid,root_loads}.py
 )
 if [ "${1:-}" = --list ]; then printf '%s\n' "${tests[@]}" && exit; fi

@@ -11,7 +11,7 @@ from turbine_fenicsx.forces import (
     PointSpring,
     Torque,
 )
-from turbine_fenicsx.forces.element import Layout
+from turbine_fenicsx.forces.force import Layout
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Cylindrical, Planar, Revolute
 from turbine_fenicsx.joints.coordinates import augmentation
@@ -62,7 +62,7 @@ def hinged():
 
 
 def sliding():
-    """Angles and displacements, with relations, and with force elements of all kinds."""
+    """Angles and displacements, with relations, and with forces of all kinds."""
     constraints, coordinates = functions(SLIDES)
     assert tuple(coordinates) == SLIDE_NAMES
     layout = Layout({A: 0, B: 12}, {name: N_Q + k for k, name in enumerate(SLIDE_NAMES)})

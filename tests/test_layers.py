@@ -6,17 +6,19 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).parents[1] / "turbine_fenicsx"
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "turbine_fenicsx"
 
 # From numbers to the application; a room imports from layers above its own in this list, and from
 # rooms of its own layer, without circles.
 LAYERS = [
     {"foundation", "_compat"},
-    {"materials", "bodies", "joints", "forces", "meshing", "postprocessing"},
+    {"materials", "bodies", "joints", "forces", "meshing", "windio", "postprocessing"},
     {"system"},
     {"linear_solvers"},
     {"time_stepping", "analysis"},
     {"simulation"},
+    {"wind", "control"},
     {"turbine"},
     {"study", "cli"},
 ]
@@ -55,7 +57,7 @@ def test_every_room_has_a_layer():
 
 
 def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
-    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     shown: list[set[str]] = []
     room_of_a_row = r"^\| ([\w ]*) ?\| (?:\{py:mod\}`~turbine_fenicsx\.|`)(\w+)` \|"
     for layer, name in re.findall(room_of_a_row, page, re.MULTILINE):
@@ -65,15 +67,21 @@ def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
     assert shown == LAYERS
     files = re.findall(r"`([a-z_]+/[a-z_/]+\.py)`", page)
     assert len(files) > 10
-    missing = {f for f in files if not (PACKAGE / f).exists() and not (PACKAGE.parent / f).exists()}
+    missing = {f for f in files if not (PACKAGE / f).exists() and not (ROOT / f).exists()}
     assert missing == set()
 
 
 def test_unit_tests_stand_in_the_rooms_of_the_package():
-    tests = PACKAGE.parent / "tests" / "unit"
+    tests = ROOT / "tests" / "unit"
     rooms = {p.parent.relative_to(tests) for p in tests.rglob("test_*.py")}
     assert [str(r) for r in sorted(rooms) if not (PACKAGE / r / "__init__.py").exists()] == []
     assert Path(".") not in rooms
+
+
+def test_no_two_files_of_tests_have_one_name():
+    """Pytest imports them by their names alone, and collects nothing where two are alike."""
+    names = [p.name for p in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))
 
 
 @pytest.mark.parametrize("path", MODULES, ids=[str(p) for p in MODULES.values()])
@@ -131,7 +139,8 @@ def test_neither_modules_nor_rooms_import_each_other():
 
 
 def test_files_are_no_longer_than_400_lines_and_functions_than_60():
-    files = [*MODULES, *PACKAGE.parent.glob("demos/**/*.py")]
+    folders = ("demos", "tests", "benchmarks")
+    files = [*MODULES, *(f for folder in folders for f in ROOT.glob(f"{folder}/**/*.py"))]
     lengths = {str(path): len(path.read_text(encoding="utf-8").splitlines()) for path in files}
     assert {name: n for name, n in lengths.items() if n > 400} == {}
     functions = {

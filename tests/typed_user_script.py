@@ -100,7 +100,7 @@ class Largest:
         self.energy = max(self.energy, assert_type(snapshot.balance, tfx.Balance).kinetic)
 
     def finish(self) -> None:
-        """Nothing is open."""
+        """There is no file to close."""
 
     def save(self) -> tfx.RestartData:
         return tfx.RestartData({"energy": self.energy})
@@ -140,6 +140,40 @@ class Drag:
         return -at.parameter(0.1) * at.v
 
 
+class Wind:
+    """Loads on sections, against their velocity."""
+
+    def begin(self, times: tfx.StepTimes) -> None:
+        """There is nothing to prepare."""
+
+    def loads(
+        self, motion: tfx.SectionMotion, time: float
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        return -motion.velocity, -motion.angular_velocity
+
+    def accept(self, motion: tfx.SectionMotion, times: tfx.StepTimes) -> None:
+        """There is no wake."""
+
+    def save(self) -> tfx.RestartData:
+        return tfx.RestartData()
+
+    def restore(self, data: tfx.RestartData) -> None:
+        """There is nothing to go on with."""
+
+
+def section_loads(body: tfx.FlexibleBody) -> tfx.SectionLoads:
+    """Loads on three stations; this rank has no facets here."""
+    source: tfx.LineLoad = Wind()
+    facets, stations = np.zeros(0, np.int32), [0.0, 1.0, 2.0]
+    line = assert_type(tfx.StationLine(facets, (0, 0, 0), (1, 0, 0), stations), tfx.StationLine)
+    return tfx.SectionLoads("wind", body, [line], source)
+
+
+def rigid_section_loads(body: tfx.RigidBody, source: tfx.LineLoad) -> tfx.RigidSectionLoads:
+    stations = assert_type(tfx.RigidStations(body, [(0, 0, 1), (0, 0, 2)]), tfx.RigidStations)
+    return tfx.RigidSectionLoads("wind", [stations], source)
+
+
 def relations() -> list[tfx.JointRelation]:
     """Gears and screws."""
     return [
@@ -174,7 +208,19 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     parts = [arm, hinge, second, drive, motion, body, coupling, tfx.Gravity()]
     system = assert_type(tfx.MultibodySystem(comm, parts), tfx.MultibodySystem)
 
-    at_rest = assert_type(tfx.equilibrium(system), tfx.State)
+    at_rest = assert_type(tfx.equilibrium(system, held=["drive"]), tfx.State)
+    found = assert_type(tfx.modes(system, at_rest, count=4), tfx.Modes)
+    lowest: tfx.Mode = found.modes[0]
+    print(lowest.frequency, assert_type(lowest.real, tfx.Motion).q)
+    assert_type(tfx.damped_modes(system, at_rest, count=4), tfx.Modes)
+    wheel = tfx.RigidBody("wheel", 1.0, (0.1, 0.1, 0.1))
+    axle = tfx.Revolute("axle", None, wheel, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    rotor = tfx.MultibodySystem(comm, [wheel, axle])
+    turning = assert_type(tfx.turning_modes(rotor, "axle", 2.0, 1, blades=3), tfx.Modes)
+    whirl = assert_type(turning.modes[0].whirl, tfx.Whirl | None)
+    diagram = assert_type(tfx.campbell(rotor, "axle", [0.0, 2.0], 1), tfx.Campbell)
+    print(whirl, diagram.frequencies[0], diagram.names)
+    assert_type(tfx.turning_equilibrium(system, "hinge", 2.0, periodic=True), tfx.State)
     swinging = assert_type(tfx.initial_motion(system, {"hinge": 0.1}), tfx.State)
     options = assert_type(tfx.SolverOptions(tolerance=1e-11), tfx.SolverOptions)
     solver = assert_type(tfx.EnergyMomentum(system, options=options), tfx.EnergyMomentum)
@@ -187,8 +233,11 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     reactions = assert_type(tfx.JointReactions(system, [reaction]), tfx.JointReactions)
     point = assert_type(tfx.Point("tip", arm, (0.0, 0.0, 0.0)), tfx.Point)
     points = assert_type(tfx.Points(system, [point]), tfx.Points)
+    gauge = assert_type(tfx.Gauge("side", body, (0.05, 0.05, 0.4), (1, 0, 0), (0, 0, 1)), tfx.Gauge)
+    gauges = assert_type(tfx.Gauges(system, [gauge]), tfx.Gauges)
     channels = [tfx.joint_channel(reactions), tfx.point_channel(points)]
-    channels.append(tfx.Channel(("angle_[rad]",), lambda s: [float(s.state.angles[0])]))
+    channels.append(tfx.gauge_channel(gauges))
+    channels.append(tfx.Channel(("angle_[rad]",), lambda s: [float(s.state.joint_coordinates[0])]))
     assert_type(channels, list[tfx.Channel])
     largest = Largest()
     restartable: tfx.RestartableObserver = largest
@@ -216,7 +265,7 @@ class Generator(tfx.Component):
         return [disc, tfx.Revolute("shaft", hub, disc, hub.position, (0.0, 0.0, 1.0))]
 
     def channels(self, turbine: tfx.Turbine) -> tfx.Channels:
-        speed = tfx.Channel(("speed_[rad/s]",), lambda s: [float(s.state.angle_rates[-1])])
+        speed = tfx.Channel(("speed_[rad/s]",), lambda s: [float(s.state.joint_rates[-1])])
         return assert_type(tfx.Channels(history=[speed]), tfx.Channels)
 
 

@@ -31,8 +31,8 @@ def wild_state(system, seed=0):
     state.time = T0
     state.q += 0.1 * rng.normal(size=state.q.size)
     state.q_dot += rng.normal(size=state.q.size)
-    state.angles += rng.uniform(-2, 2, state.angles.size)
-    state.angle_rates += rng.normal(size=state.angles.size)
+    state.joint_coordinates += rng.uniform(-2, 2, state.joint_coordinates.size)
+    state.joint_rates += rng.normal(size=state.joint_coordinates.size)
     state.multipliers += rng.normal(size=state.multipliers.size)
     for k, vectors in enumerate((state.u, state.v, state.coupling)):
         for vector in vectors:

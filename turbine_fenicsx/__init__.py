@@ -15,7 +15,17 @@ with suppress(ImportError):  # DOLFINx from PyPI: its MPI must be there before p
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:  # the types of the public names, for mypy and editors
+    from turbine_fenicsx.analysis.campbell import Campbell as Campbell
+    from turbine_fenicsx.analysis.campbell import campbell as campbell
+    from turbine_fenicsx.analysis.damped_modes import damped_modes as damped_modes
+    from turbine_fenicsx.analysis.mode import Mode as Mode
+    from turbine_fenicsx.analysis.mode import Modes as Modes
+    from turbine_fenicsx.analysis.mode import Motion as Motion
+    from turbine_fenicsx.analysis.mode import Whirl as Whirl
+    from turbine_fenicsx.analysis.modes import modes as modes
     from turbine_fenicsx.analysis.statics import equilibrium as equilibrium
+    from turbine_fenicsx.analysis.turning import turning_equilibrium as turning_equilibrium
+    from turbine_fenicsx.analysis.turning_modes import turning_modes as turning_modes
     from turbine_fenicsx.bodies.coupling import Coupling as Coupling
     from turbine_fenicsx.bodies.flexible_body import FlexibleBody as FlexibleBody
     from turbine_fenicsx.bodies.rigid_body import RigidBody as RigidBody
@@ -24,14 +34,20 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces import JointDamper as JointDamper
     from turbine_fenicsx.forces import JointSpring as JointSpring
     from turbine_fenicsx.forces import JointTorque as JointTorque
+    from turbine_fenicsx.forces import LineLoad as LineLoad
     from turbine_fenicsx.forces import NodeForce as NodeForce
     from turbine_fenicsx.forces import PointDamper as PointDamper
     from turbine_fenicsx.forces import PointForce as PointForce
     from turbine_fenicsx.forces import PointSpring as PointSpring
     from turbine_fenicsx.forces import Pressure as Pressure
+    from turbine_fenicsx.forces import RigidSectionLoads as RigidSectionLoads
+    from turbine_fenicsx.forces import RigidStations as RigidStations
+    from turbine_fenicsx.forces import SectionLoads as SectionLoads
+    from turbine_fenicsx.forces import SectionMotion as SectionMotion
+    from turbine_fenicsx.forces import StationLine as StationLine
     from turbine_fenicsx.forces import SurfaceTraction as SurfaceTraction
     from turbine_fenicsx.forces import Torque as Torque
-    from turbine_fenicsx.forces.element import StepTimes as StepTimes
+    from turbine_fenicsx.forces.force import StepTimes as StepTimes
     from turbine_fenicsx.forces.surface_point import SurfacePoint as SurfacePoint
     from turbine_fenicsx.forces.time_functions import Constant as Constant
     from turbine_fenicsx.forces.time_functions import Hat as Hat
@@ -39,9 +55,11 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces.time_functions import Sine as Sine
     from turbine_fenicsx.forces.time_functions import Table as Table
     from turbine_fenicsx.foundation.errors import ModelError as ModelError
+    from turbine_fenicsx.foundation.errors import StepFailure as StepFailure
     from turbine_fenicsx.foundation.quadratic import AffineVector as AffineVector
     from turbine_fenicsx.foundation.quadratic import Quadratic as Quadratic
     from turbine_fenicsx.foundation.quadratic import dot as dot
+    from turbine_fenicsx.foundation.restart_data import RestartData as RestartData
     from turbine_fenicsx.joints import Cylindrical as Cylindrical
     from turbine_fenicsx.joints import Planar as Planar
     from turbine_fenicsx.joints import PrescribedMotion as PrescribedMotion
@@ -65,6 +83,9 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.simulation.observer import Observer as Observer
     from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver
     from turbine_fenicsx.simulation.observers.fields import Fields as Fields
+    from turbine_fenicsx.simulation.observers.gauges import Gauge as Gauge
+    from turbine_fenicsx.simulation.observers.gauges import Gauges as Gauges
+    from turbine_fenicsx.simulation.observers.gauges import gauge_channel as gauge_channel
     from turbine_fenicsx.simulation.observers.history import Channel as Channel
     from turbine_fenicsx.simulation.observers.history import History as History
     from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction as JointReaction
@@ -78,7 +99,6 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.simulation.simulation import Simulation as Simulation
     from turbine_fenicsx.simulation.snapshot import Snapshot as Snapshot
     from turbine_fenicsx.system.body_fields import BodyFields as BodyFields
-    from turbine_fenicsx.system.restart_data import RestartData as RestartData
     from turbine_fenicsx.system.start import initial_motion as initial_motion
     from turbine_fenicsx.system.state import State as State
     from turbine_fenicsx.system.system import Balance as Balance
@@ -89,7 +109,6 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     )
     from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha as GeneralisedAlpha
     from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
-    from turbine_fenicsx.time_stepping.stepper import StepFailure as StepFailure
     from turbine_fenicsx.time_stepping.stepper import Stepper as Stepper
     from turbine_fenicsx.time_stepping.stepper import StepReport as StepReport
     from turbine_fenicsx.turbine.case.case import Case as Case
@@ -121,6 +140,8 @@ _PUBLIC = {
     "Fields": "simulation.observers.fields",
     "FlexibleBody": "bodies.flexible_body",
     "FollowerForce": "forces",
+    "Gauge": "simulation.observers.gauges",
+    "Gauges": "simulation.observers.gauges",
     "GeneralisedAlpha": "time_stepping.generalised_alpha",
     "Gravity": "forces",
     "Hat": "forces.time_functions",
@@ -132,7 +153,11 @@ _PUBLIC = {
     "JointSpring": "forces",
     "JointTorque": "forces",
     "KelvinVoigt": "materials",
+    "LineLoad": "forces",
+    "Mode": "analysis.mode",
     "ModelError": "foundation.errors",
+    "Modes": "analysis.mode",
+    "Motion": "analysis.mode",
     "MooneyRivlin": "materials",
     "MultibodySystem": "system.system",
     "NeoHooke": "materials",
@@ -150,11 +175,15 @@ _PUBLIC = {
     "Prismatic": "joints",
     "Quadratic": "foundation.quadratic",
     "Ramp": "forces.time_functions",
-    "RestartData": "system.restart_data",
+    "RestartData": "foundation.restart_data",
     "RestartableObserver": "simulation.observer",
     "Revolute": "joints",
     "Rigid": "joints",
     "RigidBody": "bodies.rigid_body",
+    "RigidSectionLoads": "forces",
+    "RigidStations": "forces",
+    "SectionLoads": "forces",
+    "SectionMotion": "forces",
     "Simulation": "simulation.simulation",
     "Sine": "forces.time_functions",
     "Snapshot": "simulation.snapshot",
@@ -162,9 +191,10 @@ _PUBLIC = {
     "Spherical": "joints",
     "StVenantKirchhoff": "materials",
     "State": "system.state",
-    "StepFailure": "time_stepping.stepper",
+    "StepFailure": "foundation.errors",
     "StepReport": "time_stepping.stepper",
-    "StepTimes": "forces.element",
+    "StationLine": "forces",
+    "StepTimes": "forces.force",
     "Stepper": "time_stepping.stepper",
     "SurfacePoint": "forces.surface_point",
     "SurfaceTraction": "forces",
@@ -177,10 +207,18 @@ _PUBLIC = {
     "cell_field": "materials.cell_fields",
     "dot": "foundation.quadratic",
     "equilibrium": "analysis.statics",
+    "turning_equilibrium": "analysis.turning",
+    "Campbell": "analysis.campbell",
+    "Whirl": "analysis.mode",
+    "campbell": "analysis.campbell",
+    "damped_modes": "analysis.damped_modes",
+    "turning_modes": "analysis.turning_modes",
+    "gauge_channel": "simulation.observers.gauges",
     "gear_pair": "joints.relation",
     "initial_motion": "system.start",
     "joint_channel": "simulation.observers.joint_reactions",
     "list_components": "turbine.model",
+    "modes": "analysis.modes",
     "point_channel": "simulation.observers.points",
     "screw": "joints.relation",
     "restart_case": "turbine.run",

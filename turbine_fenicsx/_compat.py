@@ -14,6 +14,7 @@ from typing import Any
 
 from petsc4py import PETSc
 
+import basix
 import dolfinx.fem.petsc
 import dolfinx.graph
 import dolfinx.jit
@@ -101,8 +102,67 @@ def cellwise_space(mesh: Any, shape: tuple[int, ...] = (), degree: int = 0) -> A
 @_form_cache()
 def expression(expr: Any, space: Any) -> Any:
     """Compiled expression that can be interpolated into ``space``."""
+    return fem.Expression(expr, interpolation_points(space))
+
+
+def interpolation_points(space: Any) -> npt.NDArray[np.float64]:
+    """Points of the reference cell where a Lagrange space has its nodes, shape (nodes, 3)."""
     points = space.element.interpolation_points
-    return fem.Expression(expr, points() if callable(points) else points)
+    found: npt.NDArray[np.float64] = points() if callable(points) else points
+    return found
+
+
+def shape_derivatives(cell: str, degree: int, exact: int) -> tuple[Any, Any]:
+    """Derivatives of Lagrange shape functions at the points of a quadrature.
+
+    Args:
+        cell: "hexahedron" or "tetrahedron".
+        degree: Of the shape functions.
+        exact: Degree that the quadrature integrates exactly.
+
+    Returns:
+        Factors of the points, shape (points,), and derivatives with respect to the coordinates of
+        the reference cell, shape (points, nodes, 3).
+    """
+    points, factors = basix.make_quadrature(getattr(basix.CellType, cell), exact)
+    return factors, shape_functions(cell, degree, points)[1]
+
+
+def shape_functions(cell: str, degree: int, points: npt.NDArray[np.float64]) -> tuple[Any, Any]:
+    """Lagrange shape functions at points of the reference cell.
+
+    Args:
+        cell: "hexahedron" or "tetrahedron".
+        degree: Of the shape functions.
+        points: Shape (points, 3).
+
+    Returns:
+        Values, shape (points, nodes), and derivatives with respect to the coordinates of the
+        reference cell, shape (points, nodes, 3).
+    """
+    kind, variant = getattr(basix.CellType, cell), basix.LagrangeVariant.equispaced
+    element = basix.create_element(basix.ElementFamily.P, kind, degree, variant)
+    values, *derivatives = element.tabulate(1, points)[..., 0]
+    return values, np.stack(derivatives, axis=-1)
+
+
+def reference_facets(cell: str) -> npt.NDArray[np.float64]:
+    """Corners of the facets of the reference cell, shape (facets, corners, 3)."""
+    kind = getattr(basix.CellType, cell)
+    return np.array([basix.geometry(kind)[corners] for corners in basix.topology(kind)[2]])
+
+
+@_form_cache()
+def expression_at(expr: Any, points: npt.NDArray[np.float64]) -> Any:
+    """Compiled expression at points of the reference cell, shape (points, 3), for `evaluate`."""
+    return fem.Expression(expr, points)
+
+
+def evaluate(expr: Any, mesh: Any, cells: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+    """Values of a compiled expression at its points in some cells, cell by cell."""
+    takes_mesh = "mesh" in signature(fem.Expression.eval).parameters
+    values: npt.NDArray[np.float64] = expr.eval(mesh, cells) if takes_mesh else expr.eval(cells)
+    return values
 
 
 def dofs_of_cells(space: Any) -> npt.NDArray[np.int32]:

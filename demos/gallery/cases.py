@@ -58,6 +58,56 @@ def orders(name: str, folder: Path, png: Path) -> None:
     shutil.copy(folder / "convergence.png", png)
 
 
+def curve(name: str, folder: Path, png: Path) -> None:
+    """Quantities of a study of the same name over what it varies."""
+    command("study", DEMOS / "studies" / f"{name}.toml", "-o", folder, "--quiet")
+    shutil.copy(folder / "curve.png", png)
+
+
+def modes(name: str, folder: Path, png: Path) -> None:
+    """Shapes of the modes of a parked turbine on one sheet."""
+    case = DEMOS / "turbine" / "flexible_tower.toml"
+    command("modes", case, "--lock", "rotor", "yaw", "-o", folder / "modes", "--quiet")
+    command("render", folder / "modes", "-o", folder)
+    with Image.open(folder / "modes.png") as image:
+        small = image.convert("RGB")
+        small.thumbnail((1200, 1200), Image.Resampling.LANCZOS)
+        small.quantize(256).save(png)
+
+
+def loads(name: str, folder: Path, png: Path) -> None:
+    """Loads at the root of a blade over the speed, from the table of a study of the same name."""
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    command("study", DEMOS / "studies" / f"{name}.toml", "-o", folder, "--quiet")
+    table = np.genfromtxt(folder / "study.csv", delimiter=",", names=True, deletechars="")
+    speeds = table["turbine.rotor_speed"] * 30.0 / np.pi
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    for axes, column, factor, label in zip(
+        figure.subplots(1, 3),
+        ("tip_edge_2_[m]", "root_force_2_z_[N]", "root_moment_2_x_[Nm]"),
+        (1.0, 1e-6, 1e-6),
+        ("tip deflection by weight [m]", "pull at the root [MN]", "edgewise moment [MN m]"),
+        strict=True,
+    ):
+        axes.plot(speeds, factor * np.abs(table[column]), "o-", color="#0b6e99")
+        axes.set(xlabel="speed [rpm]", ylabel=label)
+        axes.grid(color="#dddddd")
+    figure.savefig(png, dpi=150)
+
+
+def campbell(name: str, folder: Path, png: Path) -> None:
+    """Frequencies of a turbine over the speed of its rotor."""
+    case = DEMOS / "turbine" / "flexible_tower.toml"
+    speeds = ("--speeds", "0:14:2", "rpm", "--lock", "yaw")
+    command("modes", case, *speeds, "-o", folder / "modes", "--quiet")
+    with Image.open(folder / "modes" / "campbell.png") as image:
+        small = image.convert("RGB")
+        small.thumbnail((1200, 1200), Image.Resampling.LANCZOS)
+        small.quantize(64).save(png)
+
+
 def spin_up(name: str, folder: Path, png: Path) -> None:
     """Picture and animation of the README, which stand beside the folder of the gallery."""
     import imageio_ffmpeg
@@ -81,6 +131,12 @@ CASES = {
     "hybrid_soft": Turbine("paper/hybrid_soft.toml", 1.5, ("--scale", "5")),
     "flexible_tower": Turbine("turbine/flexible_tower.toml", 4.5, ("--scale", "20")),
     "pitch_to_feather": Turbine("turbine/pitch_to_feather.toml", 7.0),
+    "emergency_stop": Turbine("emergency_stop/emergency_stop.toml", 13.0),
+    "iea15": Turbine("iea15/iea15.toml", 2.0, ("--field", "tsai_wu", "--range", "0,0.12")),
+    "modes": modes,
+    "campbell": campbell,
     "time_step": orders,
     "mesh": orders,
+    "rotor_speed": loads,
+    "power_curve": curve,
 }

@@ -84,6 +84,29 @@ ENTRIES = (
         ("turbine/pitch_to_feather.toml",),
         "All blades turned by 80 degrees; [the options](howto/turbine_options.md).",
     ),
+    Entry(
+        "emergency_stop",
+        ("emergency_stop/emergency_stop.toml",),
+        "The grid is lost at 14 m/s: the blades turn to feather, the rotor slows down, the tower "
+        "swings back; [control](howto/control.md).",
+    ),
+    Entry(
+        "iea15",
+        ("iea15/iea15.toml",),
+        "Hollow blades of laminates from a windIO file, coloured by the failure index of their "
+        "plies; [how to](howto/real_turbine.md).",
+    ),
+    Entry(
+        "modes",
+        ("turbine/modes.py",),
+        "Both brakes are on; red is what moves most. [Modes, step by step](howto/modes.md).",
+    ),
+    Entry(
+        "campbell",
+        ("turbine/campbell.py",),
+        "Whirl splits with the speed of the rotor; dashed, 1, 3 and 6 times it. "
+        "[How to](howto/modes.md).",
+    ),
     benchmark("heavy_top", "A top that falls and nutates; the line is the path of its centre."),
     benchmark("steady_top", "The axis runs round a circle while the top spins fourteen times."),
     benchmark(
@@ -104,7 +127,30 @@ ENTRIES = (
         "rotating_cantilever", "The frequency rises with the speed, with nothing put in.", "exact"
     ),
     benchmark(
+        "small_vibrations", "Modes of the slender beam: nodes of the solid on the formula.", "exact"
+    ),
+    benchmark("turning_modes", "Whirl of the disc: the solid shaft on the closed form.", "exact"),
+    benchmark(
         "thousand_revolutions", "The first forty of them: round-off is all that changes.", "compute"
+    ),
+    benchmark(
+        "iea22_blade",
+        "Layers of the file as a solid of hexahedra, beside the matrices of sections in that file.",
+        "exact",
+        "solid",
+        "sections",
+    ),
+    benchmark(
+        "laminate_walls",
+        "Tubes with one hexahedron through the wall: errors over the cells around them.",
+        "exact",
+        "loaded_wall",
+        "mesh",
+    ),
+    benchmark(
+        "spinning_rotor",
+        "The first eight revolutions: errors walk at random, within 1e-11.",
+        "compute",
     ),
     Entry(
         "refinement",
@@ -120,6 +166,16 @@ ENTRIES = (
     ),
     Entry("time_step", ("studies/time_step.toml",), "Errors over the step; [how](howto/study.md)."),
     Entry("mesh", ("studies/mesh.toml",), "Linear and quadratic elements; [how](howto/study.md)."),
+    Entry(
+        "rotor_speed",
+        ("studies/rotor_speed.toml",),
+        "A horizontal blade is pulled straight as the rotor turns faster; [how](howto/start.md).",
+    ),
+    Entry(
+        "power_curve",
+        ("studies/power_curve.toml", "iea15/iea15_rigid.toml"),
+        "Power and thrust of the IEA 15 MW turbine beside its table; [how](howto/wind.md).",
+    ),
 )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
-from turbine_fenicsx.postprocessing.output_folder import field_parts
+from turbine_fenicsx.postprocessing.output_folder import read_field_parts
 from turbine_fenicsx.postprocessing.parts import Parts
 
 SIZE = (900, 675)
@@ -39,7 +39,7 @@ def draw(fields: Path, png: Path, look: Look) -> None:
     """Draw a picture from the fields of a run."""
     import pyvista
 
-    parts = field_parts(fields)
+    parts = read_field_parts(fields)
     reader = FieldReader(str(fields), parts)
     plotter = pyvista.Plotter(off_screen=True, window_size=(2400, 1800), lighting="light kit")
     plotter.set_background("white")

@@ -17,12 +17,12 @@ from diagrams import HAMILTONIAN, MOMENTA, ROTOR, STRAIN, YAW, changes, curves, 
 from turbine_fenicsx import Hat
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.output_folder import (
-    field_times,
+    make_target_folder,
+    read_field_times,
     read_history,
     read_tables,
-    target_folder,
 )
-from turbine_fenicsx.postprocessing.pictures import Look, nearest_step, render_times
+from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import draw
 
 HERE = Path(__file__).parent
@@ -106,8 +106,8 @@ def draw_pictures(case, folder, out, times):
     look = Look(scalar=None if case == "rigid" else "cauchy_stress_norm", size=SIZE)
     files = []
     fields = folder / "fields.xdmf"
-    written = field_times(fields)
-    if len({nearest_step(written, time) for time in times}) < len(times):
+    written = read_field_times(fields)
+    if len({find_nearest_step(written, time) for time in times}) < len(times):
         shown = ", ".join(f"{time:g}" for time in times)
         raise InputError(f"two of the times {shown} s are nearest to the same output of {fields}")
     with tempfile.TemporaryDirectory() as drawn:
@@ -163,7 +163,7 @@ def main():
     parser = arguments()
     options = parser.parse_args()
     try:
-        out = target_folder(options.out)
+        out = make_target_folder(options.out)
         with tempfile.TemporaryDirectory() as nowhere:
             for case in CASES:
                 folder = Path(options.runs or nowhere) / case

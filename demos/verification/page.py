@@ -49,16 +49,22 @@ def markdown(results: Mapping[str, Sequence[Row]], page: str = "") -> str:
 
 def summary(name: str, rows: Sequence[Row]) -> str:
     """Line of a benchmark in the overview."""
-    worst = max(rows, key=lambda row: abs(row.error))
     limits = [row.limit_tolerance for row in rows if row.limit is not None]
     orders = {f"{row.order:.2f}" for row in rows if row.order is not None}
     cells = [
         f"[{described(name)[0]}](#{name})",
         " - ".join(sorted({min(orders), max(orders)})) if orders else "",
-        error(worst).removeprefix("-"),
+        largest_error(rows),
         bound(max(limits)) if limits else "",
     ]
     return line(cells)
+
+
+def largest_error(rows: Sequence[Row]) -> str:
+    """Of a benchmark; in parts of the reference where the units of its rows differ."""
+    if len({row.unit for row in rows}) > 1 and all(row.reference for row in rows):
+        return f"{100.0 * max(abs(row.error / row.reference) for row in rows):.1g} %"
+    return error(max(rows, key=lambda row: abs(row.error))).removeprefix("-")
 
 
 def section(name: str, rows: Sequence[Row]) -> str:

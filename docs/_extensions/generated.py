@@ -58,7 +58,11 @@ def _sections(name: str, model: Any, default: Any, meanings: dict[str, Any]) -> 
     rows, inner = [], []
     for key, field in model.model_fields.items():
         if hasattr(field.annotation, "model_fields"):
-            inner.append((key, field.annotation))
+            inner.append((key, field.annotation, getattr(default, key)))
+            continue
+        if get_origin(field.annotation) is dict:  # tables with names of the user's own
+            kind = get_args(field.annotation)[1]
+            inner.append((f"{key}.NAME", kind, kind()))
             continue
         meaning = meanings.pop(key, None) or field.description
         if meaning is None:
@@ -76,9 +80,9 @@ def _sections(name: str, model: Any, default: Any, meanings: dict[str, Any]) -> 
         yield f"{title}\n\n{text}\n\n{table(head, rows)}"
     else:
         yield f"{title}\n\n{table(head, rows)}"
-    for key, annotation in inner:
+    for key, annotation, value in inner:
         dotted = f"{name}.{key}" if name else key
-        yield from _sections(dotted, annotation, getattr(default, key), meanings.get(key, {}))
+        yield from _sections(dotted, annotation, value, meanings.get(key, {}))
         if not meanings.get(key, True):
             del meanings[key]
 
@@ -169,9 +173,10 @@ def case_units(_: str) -> str:
 
 def commands(_: str) -> str:
     """All commands with their arguments."""
-    from turbine_fenicsx.cli.main import _parser
+    from turbine_fenicsx.cli.main import _make_parser
 
-    (subparsers,) = (a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction))
+    found = (a for a in _make_parser()._actions if isinstance(a, argparse._SubParsersAction))
+    (subparsers,) = found
     return "\n".join(_command(name, parser) for name, parser in subparsers.choices.items())
 
 

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 import pytest
 from patience import patience
+from users_meshes import write_meshes
 
 ROOT = Path(__file__).parents[2]
 WAITED = re.compile(r"^.*waiting for another process to compile .*\n", re.MULTILINE)
@@ -92,3 +93,17 @@ def command_line():
 def demo():
     """Path of one of the paper's cases by name."""
     return lambda name: ROOT / "demos" / "paper" / name
+
+
+@pytest.fixture(scope="session")
+def meshes(tmp_path_factory):
+    """Folder of `users_meshes`."""
+    folder = tmp_path_factory.mktemp("meshes")
+    write_meshes(folder)
+    return folder
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """They take longer than the runs."""
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])

@@ -173,7 +173,7 @@ def test_summary_tells_versions_unknowns_and_costs(shortened, name):
     assert s["angles_[rad]"]["rotor"] == h["angle_rotor_[rad]"][-1]
     parts = s["time_per_step_by_part_[s]"]
     assert {"residual", "linear set-up", "linear solve", "output"} <= parts.keys()
-    # where the time went adds up to the time, but for what is timed twice at the edges
+    # where the time went adds up to the time, except what is timed twice at the edges
     assert sum(parts.values()) == pytest.approx(s["time_per_step_[s]"], rel=0.05)
 
 

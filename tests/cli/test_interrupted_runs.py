@@ -16,7 +16,7 @@ from patience import patience
 
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.output_folder import field_times, holds_run, read_history
+from turbine_fenicsx.postprocessing.output_folder import holds_run, read_field_times, read_history
 from turbine_fenicsx.turbine.run import restart_case
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +42,7 @@ def assert_whole(folder, whole, n=None):
     assert text == (whole / "history.out").read_text().splitlines()[: len(text)]
     assert len(text) == 8 + len(times) - 1
     assert (folder / "fields.xdmf").read_text().rstrip().endswith("</Xdmf>")
-    found = field_times(folder / "fields.xdmf")
+    found = read_field_times(folder / "fields.xdmf")
     assert np.all(np.diff(found) > 0.0)
     assert found[-1] == times[-1]
 
@@ -180,7 +180,7 @@ def test_a_run_that_is_killed_at_any_moment_can_go_on(demo, tmp_path, reference,
     steps = (out / "history.out").read_text().splitlines()
     assert steps == (reference / "rigid" / "history.out").read_text().splitlines()[: len(steps)]
     assert len(steps) == 8 + n - 2
-    assert np.all(np.diff(field_times(out / "fields.xdmf")) > 0.0)
+    assert np.all(np.diff(read_field_times(out / "fields.xdmf")) > 0.0)
     assert len(list((out / "checkpoints").iterdir())) == 2
 
 

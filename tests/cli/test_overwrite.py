@@ -10,12 +10,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run import run_case
 
 SHORT = ("--quiet", "--set", "time.end=0.06", "output.fields_every=0.02")
-
-
-@pytest.fixture(autouse=True)
-def no_pictures(monkeypatch):
-    """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
+pytestmark = pytest.mark.usefixtures("no_pictures")
 
 
 @pytest.fixture

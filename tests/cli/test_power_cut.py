@@ -10,19 +10,14 @@ import pytest
 
 from tests.attack.power_cuts import damage
 from turbine_fenicsx.cli.main import main
-from turbine_fenicsx.postprocessing.output_folder import field_times
+from turbine_fenicsx.postprocessing.output_folder import read_field_times
 from turbine_fenicsx.simulation.observers.row_file import RowFile
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.turbine.run import restart_case
 
 CHANGES = ("output.checkpoint_every=0.04", "output.fields_every=0.02")
 SERIES = ("history.csv", "history.out", "fields.bin", "fields.xdmf")
-
-
-@pytest.fixture(autouse=True)
-def no_pictures(monkeypatch):
-    """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
+pytestmark = pytest.mark.usefixtures("no_pictures")
 
 
 def run(demo, out, end):
@@ -43,7 +38,7 @@ def run(demo, out, end):
 def whole(demo, tmp_path_factory):
     """The run that was never interrupted."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
         folder = tmp_path_factory.mktemp("whole") / "out"
         run(demo, folder, 0.2)
     return folder
@@ -53,7 +48,7 @@ def whole(demo, tmp_path_factory):
 def half(demo, tmp_path_factory):
     """Its first half, with checkpoints at 0.08 s and 0.1 s, steps 4 and 5."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.cli.commands._running._picture", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
         folder = tmp_path_factory.mktemp("half") / "out"
         run(demo, folder, 0.1)
     return folder
@@ -84,7 +79,9 @@ def assert_same(out, whole):
     """As if there had been no damage."""
     assert rows(out) == rows(whole)
     assert (out / "history.out").read_text() == (whole / "history.out").read_text()
-    assert np.array_equal(field_times(out / "fields.xdmf"), field_times(whole / "fields.xdmf"))
+    assert np.array_equal(
+        read_field_times(out / "fields.xdmf"), read_field_times(whole / "fields.xdmf")
+    )
 
 
 def cut(path, n_lines, what):
@@ -168,7 +165,7 @@ def test_a_series_that_is_lost_does_not_take_the_checkpoints_with_it(out, whole,
         assert lines == [*all_lines[: 8 + kept], *all_lines[8 + kept + lost :]]
     else:
         assert lines == all_lines
-    times = field_times(out / "fields.xdmf")
+    times = read_field_times(out / "fields.xdmf")
     assert times[-1] == pytest.approx(0.2) and np.all(np.diff(times) > 0.0)
     summary = (out / "summary.json").read_text()
     assert '"steps": 10,' in summary  # counted by the run, not by the rows

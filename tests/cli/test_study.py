@@ -279,7 +279,7 @@ def test_unknown_quantity_is_refused_before_anything_runs(command_line, tmp_path
 def test_quantity_is_looked_for_without_the_mesh_of_the_case():
     mesh = {"file": "no.msh", "degree": 2}
     blade = {"hub_radius": 0.1}  # three built-in blades would overlap
-    small = probe._smallest(Case.parse({"mesh": mesh, "blade": blade, "pitch": {"bearings": True}}))
+    small = probe._shrink(Case.parse({"mesh": mesh, "blade": blade, "pitch": {"bearings": True}}))
     assert small.mesh.file is None
     assert small.mesh.elements == (1, 1, 2)
     assert small.pitch.bearings

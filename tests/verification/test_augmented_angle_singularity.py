@@ -32,7 +32,9 @@ def rotor(torque, speed=0.0):
 def angle_and_directors(r):
     """Angle, and how far it is from the one that the directors show, in (-pi, pi]."""
     seen = np.arctan2(r.q[:, 4], r.q[:, 3])  # d1 starts along e1
-    return r.angles[:, 0], np.abs(np.angle(np.exp(1j * (r.angles[:, 0] - seen))))
+    return r.joint_coordinates[:, 0], np.abs(
+        np.angle(np.exp(1j * (r.joint_coordinates[:, 0] - seen)))
+    )
 
 
 def braked_at(singular_angle):
@@ -77,7 +79,7 @@ def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_of_its_own_con
             continue
         # the energy looks perfect and Newton's method converged without a complaint
         assert np.max(np.abs(r.energy_error)) < 1e-10
-        c, s, T = r.q[:, 3], r.q[:, 4], r.angles[:, 0]  # d1 starts along e1
+        c, s, T = r.q[:, 3], r.q[:, 4], r.joint_coordinates[:, 0]  # d1 starts along e1
         assert np.max(np.abs(FORMS["paper"](T, T, c, c, s, s).Phi)) < 1e-12
         # while the multiplier is ten to thousands of times the torque
         assert np.max(np.abs(r.multipliers[:, -1])) > 10.0 * abs(singular_angle)
@@ -110,7 +112,7 @@ def test_constant_torque_turns_the_regular_form_through_all_angles(sign):
 def test_constant_torque_makes_the_multiplier_of_the_paper_form_spike(sign):
     for dt in (0.02, 0.05, 0.1):
         r = run(rotor(Constant(sign)), dt, 4.0, {"angle_form": "paper"})
-        D = np.max(np.abs(np.diff(r.angles[:, 0])))
+        D = np.max(np.abs(np.diff(r.joint_coordinates[:, 0])))
         # nu (cos Tm + sin Tm) sinc(D/2) = torque, and some Tm comes within D of the singular angle
         assert np.max(np.abs(r.multipliers[:, -1])) > 1.0 / (np.sqrt(2.0) * np.sin(D))
         assert np.max(np.abs(r.multipliers[:, -1])) > 5.0
@@ -126,16 +128,16 @@ def test_angle_is_continuous_whatever_the_number_of_revolutions(first_revolution
     solver = EnergyMomentum(system)
     state = system.initial_state()
     other = state.copy()
-    state.angles[:] = start
+    state.joint_coordinates[:] = start
     energy = system.balance(state).total
     for k in range(n_steps):
         solver.advance(state, dt, other)
         state, other = other, state
         # steady rotation by 2 atan(w dt/2) a step; eps of 5000 revolutions is 7e-12
         tolerance = 1e-11 + 4e-16 * abs(start)
-        assert abs(state.angles[0] - (start + (k + 1) * D)) < (k + 2) * tolerance
+        assert abs(state.joint_coordinates[0] - (start + (k + 1) * D)) < (k + 2) * tolerance
         seen = np.exp(1j * np.arctan2(state.q[4], state.q[3]))
-        assert abs(np.exp(1j * state.angles[0]) - seen) < 10 * tolerance
+        assert abs(np.exp(1j * state.joint_coordinates[0]) - seen) < 10 * tolerance
     solver.destroy()
     assert system.balance(state).total == pytest.approx(energy, rel=1e-12)
 

@@ -44,7 +44,7 @@ def state_at_end(system, dt):
         state, other = other, state
     solver.advance(state, dt, other)
     found = {
-        "angle": state.angles.copy(),
+        "angle": state.joint_coordinates.copy(),
         "rigid coordinates": state.q.copy(),
         "rigid velocities": state.q_dot.copy(),
         "joint multipliers": 0.5 * (state.multipliers + other.multipliers),

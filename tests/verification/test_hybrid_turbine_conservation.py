@@ -40,7 +40,7 @@ def hybrid(request):
     sections = {"material": material, "loads": loads, "mesh": mesh, "blade": blade}
     case = Case.parse(sections | {"solver": solver})
     turbine = build_turbine(case, comm)
-    assert turbine.system.angle_names == ("yaw", "rotor")
+    assert turbine.system.joint_coordinate_names == ("yaw", "rotor")
     return run_turbine(case, turbine, case.time.step, 0.64), loads
 
 

@@ -95,7 +95,7 @@ def test_inner_forces_keep_the_momenta_and_what_they_do_is_balanced(joint, names
     scale = np.max(np.abs(r.total))
     assert np.max(np.abs(r.energy_error)) <= 1e-12 * scale
     if names:
-        assert np.max(np.abs(r.angles)) > 0.3
+        assert np.max(np.abs(r.joint_coordinates)) > 0.3
         assert np.ptp(r.total) > 0.01 * scale  # works and dissipation are not small
 
 
@@ -224,14 +224,17 @@ def test_without_ground_and_outer_loads_the_momenta_follow_from_the_weight():
     assert_momenta_are_balanced(r, *mass_and_centre(system), GRAVITY, SOLVER_ACCURACY)
     assert np.max(np.abs(r.energy_error)) <= SOLVER_ACCURACY * r.largest_energy
     assert_constraints_hold(r)
-    assert np.max(np.abs(r.angles[:, 0])) > 0.3 and np.max(r.strain) > 0.01 * r.largest_energy
+    assert (
+        np.max(np.abs(r.joint_coordinates[:, 0])) > 0.3
+        and np.max(r.strain) > 0.01 * r.largest_energy
+    )
 
 
 def test_everything_is_the_same_on_all_ranks_together_and_on_each_alone():
     from mpi4py import MPI
 
     a, b = (simulate(everything(c), 0.2)[0] for c in (comm, MPI.COMM_SELF))
-    for name in ("total", "angles", "q", "works", "dissipated"):
+    for name in ("total", "joint_coordinates", "q", "works", "dissipated"):
         x, y = getattr(a, name), getattr(b, name)
         # two iterations that end at 1e-12 of the forces
         assert np.allclose(x, y, rtol=0, atol=1e-10 * np.max(np.abs(y))), name
@@ -256,7 +259,7 @@ def test_everything_goes_on_bit_for_bit_after_a_restart():
     for k in (1, 6):
         part, again = simulate(everything(), 0.2, keeper.saved[k])
         assert len(part.time) == len(whole.time) - k
-        for name in ("total", "angles", "q", "multipliers", "energy_error"):
+        for name in ("total", "joint_coordinates", "q", "multipliers", "energy_error"):
             assert np.array_equal(getattr(part, name), getattr(whole, name)[k:]), name
         assert np.array_equal(part.works, whole.works)
         assert np.array_equal(part.dissipated, whole.dissipated)
@@ -269,7 +272,7 @@ def test_the_assertions_reject_what_is_not_balanced(monkeypatch):
     system = everything(free=True)
     (spring,) = (
         e
-        for e, part in zip(system.rigid_model.elements, system.elements, strict=True)
+        for e, part in zip(system.rigid_model.forces, system.motion_forces, strict=True)
         if part.name == "rope"
     )
     right = spring.force

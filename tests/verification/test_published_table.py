@@ -89,6 +89,15 @@ def test_table_marks_what_fails(modules, row):
     assert "(Δt = 1 ms)" in text[2] and "(Δt = 2 ms)" in text[3] and "Δt" not in text[0]
 
 
+def test_overview_shows_relative_errors_where_units_differ(modules, row):
+    _, page = modules
+    heavy = replace(row, unit="kg", reference=2e5, value=1.98e5, order=None, limit=None)
+    assert page.largest_error([heavy]) == "2e3"
+    assert page.largest_error([row, heavy]) == "1 %"
+    assert page.largest_error([row, replace(row, value=0.95), heavy]) == "5 %"
+    assert page.largest_error([replace(row, reference=0.0, value=0.5), heavy]) == "2e3"
+
+
 def test_page_has_all_benchmarks(modules):
     published, page = modules
     text = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")

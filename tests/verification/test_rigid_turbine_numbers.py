@@ -45,11 +45,11 @@ def either(request):
 
 def test_there_are_65_coordinates_and_60_independent_constraints(either):
     block = either.rigid_model
-    n_coordinates = block.n_q + block.n_angles
-    n_constraints = block.n_constraints + block.n_angles
+    n_coordinates = block.n_q + block.n_T
+    n_constraints = block.n_constraints + block.n_T
     assert (n_coordinates, n_constraints) == (65, 60)
     state = either.initial_state()
-    jacobian = block.constraint_jacobian(state.q, state.angles)
+    jacobian = block.constraint_jacobian(state.q, state.joint_coordinates)
     assert jacobian.shape == (n_constraints, n_coordinates)
     singular = np.linalg.svd(jacobian, compute_uv=False)
     # lengths of 30 m stand beside directors of length 1: a condition of 1e3 is far from 1/eps
@@ -58,7 +58,7 @@ def test_there_are_65_coordinates_and_60_independent_constraints(either):
 
 def test_constraints_hold_initially(either):
     state = either.initial_state()
-    phi = either.rigid_model.constraint_values(state.q, state.angles)
+    phi = either.rigid_model.constraint_values(state.q, state.joint_coordinates)
     # eps times the largest length (30 m) is 7e-15
     assert np.max(np.abs(phi)) < 1e-14
 
@@ -73,7 +73,7 @@ def test_energy_plateau_angle_and_momentum_meet_the_reference(printed):
     assert printed.time[-1] == pytest.approx(12.0, abs=1e-12)
     assert len(printed.time) == 601
     assert printed.total[-1] / 1e3 == pytest.approx(30222.514225014, rel=REFERENCE)
-    assert printed.angles[-1, ROTOR] == pytest.approx(11.765602577044, rel=REFERENCE)
+    assert printed.joint_coordinates[-1, ROTOR] == pytest.approx(11.765602577044, rel=REFERENCE)
     assert printed.angular[-1, 2] / 1e3 == pytest.approx(53972.790671, rel=REFERENCE)
 
 
@@ -90,7 +90,7 @@ def test_vertical_momentum_vanishes_and_energy_is_constant_after_loading(printed
 
 
 def test_small_angles_meet_the_reference(printed):
-    yaw, _, pitch_1, pitch_2, _ = printed.angles[-1]
+    yaw, _, pitch_1, pitch_2, _ = printed.joint_coordinates[-1]
     # half a unit in the last digit given
     assert yaw == pytest.approx(7.335941e-4, abs=0.5e-10)
     assert pitch_2 == pytest.approx(-6.623248e-4, abs=0.5e-10)
@@ -104,7 +104,7 @@ def limit_of_small_steps(values):
 
 def test_limit_of_small_steps_meets_the_reference(printed):
     runs = [run(turbine(), dt, 12.0) for dt in STEPS[:-1]] + [printed]
-    values = np.array([(r.total[-1] / 1e3, *r.angles[-1]) for r in runs])
+    values = np.array([(r.total[-1] / 1e3, *r.joint_coordinates[-1]) for r in runs])
     limit = limit_of_small_steps(values)
     # With 0.015 and 0.01 s as well these two change by 1e-11 only.
     assert limit[0] == pytest.approx(30223.364068634, rel=REFERENCE)
@@ -122,7 +122,7 @@ def test_angles_under_pitch_torques_meet_the_ode():
     # Blades turn by 0.84, -1.97 and 0.39 rad: E1 and E3 of the blades decide how far.
     torques = (1.0e5, -2.0e5, 5.0e4)
     runs = [run(turbine(pitch_torques=torques), dt, DURATION) for dt in STEPS]
-    limit = limit_of_small_steps(np.array([r.angles[-1] for r in runs]))
+    limit = limit_of_small_steps(np.array([r.joint_coordinates[-1] for r in runs]))
     assert limit == pytest.approx(solve((0.0, PEAK, *torques), DURATION, DURATION), abs=1e-9)
 
 
@@ -144,9 +144,9 @@ def test_negative_torque_is_the_mirror_image(printed):
     # Reflection at the plane of e2 and e3: blades 1 and 3 change places, and the joint axes in this
     # plane (yaw, rotor, upright blade) or their images are turned about the other way, so that all
     # five angles change sign.
-    image = -mirrored.angles[:, [YAW, ROTOR, PITCH_3, PITCH_2, PITCH_1]]
+    image = -mirrored.joint_coordinates[:, [YAW, ROTOR, PITCH_3, PITCH_2, PITCH_1]]
     # the two runs differ by round-off, which grows in 600 steps of a stable motion to 1e-13
-    assert np.max(np.abs(printed.angles - image)) < 1e-11
+    assert np.max(np.abs(printed.joint_coordinates - image)) < 1e-11
     momentum = mirrored.angular * [1.0, -1.0, -1.0]
     scale = np.max(np.abs(printed.angular))
     assert np.max(np.abs(printed.angular - momentum)) < 1e-11 * scale
@@ -160,14 +160,14 @@ def test_balanced_rotor_keeps_its_axial_momentum(balanced):
     assert np.ptp(after[:, 2]) < 1e-12 * scale
     # a balanced rotor moves about its axis only
     assert np.max(np.abs(balanced.angular[:, :2])) < 1e-12 * scale
-    assert np.max(np.abs(balanced.angles[:, [YAW, PITCH_1, PITCH_2, PITCH_3]])) < 1e-12
+    assert np.max(np.abs(balanced.joint_coordinates[:, [YAW, PITCH_1, PITCH_2, PITCH_3]])) < 1e-12
     assert_constraints_hold(balanced)
 
 
 def test_axial_momentum_of_the_balanced_rotor_is_the_impulse_up_to_second_order(balanced):
     # A torque F on the angle changes the axial momentum by F dt (D/2)/tan(D/2) in a step of
     # angle D, exactly; the impulse of the hat is 54000 kNms.
-    D = np.diff(balanced.angles[:, ROTOR])
+    D = np.diff(balanced.joint_coordinates[:, ROTOR])
     t = 0.5 * (balanced.time[1:] + balanced.time[:-1])
     hat = np.maximum(0.0, PEAK * (1.0 - np.abs(2.0 * t / DURATION - 1.0)))
     impulse = hat * np.diff(balanced.time)
@@ -188,6 +188,6 @@ def test_gravity_makes_the_axial_momentum_of_the_printed_rotor_oscillate(printed
     # swings by twice m g (r - c)/omega.
     after = printed.angular[printed.after(DURATION), 2]
     moment = 16500.0 * 9.81 * (27.0 + 2.25 / (sqrt(3.0) / 2.0) - 29.25)
-    omega = np.diff(printed.angles[-2:, ROTOR])[0] / 0.02
+    omega = np.diff(printed.joint_coordinates[-2:, ROTOR])[0] / 0.02
     # the speed itself varies by 2 per mille
     assert np.ptp(after) == pytest.approx(2.0 * moment / omega, rel=0.02)

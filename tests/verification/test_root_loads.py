@@ -34,7 +34,8 @@ class Blades:
     """Momenta of each blade, moments of its nodes' masses, and the root loads; an observer."""
 
     def __init__(self, case, turbine):
-        system, layout = turbine.system, plan_rotor(case).layout
+        system, self.layout = turbine.system, plan_rotor(case).layout
+        layout = self.layout
         self.system, self.hub = system, system.rigid_bodies[1]
         (self.block,) = system.flexible_models
         spans = np.array([layout.frame(k)[0] for k in (1, 2, 3)])
@@ -133,8 +134,7 @@ def test_loads_in_the_frame_of_the_blade_are_the_same_vectors(blades):
     first_half = R @ R0.transpose(0, 2, 1)
     assert np.max(np.abs(R1 - first_half @ R)) < ROUND_OFF
     for k in range(3):
-        span = blades.roots[k] - blades.hub.position
-        A = blade_axes(span / np.linalg.norm(span), np.array([0.0, 0.0, 1.0]))
+        A = blade_axes(blades.layout, k + 1)
         assert np.allclose(A @ A.T, np.eye(3), atol=1e-15) and np.linalg.det(A) > 0
         expected = np.einsum("sld,sid,ai->sla", blades.loads[1:, k], R, A)
         scale = np.max(np.abs(blades.loads[1:, k]), axis=(0, 2))[:, None]

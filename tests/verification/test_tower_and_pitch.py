@@ -108,8 +108,8 @@ def test_all_constraints_hold(watch):
 
 
 def test_blades_turn_to_the_prescribed_angle_and_stay(watch):
-    names = watch.turbine.system.angle_names
-    pitch = watch.angles[:, [names.index(f"pitch_{k}") for k in (1, 2, 3)]]
+    names = watch.turbine.system.joint_coordinate_names
+    pitch = watch.joint_coordinates[:, [names.index(f"pitch_{k}") for k in (1, 2, 3)]]
     expected = np.outer(np.ones(4), [-ANGLE, ANGLE, -ANGLE])  # blade 2 counts the other way
     assert np.max(np.abs(pitch[-3:] - expected[-3:])) < 1e-13
     for k in (1, 2, 3):
@@ -120,7 +120,7 @@ def test_feathering_turns_the_leading_edges_upwind(watch):
     """And the frames of root loads and tip deflections with them."""
     layout, hub = plan_rotor(BOTH).layout, watch.directors("hub")
     for k in (1, 2, 3):
-        x, y, span = blade_axes(layout.frame(k)[0], E3)
+        x, y, span = blade_axes(layout, k)
         ring = watch.directors(f"ring_{k}")
         relative = ring[-1].T @ ring[0] @ hub[0].T @ hub[-1]  # of the ring since t = 0, on the hub
         leading = relative @ (hub[-1].T @ hub[0]) @ -y
@@ -136,7 +136,7 @@ def test_root_loads_are_those_in_axes_that_turn_with_the_ring(watch):
         d = watch.directors(f"ring_{k}")
         U, _, V = np.linalg.svd(0.5 * (d[1:] + d[:-1]))
         turn = U @ V
-        axes = blade_axes(layout.frame(k)[0], E3) @ d[0].T  # in the ring
+        axes = blade_axes(layout, k) @ d[0].T  # in the ring
         for kind, part in (("F", 0), ("M", 1)):
             found = [watch.column(f"Root{kind}{a}b{k}_[{'kN-m' if part else 'kN'}]") for a in "xyz"]
             expected = np.einsum("ai,sij,sj->as", axes, turn, watch.roots[1:, k - 1, part]) / 1e3
@@ -195,7 +195,7 @@ def test_vertical_angular_momentum_is_conserved_with_any_drive(drive):
     r = run_turbine(case, turbine, STEP, END)
     axial = np.max(np.abs(r.angular[:, 2]))
     assert np.max(np.abs(r.angular[:, 1])) < 1e-12 * axial  # measured up to 5e-14
-    pitch = r.angles[:, 2:]
+    pitch = r.joint_coordinates[:, 2:]
     assert np.all(np.abs(pitch[-1]) > 0.02)
     if drive != "free":  # free blades drift apart under their weight
         assert np.all(np.sign(pitch[-1]) == [-1, 1, -1])  # to feather
@@ -212,7 +212,7 @@ def test_rigid_blades_on_a_flexible_tower_conserve_too():
     scale = np.max(r.kinetic) + np.max(r.strain)
     assert np.max(np.abs(r.energy_error)) < 1e-11 * scale
     assert np.max(r.constraint_error) < 1e-12
-    assert r.angles[-1, 2:] == pytest.approx([-ANGLE, ANGLE, -ANGLE], rel=1e-13)
+    assert r.joint_coordinates[-1, 2:] == pytest.approx([-ANGLE, ANGLE, -ANGLE], rel=1e-13)
 
 
 def beam(t):
@@ -282,7 +282,7 @@ def test_a_run_on_one_rank_gives_the_same():
         stepper.destroy()
         results.append(record)
     alone, together = results
-    for name in ("q", "angles", "kinetic", "strain"):
+    for name in ("q", "joint_coordinates", "kinetic", "strain"):
         a, b = getattr(alone, name), getattr(together, name)
         assert np.max(np.abs(a - b)) < 1e-10 * np.max(np.abs(a)), name
 

@@ -15,13 +15,15 @@ those with which the system starts to move from rest.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.analysis.bordered_solver import border
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.elimination import Elimination
@@ -29,7 +31,6 @@ from turbine_fenicsx.system.nested_blocks import NestedBlocks
 from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 log = logging.getLogger(__name__)
 
@@ -57,13 +58,15 @@ def equilibrium(
     state: State | None = None,
     tolerance: float = 1e-10,
     max_iterations: int = 30,
+    held: Iterable[str] = (),
 ) -> State:
-    """Static equilibrium under the loads at a time, reached through those at earlier times.
+    """Static equilibrium under the forces at a time, reached through those at earlier times.
 
     Rigid bodies must not be free to move without stiffness, else the tangent is singular; weight
-    makes one for what hangs. Loads are taken at the given times, so that a ramp with several of
-    them is a sequence of load steps; prescribed motions are followed in the same way. Dampers and
-    viscosity do not act. An equilibrium may be unstable, and there may be others.
+    makes one for what hangs, and what turns freely can be held. Loads are taken at the given times,
+    so that a ramp with several of them is a sequence of load steps; prescribed motions are followed
+    in the same way. Dampers and viscosity do not act. An equilibrium may be unstable, and there may
+    be others.
 
     Args:
         system: The system.
@@ -72,36 +75,62 @@ def equilibrium(
         tolerance: Newton's method ends when its increment is below this part of the largest
             displacement, or is round-off.
         max_iterations: Largest number of iterations per load step.
+        held: Names of joint coordinates that stay as they are, by whatever force that takes.
 
     Returns:
-        The equilibrium under the loads at the last time, with zero velocities.
+        The equilibrium under the forces at the last time, with zero velocities.
 
     Raises:
-        TypeError, ModelError: for a start that is no state of this system.
+        TypeError, ModelError: for a start that is no state of this system, or an unknown joint
+            coordinate.
         StepFailure: if Newton's method does not converge, or turns a joint by half a revolution
             or more in one load step.
 
     Note:
         Collective.
     """
-    if state is not None:
-        check_start(system, state)
-    state = (system.initial_state() if state is None else state).copy()
-    state.q_dot[:] = 0.0
-    state.angle_rates[:] = 0.0
-    for v in state.v:
-        v.set(0.0)
-    blocks = EquilibriumBlocks(system, state)
+    state = at_rest(system, state)
+    blocks = EquilibriumBlocks(system, state, number_held(system, held))
     solver = Elimination(blocks, "static_")
     try:
         with one_thread():
             for time in times:
-                n = _newton(blocks, solver, time, tolerance, max_iterations)
+                n = solve_load_step(blocks, solver, time, tolerance, max_iterations)
                 log.info("equilibrium at t = %g s after %d iterations", time, n)
     finally:
         solver.destroy()
         blocks.destroy()
     return state
+
+
+def at_rest(system: MultibodySystem, state: State | None) -> State:
+    """A copy of a state, the initial one if None, with zero velocities. Collective.
+
+    Raises:
+        TypeError, ModelError: for what is no state of this system.
+    """
+    if state is not None:
+        check_start(system, state)
+    state = (system.initial_state() if state is None else state).copy()
+    state.q_dot[:] = 0.0
+    state.joint_rates[:] = 0.0
+    for v in state.v:
+        v.set(0.0)
+    return state
+
+
+def number_held(system: MultibodySystem, names: Iterable[str]) -> list[int]:
+    """Numbers of joint coordinates that must be held; a motion of their own holds some already.
+
+    Raises:
+        ModelError: for an unknown name.
+    """
+    known = system.joint_coordinate_names
+    for name in names:
+        if name not in known:
+            raise ModelError(f"no joint coordinate {name!r}; there are {sorted(known)}")
+    driven = [tuple(relation.factors) for relation in system.relations]
+    return [known.index(name) for name in dict.fromkeys(names) if (name,) not in driven]
 
 
 class EquilibriumBlocks(NestedBlocks):
@@ -110,16 +139,18 @@ class EquilibriumBlocks(NestedBlocks):
     Args:
         system: The system.
         state: The state, whose displacements, coordinates and multipliers are the unknowns.
+        held: Numbers of the joint coordinates that stay as they are.
 
     Attributes:
-        time: Time of all loads and motions [s].
+        time: Time of all forces and motions [s].
         residual_vector: Nested vector of the residual.
         mass: Factor of the mass matrix that is added to the stiffness [1/s^2].
     """
 
-    def __init__(self, system: MultibodySystem, state: State) -> None:
+    def __init__(self, system: MultibodySystem, state: State, held: Sequence[int] = ()) -> None:
         super().__init__(system, tuple(m.new_stiffness() for m in system.flexible_models))
         self.state, self.time, self.mass = state, 0.0, 0.0
+        self._held = system.rigid_model.n_q + np.array(held, dtype=int)
         for m, K, u in zip(system.flexible_models, self.tangents, state.u, strict=True):
             m.assemble_stiffness(u, 0.0, K)  # linear solvers need the sparsity when they are made
         self.residual_vector, self.correction = self.new_nested_vector(), self.new_nested_vector()
@@ -129,7 +160,8 @@ class EquilibriumBlocks(NestedBlocks):
         system, state = self.system, self.state
         R_u, R_c, R_r = self.split(self.residual_vector)
         if self.n_r:
-            R_r.array[:] = self._rigid_residual()
+            R_r.array[:] = self.rigid_residual()
+            R_r.array[self._held] = 0.0
         coordinates = system.coordinates_of(state.q)
         for i, (m, c) in enumerate(
             zip(system.flexible_models, system.coupling_blocks, strict=True)
@@ -150,65 +182,88 @@ class EquilibriumBlocks(NestedBlocks):
                 M = m.mass_matrix()
                 K.axpy(self.mass, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
                 M.destroy()
-        self.set_rigid_tangent(self._rigid_tangent() if self.n_r else np.zeros((0, 0)))
+        K = np.zeros((0, 0))
+        if self.n_r:
+            K = self._rigid_tangent()
+            K[self._held, :] = K[:, self._held] = 0.0
+            K[self._held, self._held] = 1.0
+        self.set_rigid_tangent(K)
+
+    def solve(self, solver: Elimination) -> None:
+        """Solve for the correction by the tangent at the state."""
+        solver.update(self.residual_vector)
+        solver.solve(self.residual_vector, self.correction)
 
     def destroy(self) -> None:
         """Free the matrices and vectors."""
         for thing in (*self.tangents, self.residual_vector, self.correction, self.tangent_matrix):
             thing.destroy()
 
-    def _rigid_residual(self) -> Array:
-        """R_r without the coupling forces."""
+    def rigid_residual(self) -> Array:
+        """R_r without the coupling forces, and as if no joint coordinate was held."""
         system, state, model = self.system, self.state, self.system.rigid_model
-        load_q, load_T = (forces.sum(axis=0) for forces in system.forces_by_load(self.time))
-        loads = np.concatenate([load_q + system.gravity_force(system.gravity), load_T])
-        lacking = model.static_forces(state.q, state.angles, state.multipliers, self.time, loads)
-        n = model.n_constraints + model.n_angles
+        load_q, load_T = (
+            forces.sum(axis=0) for forces in system.evaluate_prescribed_forces(self.time)
+        )
+        prescribed = np.concatenate([load_q + system.gravity_force(system.gravity), load_T])
+        lacking = model.static_forces(
+            state.q, state.joint_coordinates, state.multipliers, self.time, prescribed
+        )
+        n = model.n_constraints + model.n_T
         return np.concatenate(
             [
                 lacking,
-                model.constraint_values(state.q, state.angles)[:n],
-                model.S @ state.angles - system.relation_values(self.time),
+                model.constraint_values(state.q, state.joint_coordinates)[:n],
+                model.S @ state.joint_coordinates - system.relation_values(self.time),
             ]
         )
 
     def _rigid_tangent(self) -> Array:
         """K_r, shape (n_r, n_r)."""
         state, model = self.state, self.system.rigid_model
-        n = model.n_q + model.n_angles
-        K = np.zeros((model.size, model.size))
-        K[:n, :n] = model.stiffness(state.q, state.angles, state.multipliers, self.time)
+        K = model.stiffness(state.q, state.joint_coordinates, state.multipliers, self.time)
         K[: model.n_q, : model.n_q] += (self.mass + UNHELD) * model.mass_matrix
-        K[n:, :n] = model.constraint_jacobian(state.q, state.angles)
-        K[:n, n:] = K[n:, :n].T
-        return K
+        return border(K, model.constraint_jacobian(state.q, state.joint_coordinates))
 
 
-def _newton(
+def solve_load_step(
     blocks: EquilibriumBlocks,
     solver: Elimination,
     time: float,
     tolerance: float,
     max_iterations: int,
 ) -> int:
-    """Newton's method for one load step, changing the state; returns the iterations."""
-    state, correction = blocks.state, blocks.correction
-    start = state.angles.copy()
+    """Newton's method for one load step, changing the state of the blocks.
+
+    Args:
+        blocks: Residual and tangent.
+        solver: Their linear solver.
+        time: Time of all forces and motions [s].
+        tolerance: As in `equilibrium`.
+        max_iterations: As in `equilibrium`.
+
+    Returns:
+        The number of iterations.
+
+    Raises:
+        StepFailure: as in `equilibrium`.
+    """
+    state = blocks.state
+    start = state.joint_coordinates.copy()
     blocks.time = time
     if not np.any(state.multipliers):
         _set_first_multipliers(blocks, solver)
-    reach = _reach(blocks.system)
+    extent_of_system = reach(blocks.system)
     sizes: list[float] = []
     last = np.inf
     for iteration in range(1, max_iterations + 1):
         blocks.residual()
-        solver.update(blocks.residual_vector)
-        solver.solve(blocks.residual_vector, correction)
+        blocks.solve(solver)
         size, extent = _move(blocks)
         sizes.append(size / extent)
         if not np.isfinite(size):
             break
-        stagnant = last <= size <= max(ROUND_OFF * reach, STAGNATION * extent)
+        stagnant = last <= size <= max(ROUND_OFF * extent_of_system, STAGNATION * extent)
         if size <= tolerance * extent or stagnant:
             _check_angles(blocks, start)
             state.time = time
@@ -217,8 +272,15 @@ def _newton(
     raise StepFailure(
         f"no equilibrium at t = {time:g} s: the increments of Newton's method relative to the "
         f"displacements are {', '.join(f'{s:.1e}' for s in sizes[-4:])} after {len(sizes)} "
-        "iterations; more load steps may help"
+        f"iterations; more load steps may help{_advise(blocks.system)}"
     )
+
+
+def _advise(system: MultibodySystem) -> str:
+    """How joint coordinates that nothing drives may be kept from drifting."""
+    driven = {name for r in system.relations if r.motion is not None for name in r.factors}
+    free = [name for name in system.joint_coordinate_names if name not in driven]
+    return f", or to hold what turns freely, of {', '.join(free)}, by held=[...]" if free else ""
 
 
 def _set_first_multipliers(blocks: EquilibriumBlocks, solver: Elimination) -> None:
@@ -229,7 +291,7 @@ def _set_first_multipliers(blocks: EquilibriumBlocks, solver: Elimination) -> No
         part.set(0.0)
     if blocks.n_r:
         model = blocks.system.rigid_model
-        R_r.array[model.n_q + model.n_angles :] = 0.0
+        R_r.array[model.n_q + model.n_T :] = 0.0
     blocks.mass = 2.0 / EARLY
     solver.update(blocks.residual_vector)
     blocks.mass = 0.0
@@ -237,7 +299,7 @@ def _set_first_multipliers(blocks: EquilibriumBlocks, solver: Elimination) -> No
     _correct_multipliers(blocks)
 
 
-def _reach(system: MultibodySystem) -> float:
+def reach(system: MultibodySystem) -> float:
     """Largest coordinate of any point of the system [m]. Collective."""
     places = [np.max(np.abs(m.positions), initial=0.0) for m in system.flexible_models]
     places += [np.max(np.abs(b.position), initial=1.0) for b in system.rigid_bodies]
@@ -247,8 +309,8 @@ def _reach(system: MultibodySystem) -> float:
 def _check_angles(blocks: EquilibriumBlocks, start: Array) -> None:
     """Raise a StepFailure if angles went astray in a load step or a redundant constraint opened."""
     model, state = blocks.system.rigid_model, blocks.state
-    astray = bool(np.any(np.abs(state.angles - start)[model.is_angle] >= np.pi))
-    if astray or not model.acceptable(state.q, state.angles, np.zeros(start.size)):
+    astray = bool(np.any(np.abs(state.joint_coordinates - start)[model.is_angle] >= np.pi))
+    if astray or not model.is_acceptable(state.q, state.joint_coordinates, np.zeros(start.size)):
         raise StepFailure(
             f"no equilibrium at t = {blocks.time:g} s: a joint turned by half a revolution or more "
             "in one load step, or a redundant constraint does not hold; more load steps may help"
@@ -273,7 +335,7 @@ def _move(blocks: EquilibriumBlocks) -> tuple[float, float]:
     dq, dT, *_ = system.rigid_model.split(blocks.on_all_ranks(dr))
     start = np.concatenate([np.zeros(0), *(b.coordinates for b in system.rigid_bodies)])
     state.q = state.q - dq
-    state.angles = state.angles - dT
+    state.joint_coordinates = state.joint_coordinates - dT
     moved.append(np.max(np.abs(dq), initial=0.0))
     far.append(np.max(np.abs(state.q - start), initial=0.0))
     return float(np.max(moved)), float(np.max(far))  # not a number if one of them is none

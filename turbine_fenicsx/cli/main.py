@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
         _check(mine + petsc_options)
-        options = _parser().parse_args(mine)
+        options = _make_parser().parse_args(mine)
         comm = _start(petsc_options, options.alone)
         command: Callable[[argparse.Namespace, Any], int] = options.command
         with _warnings_on_stderr():
@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return fail(comm, "interrupted; what was written so far is complete", INTERRUPTED)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
     parser = argparse.ArgumentParser(
         prog="turbine-fenicsx",

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, StepTimes
+from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 from turbine_fenicsx.foundation.types import Array
@@ -46,7 +46,7 @@ class FollowerForce:
         check_vectors(self.name, point=self.point, force=self.force)
         check_function(self.name, self.function)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The force with its coordinates numbered."""
         _, index = layout.frames(self.body)
         weights = np.append(1.0, self.body.body_coordinates(self.point))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.forces.load import Forces
+from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.foundation.checks import check_array
 
 
@@ -30,6 +30,6 @@ class Gravity:
         words = "three numbers in m/s^2, such as (0.0, -9.81, 0.0)"
         check_array("acceleration of gravity", self.acceleration, (3,), words)
 
-    def add_to(self, forces: Forces, time: float) -> None:
+    def add_to(self, forces: ForceSum, time: float) -> None:
         """Add the acceleration."""
         forces.acceleration += np.asarray(self.acceleration, dtype=float)

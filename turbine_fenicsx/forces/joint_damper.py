@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, LinearElement
+from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, LinearForce
 from turbine_fenicsx.foundation.checks import check_not_negative
 
 
@@ -31,6 +31,6 @@ class JointDamper:
     def __post_init__(self) -> None:
         check_not_negative(f"damping of {self.name!r}", self.damping)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The damper with its coordinate numbered."""
-        return LinearElement(np.array([layout.coordinate(self.coordinate)]), damping=self.damping)
+        return LinearForce(np.array([layout.coordinate(self.coordinate)]), damping=self.damping)

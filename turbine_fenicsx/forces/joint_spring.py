@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, LinearElement
+from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, LinearForce
 from turbine_fenicsx.foundation.checks import check_not_negative, check_number
 
 
@@ -34,7 +34,7 @@ class JointSpring:
         check_not_negative(f"stiffness of {self.name!r}", self.stiffness)
         check_number(f"rest of {self.name!r}", self.rest)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The spring with its coordinate numbered."""
         index = np.array([layout.coordinate(self.coordinate)])
-        return LinearElement(index, stiffness=self.stiffness, rest=self.rest)
+        return LinearForce(index, stiffness=self.stiffness, rest=self.rest)

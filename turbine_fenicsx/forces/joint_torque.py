@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from turbine_fenicsx.forces.load import Forces
+from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_number
 from turbine_fenicsx.foundation.errors import ModelError
@@ -36,7 +36,7 @@ class JointTorque:
         check_number(f"torque of {self.name!r}", self.torque)
         check_function(self.name, self.function)
 
-    def add_to(self, forces: Forces, time: float) -> None:
+    def add_to(self, forces: ForceSum, time: float) -> None:
         """Add the torque."""
         if self.coordinate not in forces.torques:
             known = sorted(forces.torques)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_ends
-from turbine_fenicsx.forces.element import BoundElement, DistanceElement, Kind, Layout
+from turbine_fenicsx.forces.force import BoundForce, DistanceForce, Kind, Layout
 from turbine_fenicsx.foundation.checks import check_not_negative, check_vectors
 
 
@@ -47,7 +47,7 @@ class PointDamper:
         check_vectors(self.name, first_point=self.first_point, second_point=self.second_point)
         check_not_negative(f"damping of {self.name!r}", self.damping)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The damper with its coordinates numbered."""
         (a, b), index = layout.frames(self.first, self.second)
         gap = b.point(self.second_point) - a.point(self.first_point)
@@ -60,4 +60,4 @@ class PointDamper:
             h = -d / dt * (l1 - l0) / (l0 + l1)
             return h, -d / dt * l0 / (l1 * (l0 + l1) ** 2) if l1 else 0.0
 
-        return DistanceElement(gap, index, law)
+        return DistanceForce(gap, index, law)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
-from turbine_fenicsx.forces.load import Forces
+from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.types import Array
 
 @dataclass(frozen=True, eq=False)
 class PointForce:
-    """A force with a direction fixed in space; its work is force times way of the point.
+    """A force with a direction fixed in space; its work is force times displacement of the point.
 
     Args:
         name: Name under which its work is reported.
@@ -45,7 +45,7 @@ class PointForce:
         check_vectors(self.name, point=self.point, force=self.force)
         check_function(self.name, self.function)
 
-    def add_to(self, forces: Forces, time: float) -> None:
+    def add_to(self, forces: ForceSum, time: float) -> None:
         """Add the force."""
         if self.body not in forces.coordinates:
             raise ModelError(f"rigid body {self.body.name!r} is not among the parts")

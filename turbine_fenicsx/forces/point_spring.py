@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_ends
-from turbine_fenicsx.forces.element import BoundElement, DistanceElement, Kind, Layout
+from turbine_fenicsx.forces.force import BoundForce, DistanceForce, Kind, Layout
 from turbine_fenicsx.foundation.checks import check_not_negative, check_vectors
 
 
@@ -54,7 +54,7 @@ class PointSpring:
         check_not_negative(f"stiffness of {self.name!r}", self.stiffness)
         check_not_negative(f"length of {self.name!r}", self.length or 0.0)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The spring with its coordinates numbered."""
         (a, b), index = layout.frames(self.first, self.second)
         gap = b.point(self.second_point) - a.point(self.first_point)
@@ -75,4 +75,4 @@ class PointSpring:
         def energy(f: float) -> float:
             return 0.5 * k * float(np.sqrt(f) - L) ** 2
 
-        return DistanceElement(gap, index, law, energy)
+        return DistanceForce(gap, index, law, energy)

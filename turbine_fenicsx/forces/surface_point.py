@@ -1,4 +1,4 @@
-"""A point of a loaded surface, as loads see it."""
+"""A point of a surface, as the forces on it see it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """Where and when a load acts, in UFL. In an energy-momentum step this is its middle.
+    """Where and when a force acts, in UFL; in an energy-momentum step, at its middle.
 
     Args:
         X: Initial position [m], shape (3,).
@@ -18,7 +18,7 @@ class SurfacePoint:
         F: Deformation gradient, shape (3, 3).
         N: Outward normal in the initial configuration, shape (3,).
         time: Time [s].
-        factor: Value of the load's function of time.
+        factor: Value of the force's function of time.
         parameter: Turns numbers and arrays into UFL constants, so that another value of a
             parameter needs no new compilation.
     """

@@ -1,11 +1,11 @@
-"""Functions of time for loads: each is called with a time [s] and returns a number."""
+"""Functions of time for forces: each is called with a time [s] and returns a number."""
 
 from __future__ import annotations
 
 import math
 import re
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -91,6 +91,40 @@ class Ramp:
         if self.smooth:
             x = x**3 * (10.0 + x * (6.0 * x - 15.0))
         return self.final * x
+
+
+@dataclass(frozen=True)
+class Product:
+    """The product of two functions of time, for example of a load and a ramp.
+
+    Args:
+        first: A function of time.
+        second: Another.
+    """
+
+    first: Callable[[float], float]
+    second: Callable[[float], float]
+
+    def __call__(self, time: float) -> float:
+        """Value at a time [s]."""
+        return self.first(time) * self.second(time)
+
+
+@dataclass(frozen=True)
+class Sum:
+    """The sum of two functions of time, for example of a ramp and a constant.
+
+    Args:
+        first: A function of time.
+        second: Another.
+    """
+
+    first: Callable[[float], float]
+    second: Callable[[float], float]
+
+    def __call__(self, time: float) -> float:
+        """Value at a time [s]."""
+        return self.first(time) + self.second(time)
 
 
 @dataclass(frozen=True)

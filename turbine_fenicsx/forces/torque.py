@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
-from turbine_fenicsx.forces.element import BoundElement, Kind, Layout, StepTimes
+from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 from turbine_fenicsx.foundation.rotations import skew
@@ -23,7 +23,7 @@ class Torque:
 
     The forces on the directors are M x d^i / 2, with the basis d^i reciprocal to the mean
     directors d_i of the step (which are not orthonormal). Their moment sum d_i x (M x d^i)/2 is M
-    exactly, so that a free body gains the angular momentum M dt in a step.
+    exactly, so that a free body gains the angular momentum M dt per step.
 
     Args:
         name: Name under which its work is reported.
@@ -49,7 +49,7 @@ class Torque:
         check_vectors(self.name, torque=self.torque)
         check_function(self.name, self.function)
 
-    def bind(self, layout: Layout) -> BoundElement:
+    def bind(self, layout: Layout) -> BoundForce:
         """The torque with its coordinates numbered."""
         _, index = layout.frames(self.body)
         M = np.asarray(self.torque, dtype=float)

@@ -26,10 +26,7 @@ def check_array(what: str, value: Any, shape: tuple[int, ...], words: str) -> Ar
     Raises:
         ModelError: for another shape, or for what is no finite number.
     """
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):  # text, nothing, lists of different lengths
-        array = np.zeros(0)
+    array = _as_floats(value)
     if array.shape != shape or not np.all(np.isfinite(array)):
         got = repr(value) if array.size < 10 else f"an array of shape {array.shape}"
         raise ModelError(f"{what} must be {words}, got {got}")
@@ -52,10 +49,18 @@ def check_directions(name: str, **directions: Any) -> None:
             raise ModelError(f"{what} must be {words}, got {direction!r}")
 
 
-def check_among_parts(what: str, part: Any, parts: Sequence[Any]) -> None:
-    """Raise a ModelError unless a body, joint or coupling is one of those of a system."""
+def check_among_parts(what: str, part: Any, parts: Sequence[Any], of: str = "") -> None:
+    """Raise a ModelError unless a part is one of those of a system.
+
+    Args:
+        what: What kind of part it is, for the message.
+        part: A body, joint or coupling.
+        parts: Those of its kind in the system.
+        of: What it belongs to, for the message.
+    """
     if part not in parts:
-        raise ModelError(f"{what} is not among the parts")
+        whose = f" of {of}" if of else ""
+        raise ModelError(f"{what} {part.name!r}{whose} is not among the parts")
 
 
 def check_number(what: str, value: Any) -> float:
@@ -114,7 +119,14 @@ def describe(value: Any) -> str:
 
 def _number(value: Any) -> float:
     """The number, or nan for what is none."""
+    array = _as_floats(value)
+    return float(array) if array.ndim == 0 else np.nan
+
+
+def _as_floats(value: Any) -> Array:
+    """An array of numbers; an empty one for text, nothing, and lists of different lengths."""
     try:
-        return float(value) if np.ndim(value) == 0 else np.nan
+        array = np.asarray(value)
+        return np.zeros(0) if array.dtype.kind in "USc" else array.astype(float)
     except (TypeError, ValueError):
-        return np.nan
+        return np.zeros(0)

@@ -7,6 +7,12 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from turbine_fenicsx.foundation.types import Array
 
+EQUALISATIONS = 5
+"""Rounds of scaling after which all rows are of about one size."""
+
+NO_SIGN = 1e-13
+"""Eigenvalues of a scaled matrix this small are round-off."""
+
 
 class ScaledFactor:
     """LU factors of a matrix after scaling rows, then columns, to length one.
@@ -47,6 +53,22 @@ class ScaledFactor:
             return np.full(self._size, np.nan)
         y, _ = dgetrs(self._lu, self._pivots, self._rows * b, trans=1)
         return np.asarray(self._columns * y)
+
+
+def count_negative(A: Array) -> int:
+    """Number of negative eigenvalues of a symmetric matrix, also if its rows differ much in size.
+
+    Args:
+        A: Shape (n, n).
+    """
+    if not len(A):
+        return 0
+    sizes = np.ones(len(A))
+    for _ in range(EQUALISATIONS):  # scaling on both sides changes no sign
+        rows = np.abs(A * sizes * sizes[:, None]).max(axis=1)
+        sizes *= np.sqrt(_inverse(rows))
+    values = np.linalg.eigvalsh(A * sizes * sizes[:, None])
+    return int(np.count_nonzero(values < -NO_SIGN))
 
 
 def _inverse(sizes: Array) -> Array:

@@ -11,6 +11,10 @@ class ModelError(InputError):
     """A wrong model, found by a check of ours: a joint, a force, a body, a material, a mesh, ..."""
 
 
+class StepFailure(RuntimeError):
+    """A step, or an equilibrium, that was not found; the message holds the reason in words."""
+
+
 class CompilationError(RuntimeError):
     """A form cannot be compiled on this computer; the message is one sentence. Exit code 2."""
 

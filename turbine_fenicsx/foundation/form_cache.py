@@ -121,7 +121,7 @@ def _take(lock: int, folder: Path) -> bool:
         except BlockingIOError:
             waited = time.monotonic() - begin
             if waited > PATIENCE:
-                raise CompilationError(_not_finished(folder)) from None
+                raise CompilationError(_describe_wait(folder)) from None
             if waited > WORTH_SAYING:
                 _say_once(f"waiting for another process to compile into {str(folder)!r}")
             time.sleep(0.1)
@@ -161,17 +161,17 @@ def _compile(folder: Path, compile_here: Callable[[], T]) -> T:
     try:
         return compile_here()
     except TimeoutError:
-        raise CompilationError(_not_finished(folder)) from None
+        raise CompilationError(_describe_wait(folder)) from None
     except OSError as error:
         reason = error.strerror or error
         if error.errno in (errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT):
             reason = f"{reason}; XDG_CACHE_HOME names another place"
         raise CompilationError(f"cannot compile a form into {str(folder)!r}: {reason}") from error
     except VerificationError as error:
-        raise CompilationError(f"cannot compile a form: {_fault(error)}") from error
+        raise CompilationError(f"cannot compile a form: {_describe_fault(error)}") from error
 
 
-def _not_finished(folder: Path) -> str:
+def _describe_wait(folder: Path) -> str:
     """The sentence about a process that takes too long."""
     return (
         f"another process has not finished compiling into {str(folder)!r} within "
@@ -179,7 +179,7 @@ def _not_finished(folder: Path) -> str:
     )
 
 
-def _fault(error: Exception) -> str:
+def _describe_fault(error: Exception) -> str:
     """What is wrong with the compiler, or what it says."""
     name = (os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc").split()[0]
     if shutil.which(name) is None:

@@ -69,10 +69,10 @@ def end_at_once() -> Iterator[None]:
         KeyboardInterrupt: when a signal comes, or has come already.
     """
     interrupt = _catching[-1] if _catching else Interrupt()
-    interrupt.at_once = True
+    before, interrupt.at_once = interrupt.at_once, True
     try:
         if interrupt.received:
             raise KeyboardInterrupt
         yield
     finally:
-        interrupt.at_once = False
+        interrupt.at_once = before

@@ -67,7 +67,7 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
         except BaseException as raised:  # an interrupt must reach the other ranks too
             error = raised
     answer: T
-    answer, remote_error = comm.bcast((result, _portable(error)), root=0)
+    answer, remote_error = comm.bcast((result, _make_portable(error)), root=0)
     if error is not None:
         raise error
     if remote_error is not None:
@@ -85,12 +85,12 @@ def raise_together(comm: MPI.Intracomm, error: BaseException | None) -> None:
     Note:
         Collective over ``comm``.
     """
-    for found in comm.allgather(_portable(error)):
+    for found in comm.allgather(_make_portable(error)):
         if found is not None:
             raise found
 
 
-def _portable(error: BaseException | None) -> BaseException | None:
+def _make_portable(error: BaseException | None) -> BaseException | None:
     """Return the exception itself if it survives pickling, else a RuntimeError in its place."""
     try:
         pickle.loads(pickle.dumps(error))

@@ -11,7 +11,7 @@ TOLERANCE = 1e-9
 """A row counts as dependent if less than this part of it is independent of those before it."""
 
 
-def redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
+def find_redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
     """Rows that depend on those before them.
 
     The order decides: what closes a loop of joints is the last of them, and it loses all the rows
@@ -31,11 +31,11 @@ def redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
     lengths = np.linalg.norm(G, axis=1)
     unit = G / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     start = np.linalg.qr(unit[:first].T)[0]
-    rest = _without(start, unit[first:].T).T
+    rest = _project_out(start, unit[first:].T).T
     basis = np.zeros((size, min(rows - first, size)))  # orthonormal columns, the rank so far
     rank, dependent = 0, []
     for k, row in enumerate(rest):
-        row = _without(basis[:, :rank], row)
+        row = _project_out(basis[:, :rank], row)
         length = float(np.linalg.norm(row))
         if length > TOLERANCE:
             basis[:, rank] = row / length
@@ -45,7 +45,7 @@ def redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
     return np.array(dependent, dtype=np.int64)
 
 
-def _without(basis: Array, columns: Array) -> Array:
+def _project_out(basis: Array, columns: Array) -> Array:
     """What is left of columns without the space of an orthonormal basis."""
     for _ in range(2):  # once is not enough for columns that nearly lie in it
         columns = columns - basis @ (basis.T @ columns)

@@ -9,7 +9,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 E1, E2, E3 = np.eye(3)
-"""Inertial basis; e2 is vertical, e3 the rotor axis of the turbine."""
+"""Inertial basis; e2 is vertical, e3 points downwind, along the shaft if it is not tilted."""
 
 
 def unit(vector: npt.ArrayLike) -> Array:

@@ -18,7 +18,7 @@ PACKAGES = (
 )
 
 
-def versions() -> dict[str, str]:
+def list_versions() -> dict[str, str]:
     """Versions of everything that matters for a result, as far as it is installed."""
     found = {"turbine_fenicsx": turbine_fenicsx.__version__, "python": platform.python_version()}
     with suppress(ImportError):
@@ -31,7 +31,7 @@ def versions() -> dict[str, str]:
         with suppress(PackageNotFoundError):
             found[package] = version(package)
     if find_spec("dolfinx"):
-        found["stack"] = stack()
+        found["stack"] = name_stack()
     return found
 
 
@@ -41,7 +41,7 @@ def dolfinx_folder() -> str:
     return os.path.dirname(found.origin or "") if found else ""
 
 
-def stack() -> str:
+def name_stack() -> str:
     """Who built the DOLFINx, PETSc and MPI in use: "PyPI", "Debian", "conda" or "own build"."""
     if find_spec("dolfinx_solver"):
         return "PyPI"

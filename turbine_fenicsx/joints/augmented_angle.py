@@ -25,7 +25,7 @@ from turbine_fenicsx.foundation.types import Array
 class AngleTerms(NamedTuple):
     """Constraint, discrete gradient and their derivatives with respect to the end of the step.
 
-    Every entry has shape (n_angles,). ``X_y`` is the derivative of X with respect to y at t_{n+1}.
+    Every entry has shape (n_T,). ``X_y`` is the derivative of X with respect to y at t_{n+1}.
     """
 
     Phi: Array
@@ -68,7 +68,7 @@ def sinc_derivative(x: Array) -> Array:
 
 
 def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:
-    """Singularity-free form sin(Theta) c - cos(Theta) s (design, section 3)."""
+    """Form without singularity, sin(Theta) c - cos(Theta) s."""
     half_D, angles = 0.5 * (T1 - T0), np.array([T0, T1, 0.5 * (T0 + T1)])
     (sin0, sin1, sin_m), (cos0, cos1, cos_m) = np.sin(angles), np.cos(angles)
     c_bar, s_bar = 0.5 * (c0 + c1), 0.5 * (s0 + s1)

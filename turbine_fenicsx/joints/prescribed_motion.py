@@ -16,10 +16,11 @@ class PrescribedMotion:
 
     Args:
         coordinate: Name of the joint coordinate.
-        motion: p(t) [rad or m]; zero at t = 0, where all joint coordinates are zero.
+        motion: p(t) [rad or m]. A run from the initial state, where all joint coordinates are
+            zero, needs p(0) = 0; another one a start in which the coordinate is p(0).
 
     Raises:
-        ModelError: if p(0) is not zero.
+        ModelError: if p(0) is no number.
         TypeError: for what is no function.
     """
 

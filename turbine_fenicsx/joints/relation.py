@@ -38,10 +38,10 @@ class JointRelation:
     Args:
         name: Unique name.
         factors: Factors by the names of the joint coordinates [1, 1/m, ...], not zero.
-        motion: p(t), zero at t = 0, where all joint coordinates are zero; None for zero.
+        motion: p(t), in a run p(0) belongs to its start; None for zero.
 
     Raises:
-        ModelError: for no factor, a factor that is zero or no number, or p(0) that is not zero.
+        ModelError: for no factor, a factor that is zero or no number, or p(0) that is no number.
         TypeError: for a motion that is no function.
     """
 
@@ -86,8 +86,7 @@ def screw(name: str, angle: str, displacement: str, lead: float) -> JointRelatio
 
 
 def check_motion(what: str, motion: Callable[[float], float]) -> None:
-    """Raise an error unless a motion is a function of time that is zero at t = 0."""
+    """Raise an error unless a motion is a function of time that is a number at t = 0."""
     if not callable(motion):
         raise TypeError(f"the {what} must be a function of time, got {describe(motion)}")
-    if not abs(motion(0.0)) <= 1e-12:
-        raise ModelError(f"the {what} must be zero at t = 0, got {motion(0.0):g}")
+    check_number(f"{what} at t = 0", motion(0.0))

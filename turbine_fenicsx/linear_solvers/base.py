@@ -1,4 +1,4 @@
-"""What every linear solver is to Newton's method."""
+"""Linear solver interface."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
-from turbine_fenicsx.system.restart_data import RestartData
+from turbine_fenicsx.foundation.restart_data import RestartData
 
 
 class LinearSolver(Protocol):

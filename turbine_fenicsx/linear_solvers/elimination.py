@@ -18,14 +18,15 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.foundation.dense import ScaledFactor
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.dense import ScaledFactor, count_negative
+from turbine_fenicsx.foundation.parallel import on_rank0, sum_over_ranks
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import Blocks
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
+from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.restart_data import RestartData
 
 
 class Elimination:
@@ -34,19 +35,30 @@ class Elimination:
     Args:
         blocks: The blocks of the tangent.
         prefix: Options prefix of the sparse factorisations.
+        symmetric: Whether the tangent is symmetric, which halves work and memory.
     """
 
-    def __init__(self, blocks: Blocks, prefix: str) -> None:
+    def __init__(self, blocks: Blocks, prefix: str, symmetric: bool = False) -> None:
         """Set up the eliminations of all flexible bodies."""
         system = blocks.system
         self._blocks = blocks
+        self._symmetric: list[SymmetricFactor] = []
+
+        def factor(A: PETSc.Mat, free: PETSc.IS) -> FreeSolver:
+            name = f"{prefix}free_"
+            if not symmetric:
+                return SparseFactor(A, name)
+            self._symmetric.append(SymmetricFactor(A, name, exact=True))
+            return self._symmetric[-1]
+
         self._bodies = [
-            BodyElimination(m, A, c, lambda A, _: SparseFactor(A, f"{prefix}free_"))
+            BodyElimination(m, A, c, factor)
             for m, A, c in zip(
                 system.flexible_models, blocks.tangents, system.coupling_blocks, strict=True
             )
         ]
-        self._reduced = ScaledFactor(np.zeros((0, 0)))
+        self._reduced_matrix = np.zeros((0, 0))
+        self._reduced = ScaledFactor(self._reduced_matrix)
         self._solves = 0
 
     @property
@@ -55,17 +67,17 @@ class Elimination:
         return self._solves
 
     def begin(self) -> None:
-        """Nothing is kept from step to step."""
+        """There is nothing to prepare: each update factorises anew."""
 
     def end(self, converged: bool) -> None:
-        """Nothing."""
+        """There is nothing to learn from the iteration."""
 
     def save(self) -> RestartData:
-        """Nothing."""
+        """Empty data: nothing is kept between steps."""
         return RestartData()
 
     def restore(self, data: RestartData) -> None:
-        """Nothing."""
+        """There is nothing to restore."""
 
     def update(self, x: PETSc.Vec) -> None:
         """Factorise A_II of each body at X and form the reduced matrix on rank 0."""
@@ -75,7 +87,17 @@ class Elimination:
             body.factorise()
             if reduced.size:
                 reduced[np.ix_(body.columns, body.columns)] += body.schur
-        self._reduced = ScaledFactor(reduced)
+        self._reduced, self._reduced_matrix = ScaledFactor(reduced), reduced
+
+    def count_negative(self) -> int:
+        """Number of negative eigenvalues of a symmetric tangent, without the couplings.
+
+        By Sylvester's law, the same as those of all A_II and of the reduced matrix. Independent
+        constraints in K_r have one each. Collective; only for what was made as symmetric.
+        """
+        inner = sum(factor.count_negative() for factor in self._symmetric)
+        comm = self._blocks.system.comm
+        return inner + on_rank0(comm, lambda: count_negative(self._reduced_matrix))
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""

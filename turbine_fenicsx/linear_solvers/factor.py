@@ -81,6 +81,10 @@ class SparseFactor:
             self._reserve()
             self._ksp.setUp()
 
+    def count_negative(self) -> int:
+        """Number of negative eigenvalues of a symmetric matrix, by MUMPS: of negative pivots."""
+        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(12))
+
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
         self._ksp.solve(b, x)
@@ -137,6 +141,10 @@ class DefiniteFactor(SparseFactor):
         b.destroy()
         if not definite:
             raise np.linalg.LinAlgError("the matrix is not positive definite")
+
+    def count_negative(self) -> int:
+        """None: L L^T exists."""
+        return 0
 
     def solve_many(self, B: Array) -> Array:
         """Solutions for several right-hand sides, shape (n, k)."""

@@ -17,22 +17,24 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 class NodeFrames:
     """Rotation R of the material around each node, from the polar decomposition F = R U.
 
-    F in a cell is the best affine map of its nodes; at a node it is the mean of its cells. The
-    rotations follow bending and twist along a slender body, not only its motion as a whole.
+    F in a cell is the mean over its volume; at a node it is the mean of its cells. The rotations
+    follow bending and twist along a slender body, not only its motion as a whole. (The affine map
+    nearest to the nodes of a cell would do as well in solids, not in thin curved walls: there much
+    of what nodes differ by along the normal is curvature, and smooth motions look like strain.)
 
     Args:
         flexible: The flexible body.
     """
 
     def __init__(self, flexible: FlexibleModel) -> None:
-        """Compute the weights of the best affine maps."""
+        """Compute the mean gradients of the shape functions."""
         self._flexible = flexible
         n_cells = flexible.body.mesh.topology.index_map(3).size_local
         n_nodes = len(flexible.local_positions)
         self._cells = _compat.dofs_of_cells(flexible.space)[:n_cells]
         X = flexible.local_positions[self._cells]
-        X = X - X.mean(axis=1, keepdims=True)
-        self._weights = X @ np.linalg.inv(np.swapaxes(X, 1, 2) @ X)
+        cell, degree = _compat.cell_name(flexible.body.mesh), flexible.body.degree
+        self._weights = mean_gradients(X, cell, degree)
         # Row a, column c: 1 if node a belongs to cell c.
         owners = np.repeat(np.arange(n_cells), self._cells.shape[1])
         entries = np.ones(owners.size), (self._cells.ravel(), owners)
@@ -72,6 +74,33 @@ class NodeFrames:
         mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
         mean = np.ascontiguousarray((mean / self._count[:, None]).T)  # the rest runs along nodes
         return mean.reshape(len(displacements), 9, mean.shape[1])
+
+
+def mean_gradients(X: Array, cell: str, degree: int) -> Array:
+    """Gradients of the shape functions of Lagrange cells, means over the volume of each.
+
+    With the Jacobian J = dX/dxi and its cofactors cof J = det(J) J^-T, all polynomials,
+
+        int grad N_a dV = int cof(J) dN_a/dxi dxi,    V = int det(J) dxi.
+
+    Args:
+        X: Positions of the nodes, in the order of DOLFINx, shape (n_cells, nodes, 3) [m].
+        cell: "hexahedron" or "tetrahedron".
+        degree: Of the shape functions.
+
+    Returns:
+        Shape (n_cells, nodes, 3) [1/m].
+    """
+    # det(J) has degree 3 p - 1 in each direction of a hexahedron, 3 p - 3 altogether in others
+    factors, derivatives = _compat.shape_derivatives(cell, degree, 3 * degree - 1)
+    total, volume = np.zeros(X.shape), np.zeros(len(X))
+    for factor, D in zip(factors, derivatives, strict=True):
+        J = np.swapaxes(X, 1, 2) @ D
+        a, b, c = J[:, :, 0], J[:, :, 1], J[:, :, 2]
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        total += factor * (D @ cofactors)
+        volume += factor * np.einsum("ni,ni->n", a, cofactors[:, 0])
+    return total / volume[:, None, None]
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:

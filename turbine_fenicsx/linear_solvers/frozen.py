@@ -21,6 +21,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.dense import ScaledFactor
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.elimination import BodyElimination
@@ -28,7 +29,6 @@ from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.restart_data import RestartData
 
 log = logging.getLogger(__name__)
 

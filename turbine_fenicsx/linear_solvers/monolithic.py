@@ -6,9 +6,9 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
-from turbine_fenicsx.system.restart_data import RestartData
 
 
 class MonolithicLU:
@@ -32,17 +32,17 @@ class MonolithicLU:
         return self._solves
 
     def begin(self) -> None:
-        """Nothing is kept from step to step."""
+        """There is nothing to prepare: each update factorises anew."""
 
     def end(self, converged: bool) -> None:
-        """Nothing."""
+        """There is nothing to learn from the iteration."""
 
     def save(self) -> RestartData:
-        """Nothing."""
+        """Empty data: nothing is kept between steps."""
         return RestartData()
 
     def restore(self, data: RestartData) -> None:
-        """Nothing."""
+        """There is nothing to restore."""
 
     def update(self, x: PETSc.Vec) -> None:
         """Assemble, convert and factorise."""

@@ -7,13 +7,13 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
-from turbine_fenicsx.system.restart_data import RestartData
 
 ORDINARY = 10
-"""So many iterations a step are worth no new factor: others had as many at rest."""
+"""So many iterations per step are worth no new factor: others had as many at rest."""
 
 RENEWAL = 30
 """Iterations that cost as much as a new factor: 11 to 37 for 1 000 to 70 000 displacements."""
@@ -67,7 +67,7 @@ class QuasiNewton:
         self._solver.begin()
 
     def update(self, x: PETSc.Vec) -> None:
-        """Update the approximate solver, once a step: Broyden's method does the rest."""
+        """Update the approximate solver, once per step: Broyden's method does the rest."""
         if not self._steps:
             self._solver.update(x)
 

@@ -45,10 +45,10 @@ def section_motions(flexible: FlexibleModel, nodes: Indices, free: PETSc.IS) -> 
         Collective.
     """
     comm = flexible.body.mesh.comm
-    frames, part, cell_size = _parts(flexible, comm)
+    frames, part, cell_size = _find_parts(flexible, comm)
     part = part[nodes]
     x = np.einsum("nij,nj->ni", frames[part], flexible.positions[nodes])
-    low, high = _bounds(comm, x[:, 0], part, len(frames))
+    low, high = _find_bounds(comm, x[:, 0], part, len(frames))
     n_sections = np.maximum(1, np.ceil((high - low) / cell_size[0] - 1e-6).astype(int)) + 1
     first = np.concatenate([[0], np.cumsum(n_sections)])
     t = np.round((x[:, 0] - low[part]) / (high - low)[part] * (n_sections[part] - 1), 9)
@@ -56,7 +56,7 @@ def section_motions(flexible: FlexibleModel, nodes: Indices, free: PETSc.IS) -> 
     ends = first[part] + k, first[part] + k + 1
 
     twice = np.concatenate([x[:, 1:], x[:, 1:]])
-    corner, opposite = _bounds(comm, twice, np.concatenate(ends), int(first[-1]))
+    corner, opposite = _find_bounds(comm, twice, np.concatenate(ends), int(first[-1]))
     widths = opposite - corner
     widest = np.max(widths, axis=0, initial=0.0, where=np.isfinite(widths))
     cells = np.maximum(1, np.ceil(widest / (COARSENING * cell_size[1:]) - 1e-6).astype(int))
@@ -100,7 +100,7 @@ def _in_space(scalar: Any, rows: int, comm: MPI.Intracomm) -> PETSc.Mat:
     return P
 
 
-def _parts(flexible: FlexibleModel, comm: MPI.Intracomm) -> tuple[Array, Indices, Array]:
+def _find_parts(flexible: FlexibleModel, comm: MPI.Intracomm) -> tuple[Array, Indices, Array]:
     """Slender parts of a body.
 
     Returns:
@@ -140,7 +140,7 @@ def _principal_axes(comm: MPI.Intracomm, X: Array, part: Indices, n_parts: int) 
     return np.asarray(np.swapaxes(axes, 1, 2))
 
 
-def _bounds(comm: MPI.Intracomm, x: Array, group: Indices, n: int) -> tuple[Array, Array]:
+def _find_bounds(comm: MPI.Intracomm, x: Array, group: Indices, n: int) -> tuple[Array, Array]:
     """Least and largest x in each of n groups, shape (n, ...); a group of none has inf, -inf."""
     low, high = np.full((n, *x.shape[1:]), np.inf), np.full((n, *x.shape[1:]), -np.inf)
     np.minimum.at(low, group, x)

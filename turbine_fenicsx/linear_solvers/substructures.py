@@ -43,7 +43,7 @@ WIDEST = 30
 """Largest square of the size of S for each row of the matrix: slender bodies lie below 10."""
 
 
-def interface_rows(matrix: PETSc.Mat) -> Indices:
+def find_interface_rows(matrix: PETSc.Mat) -> Indices:
     """Rows of this rank, counted from its first, that are coupled to a higher rank."""
     first, last = matrix.getOwnershipRange()
     indptr, columns, _ = matrix.getValuesCSR()
@@ -52,7 +52,7 @@ def interface_rows(matrix: PETSc.Mat) -> Indices:
     return interface
 
 
-def worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
+def is_worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
     """Whether S is small, as it is in slender bodies, and no rank is without other rows."""
     comm, others = matrix.getComm().tompi4py(), matrix.getLocalSize()[0] - interface.size
     size = comm.allreduce(interface.size)
@@ -66,7 +66,7 @@ class Substructures:
 
     Args:
         matrix: The matrix.
-        interface: `interface_rows` of the matrix.
+        interface: `find_interface_rows` of the matrix.
         prefix: Options prefix of the factors.
     """
 
@@ -79,7 +79,7 @@ class Substructures:
         start = sum(rows.size for rows in everyone[: self._comm.rank])
         self._mine = slice(start, start + own.size)
         self._S, self._i = interface, np.setdiff1d(np.arange(last - first), interface)
-        S_mine, i, S = map(_index_set, (own, first + self._i, np.concatenate(everyone)))
+        S_mine, i, S = map(_make_index_set, (own, first + self._i, np.concatenate(everyone)))
         self._sets = [i, i, S_mine], [i, S, S]
         self._parts = matrix.createSubMatrices(*self._sets)
         self._prefix = prefix
@@ -127,13 +127,13 @@ class Substructures:
 
     def _eliminate(self) -> Array:
         """Factorise, find W_i, and return this rank's part of the matrix of S."""
-        A_ii, A_iS, A_SS = (_csr(part) for part in self._parts)
+        A_ii, A_iS, A_SS = (_copy_csr(part) for part in self._parts)
         self._factor.update()
         self._columns = np.unique(A_iS.indices)
         A_iS = A_iS[:, self._columns]
         self._edge = np.flatnonzero(np.diff(A_iS.indptr))
         self._A_Se = A_iS[self._edge].T.tocsr()
-        self._slab = _layers(A_ii, self._edge, SLAB * self._columns.size)
+        self._slab = _collect_layers(A_ii, self._edge, SLAB * self._columns.size)
         W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray(order="F"))
         self._W_single = W.astype(np.float32)  # as accurate as the rest, and half the memory
         self._far, self._modes = self._respond_beyond(A_ii, W)
@@ -143,16 +143,16 @@ class Substructures:
         schur[np.ix_(self._columns, self._columns)] -= self._A_Se @ W_e
         return schur
 
-    def _respond(self, A_ss: csr_matrix, loads: Array) -> Array:
-        """A_ss^{-1} times some loads; the matrix is factorised for this alone."""
-        if not loads.size:
-            return loads
+    def _respond(self, A_ss: csr_matrix, forces: Array) -> Array:
+        """A_ss^{-1} times some forces; the matrix is factorised for this alone."""
+        if not forces.size:
+            return forces
         A = PETSc.Mat().createAIJ(
             A_ss.shape, csr=(A_ss.indptr, A_ss.indices, A_ss.data), comm=PETSc.COMM_SELF
         )
         factor = DefiniteFactor(A, self._prefix)
         factor.update()
-        response = factor.solve_many(loads)
+        response = factor.solve_many(forces)
         factor.destroy()
         A.destroy()
         return response
@@ -164,22 +164,22 @@ class Substructures:
         loaded = np.flatnonzero(np.diff(A_os.indptr))
         U, s, V = np.linalg.svd(A_os[loaded] @ W, full_matrices=False)
         rank = int(np.sum(s > NEGLIGIBLE * np.max(s, initial=0.0)))
-        loads = np.zeros((self._i.size, rank))
-        loads[o[loaded]] = -U[:, :rank] * s[:rank]
-        return self._factor.solve_many(loads) if rank else loads, V[:rank]
+        forces = np.zeros((self._i.size, rank))
+        forces[o[loaded]] = -U[:, :rank] * s[:rank]
+        return self._factor.solve_many(forces) if rank else forces, V[:rank]
 
 
-def _index_set(rows: Indices) -> PETSc.IS:
+def _make_index_set(rows: Indices) -> PETSc.IS:
     """An index set of this rank alone."""
     return PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
 
 
-def _csr(matrix: PETSc.Mat) -> csr_matrix:
+def _copy_csr(matrix: PETSc.Mat) -> csr_matrix:
     """Copy of a matrix of this rank alone."""
     return csr_matrix(matrix.getValuesCSR()[::-1], matrix.getSize())
 
 
-def _layers(A: csr_matrix, rows: Indices, size: int) -> Indices:
+def _collect_layers(A: csr_matrix, rows: Indices, size: int) -> Indices:
     """Rows and their neighbours, layer by layer until there are ``size`` of them; sorted."""
     inside = np.zeros(A.shape[0], dtype=bool)
     inside[rows] = True

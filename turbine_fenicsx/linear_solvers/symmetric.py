@@ -7,7 +7,11 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, SparseFactor
-from turbine_fenicsx.linear_solvers.substructures import Substructures, interface_rows, worthwhile
+from turbine_fenicsx.linear_solvers.substructures import (
+    Substructures,
+    find_interface_rows,
+    is_worthwhile,
+)
 
 
 class SymmetricFactor:
@@ -22,13 +26,16 @@ class SymmetricFactor:
     Args:
         matrix: The matrix.
         prefix: Options prefix.
+        exact: Whether solutions must be exact to round-off, which leaves out `Substructures`.
     """
 
-    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+    def __init__(self, matrix: PETSc.Mat, prefix: str, exact: bool = False) -> None:
         """Choose the package."""
-        self._matrix, self._prefix = matrix, prefix
-        definite = self._definite() if PETSc.Sys.hasExternalPackage("suitesparse") else None
-        self._factor = definite or self._indefinite()
+        self._matrix, self._prefix, self._exact = matrix, prefix, exact
+        definite = (
+            self._factorise_definite() if PETSc.Sys.hasExternalPackage("suitesparse") else None
+        )
+        self._factor = definite or self._factorise_indefinite()
         self.iterations = 0
 
     def update(self) -> None:
@@ -37,8 +44,12 @@ class SymmetricFactor:
             self._factor.update()
         except np.linalg.LinAlgError:  # on all ranks
             self._factor.destroy()
-            self._factor = self._indefinite()
+            self._factor = self._factorise_indefinite()
             self._factor.update()
+
+    def count_negative(self) -> int:
+        """Number of negative eigenvalues. Collective."""
+        return self._factor.count_negative() if isinstance(self._factor, SparseFactor) else 0
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
@@ -49,16 +60,18 @@ class SymmetricFactor:
         """Free the factor. Collective."""
         self._factor.destroy()
 
-    def _definite(self) -> FreeSolver | None:
-        """The factor of a positive definite matrix; None if the ranks meet in too many unknowns."""
+    def _factorise_definite(self) -> FreeSolver | None:
+        """The factor of a positive definite matrix; None if there is none that serves."""
         if self._matrix.getComm().getSize() == 1:
             return DefiniteFactor(self._matrix, self._prefix)
-        interface = interface_rows(self._matrix)
-        if not worthwhile(self._matrix, interface):
+        if self._exact:
+            return None
+        interface = find_interface_rows(self._matrix)
+        if not is_worthwhile(self._matrix, interface):
             return None
         return Substructures(self._matrix, interface, self._prefix)
 
-    def _indefinite(self) -> FreeSolver:
+    def _factorise_indefinite(self) -> FreeSolver:
         """The factor of any symmetric matrix."""
         self._matrix.setOption(PETSc.Mat.Option.SPD, False)
         return SparseFactor(self._matrix, self._prefix, symmetric=True)

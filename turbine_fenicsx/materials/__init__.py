@@ -2,6 +2,7 @@
 
 from turbine_fenicsx.materials.base import Material, Viscous
 from turbine_fenicsx.materials.kelvin_voigt import KelvinVoigt
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.mooney_rivlin import MooneyRivlin
 from turbine_fenicsx.materials.neo_hooke import NeoHooke
 from turbine_fenicsx.materials.orthotropic import OrthotropicSVK
@@ -10,6 +11,7 @@ from turbine_fenicsx.materials.transversely_isotropic import TransverselyIsotrop
 
 __all__ = [
     "KelvinVoigt",
+    "Laminate",
     "Material",
     "MooneyRivlin",
     "NeoHooke",

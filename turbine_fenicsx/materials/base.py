@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import ufl
 from ufl.core.expr import Expr
 
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.kinematics import right_cauchy_green
 
 
@@ -51,6 +52,22 @@ class Viscous(Protocol):
         Returns:
             UFL tensor of shape (3, 3).
         """
+
+
+class Quadrature(NamedTuple):
+    """Points of a reference cell, shape (n, 3), and their weights, shape (n,)."""
+
+    points: Array
+    weights: Array
+
+
+@runtime_checkable
+class Sampled(Protocol):
+    """What a material has besides, if its energy is to be sampled at points of its own."""
+
+    @property
+    def quadrature(self) -> Quadrature | None:
+        """Points on the reference cell, weights that add up to its volume; None for the usual."""
 
 
 def second_piola_kirchhoff(energy: Callable[[Expr], Expr], C: Expr) -> Expr:

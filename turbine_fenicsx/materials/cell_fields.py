@@ -28,38 +28,45 @@ def cell_field(
 
     Args:
         mesh: The mesh.
-        values: One value for each cell that this rank owns, shape (cells,), or a function of the
-            midpoints of cells, shape (cells, 3) [m], that returns these.
+        values: One value for each cell that this rank owns, shape (cells,), or a row of n values,
+            shape (cells, n); or a function of the midpoints of cells, shape (cells, 3) [m], that
+            returns these.
 
     Returns:
-        DOLFINx function of degree 0.
+        DOLFINx function of degree 0, a scalar or a vector of n components.
 
     Raises:
-        ModelError: for another number of values, or values that are not finite, on all ranks.
+        ModelError: for another number of values, rows of different lengths on different ranks, or
+            values that are not finite, on all ranks.
 
     Note:
         Collective.
     """
-    field, midpoints = (fem.Function(_compat.cellwise_space(mesh, s)) for s in ((), (3,)))
+    midpoints = fem.Function(_compat.cellwise_space(mesh, (3,)))
     n, error = mesh.topology.index_map(mesh.topology.dim).size_local, None
-    dofs = _compat.dofs_of_cells(field.function_space)[:n, 0]
+    given = np.empty(0)
     try:
         if callable(values):
             midpoints.interpolate(lambda x: x)
             nodes = _compat.dofs_of_cells(midpoints.function_space)[:n, 0]
             values = values(midpoints.x.array.reshape(-1, 3)[nodes])
         given = np.asarray(values, dtype=float)
-        if given.shape != (n,):
+        if given.ndim not in (1, 2) or len(given) != n:
             raise ModelError(
                 f"a cell field needs a value for each of the {n} cells of this rank, shape "
                 f"({n},), got shape {given.shape}"
             )
         if not np.all(np.isfinite(given)):
             raise ModelError("values of a cell field must be finite, but some are not")
-        field.x.array[dofs] = given
     except Exception as problem:  # the other ranks must hear of it, whatever it is
         error = problem
     raise_together(mesh.comm, error)
+    shapes = set(mesh.comm.allgather(given.shape[1:]))
+    if len(shapes) > 1:
+        raise ModelError(f"rows of a cell field differ in length between ranks: {sorted(shapes)}")
+    field = fem.Function(_compat.cellwise_space(mesh, given.shape[1:]))
+    dofs = _compat.dofs_of_cells(field.function_space)[:n, 0]
+    field.x.array.reshape(-1, *given.shape[1:])[dofs] = given
     field.x.scatter_forward()
     return field
 
@@ -91,13 +98,13 @@ def check_cells(
         ModelError: if the condition does not hold, on all ranks; for what is neither a number nor a
             cell field.
     """
-    arrays = [_numbers(name, value) for name, value in values.items()]
+    arrays = [_take_numbers(name, value) for name, value in values.items()]
     comms = [value.function_space.mesh.comm for value in values.values() if is_field(value)]
     holds = bool(np.all(condition(*arrays)))
     if comms:
         holds = comms[0].allreduce(holds, op=MPI.LAND)
     if not holds:
-        texts = {name: _text(value) for name, value in values.items()}
+        texts = {name: _describe_values(value) for name, value in values.items()}
         raise ModelError(message.format(**texts))
 
 
@@ -115,7 +122,7 @@ def map_cells(function: Callable[..., Array], *values: Scalar) -> list[fem.Funct
         Exception: what the function raises in any cell, on all ranks.
     """
     mesh = next(value.function_space.mesh for value in values if is_field(value))
-    table = np.column_stack(np.broadcast_arrays(*(_numbers("value", v) for v in values)))
+    table = np.column_stack(np.broadcast_arrays(*(_take_numbers("value", v) for v in values)))
     distinct, inverse = np.unique(table, axis=0, return_inverse=True)
     results, error = np.zeros((0, 0)), None
     try:
@@ -129,7 +136,7 @@ def map_cells(function: Callable[..., Array], *values: Scalar) -> list[fem.Funct
     return [cell_field(mesh, per_cell[:, k]) for k in range(width)]
 
 
-def _numbers(name: str, value: Any) -> Array:
+def _take_numbers(name: str, value: Any) -> Array:
     """The number, or the values in the cells of this rank."""
     words = name.replace("_", " ")
     if is_field(value):
@@ -151,7 +158,7 @@ def _numbers(name: str, value: Any) -> Array:
     return number
 
 
-def _text(value: Any) -> str:
+def _describe_values(value: Any) -> str:
     """A number, or the range of a field, for messages. Collective for fields."""
     if not is_field(value):
         return f"{value:g}"

@@ -11,7 +11,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from turbine_fenicsx.foundation.checks import describe
-from turbine_fenicsx.materials.base import Material, Viscous
+from turbine_fenicsx.materials.base import Material, Quadrature, Sampled, Viscous
 from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 
 
@@ -65,6 +65,11 @@ class KelvinVoigt:
     def quadratic(self) -> bool:
         """Whether W is quadratic in C."""
         return self.elastic.quadratic
+
+    @property
+    def quadrature(self) -> Quadrature | None:
+        """Points of the elastic material."""
+        return self.elastic.quadrature if isinstance(self.elastic, Sampled) else None
 
     def strain_energy(self, C: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Strain energy of the elastic material [J/m^3]."""

@@ -28,6 +28,11 @@ class BladeBlock:
     root: IntArray
     skin: IntArray
 
+    @property
+    def cell_data(self) -> dict[str, Array]:
+        """What is known of each cell by name, shape (n_cells,) each; nothing of solid ones."""
+        return {}
+
 
 def boundary_faces(cells: IntArray, reference: ReferenceCell) -> IntArray:
     """Return the faces that belong to one cell only, shape (n_faces, nodes per face)."""

@@ -19,7 +19,7 @@ from turbine_fenicsx.meshing.session import gmsh_version
 GENERATOR_VERSION = 1
 
 
-def cached_mesh(
+def cache_mesh(
     comm: MPI.Intracomm,
     blade: BladeGeometry,
     layout: RotorLayout,

@@ -98,6 +98,11 @@ class ReferenceCell:
         monomials = np.prod(self.nodes[:, None, :] ** self._exponents, axis=2)
         return np.asarray(np.linalg.inv(monomials))
 
+    def shape_functions(self, points: Array) -> Array:
+        """Return the shape functions at points of the reference element, (n_points, n_nodes)."""
+        monomials = np.prod(points[:, None, :] ** self._exponents, axis=2)
+        return np.asarray(monomials @ self._coefficients)
+
     def shape_gradients(self, points: Array) -> Array:
         """Return the gradients of the shape functions.
 

@@ -28,8 +28,9 @@ def read_groups(gmsh: Any, path: str) -> dict[str, Any]:
     Returns:
         ``tags`` and ``coordinates`` of all nodes; ``info``, a JSON text with the highest dimension
         of the model, whether it has volume elements, the names of element types, and the
-        dimension, tag, name and element types of each group with elements; and for group i and
-        type k the arrays ``elements_i_k`` and ``nodes_i_k``.
+        dimension, tag, name and element types of each group with elements; for group i and
+        type k the arrays ``elements_i_k`` and ``nodes_i_k``; the names of views with a number
+        for each element, and for view i ``view_tags_i`` and ``view_values_i``.
     """
     gmsh.merge(path)
     mesh = gmsh.model.mesh
@@ -50,7 +51,16 @@ def read_groups(gmsh: Any, path: str) -> dict[str, Any]:
                 arrays[f"{what}_{len(groups)}_{kind}"] = np.concatenate(some).astype(np.int64)
         name = gmsh.model.getPhysicalName(dimension, tag) or f"unnamed_{tag}"
         groups.append((dimension, int(tag), name, sorted(found)))
+    views: list[str] = []
+    for view in gmsh.view.getTags():
+        name = gmsh.option.getString(f"View[{gmsh.view.getIndex(view)}].Name")
+        kind, tags, values, _, components = gmsh.view.getHomogeneousModelData(view, 0)
+        if kind == "ElementData" and components == 1:
+            arrays[f"view_tags_{len(views)}"] = np.asarray(tags, dtype=np.int64)
+            arrays[f"view_values_{len(views)}"] = np.asarray(values, dtype=float)
+            views.append(name)
     info = {
+        "views": views,
         "highest": max((dimension for dimension, _ in gmsh.model.getEntities()), default=-1),
         "has_cells": any(len(kinds) > 0 for kinds in mesh.getElements(3)[:1]),
         "names": names,

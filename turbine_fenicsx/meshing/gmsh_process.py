@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.foundation.child_process import environment_without_mpi
 from turbine_fenicsx.foundation.interrupts import end_at_once
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import gmsh_child
@@ -24,8 +25,6 @@ PATIENCE = 120.0
 
 SLOWEST = 1e5
 """Large files may take longer, with so much read in a second [bytes/s]; 20 MB/s are common."""
-
-_OF_MPI = ("OMPI_", "PMIX_", "PRTE_", "PMI_", "MPI_", "MPICH_", "HYDRA_", "HYDI_", "I_MPI_")
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,7 @@ class MshContent:
         names: Name of each element type.
         highest: Highest dimension of an entity; -1 if there is none.
         has_cells: Whether there are volume elements, in a group or not.
+        cell_data: Numbers of elements and a value of each, by name of the data.
     """
 
     tags: IntArray
@@ -66,6 +66,7 @@ class MshContent:
     names: dict[int, str]
     highest: int
     has_cells: bool
+    cell_data: dict[str, tuple[IntArray, Array]]
 
 
 def read_content(path: Path) -> MshContent:
@@ -83,12 +84,12 @@ def read_content(path: Path) -> MshContent:
         Path(folder, "mesh.msh").symlink_to(path.resolve())
         _run(folder, PATIENCE + path.stat().st_size / SLOWEST)
         with np.load(Path(folder, "groups.npz")) as arrays:
-            return _content(dict(arrays))
+            return _unpack(dict(arrays))
 
 
 def _run(folder: str, seconds: float) -> None:
     """Run the child in its folder to its end."""
-    environment = {name: x for name, x in os.environ.items() if not name.startswith(_OF_MPI)}
+    environment = environment_without_mpi()
     environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
     command = [sys.executable, "-P", str(gmsh_child.__file__), "mesh.msh", "groups.npz"]
     with (
@@ -122,7 +123,7 @@ def _run(folder: str, seconds: float) -> None:
         raise MeshError(text.splitlines()[-1] if text else "gmsh cannot read it")
 
 
-def _content(arrays: dict[str, npt.NDArray[Any]]) -> MshContent:
+def _unpack(arrays: dict[str, npt.NDArray[Any]]) -> MshContent:
     """The arrays of the child in order."""
     info = json.loads(str(arrays["info"]))
     groups: dict[int, list[Group]] = {3: [], 2: []}
@@ -139,4 +140,8 @@ def _content(arrays: dict[str, npt.NDArray[Any]]) -> MshContent:
         {int(kind): name for kind, name in info["names"].items()},
         info["highest"],
         info["has_cells"],
+        {
+            name: (arrays[f"view_tags_{i}"], arrays[f"view_values_{i}"])
+            for i, name in enumerate(info["views"])
+        },
     )

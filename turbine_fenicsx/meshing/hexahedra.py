@@ -115,15 +115,15 @@ def section_grid(n_chord: int, n_thickness: int, degree: int) -> Array:
     s, t = (np.linspace(-1.0, 1.0, n + 1) for n in (n_chord, n_thickness))
     corner = pi / 2 * n_thickness / (n_chord + n_thickness)  # equal arcs on long and short sides
     u, v = np.meshgrid(s, t, indexing="ij")
-    side = corner * _graded(v)
-    top = (pi / 2 - corner) * _graded(u)
+    side = corner * _grade(v)
+    top = (pi / 2 - corner) * _grade(u)
     x = u * np.cos(side) + np.sin(top) - u * np.cos(corner)
     y = np.sin(side) + v * np.cos(top) - v * np.sin(corner)
     vertices = np.stack([x, y], axis=-1)
-    return vertices if degree == 1 else _quadratic_section(vertices)
+    return vertices if degree == 1 else _bend_section(vertices)
 
 
-def _graded(s: Array) -> Array:
+def _grade(s: Array) -> Array:
     """Map [-1, 1] to itself with the steps widening towards both ends."""
     return (1 - _GRADING) * s + _GRADING * s**3
 
@@ -138,7 +138,7 @@ def _add_midpoints(values: Array, degree: int) -> Array:
     return fine
 
 
-def _quadratic_section(vertices: Array) -> Array:
+def _bend_section(vertices: Array) -> Array:
     """Add middle nodes to the grid of a section and bend its outer edges."""
     grid = _add_midpoints(vertices, 2).swapaxes(0, 1)
     grid = _add_midpoints(grid, 2).swapaxes(0, 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing.cells import ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -35,6 +36,7 @@ class LoadedMesh:
         cell_names: Numbers in ``cell_tags`` by name.
         facet_names: Numbers in ``facet_tags`` by name.
         report: Numbers of nodes and cells, volumes and worst quality of the whole mesh.
+        cell_data: What is known of each cell that this rank owns by name, shape (n,) each.
     """
 
     mesh: Mesh
@@ -43,6 +45,14 @@ class LoadedMesh:
     cell_names: dict[str, int]
     facet_names: dict[str, int]
     report: MeshReport
+    cell_data: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def original_cells(self) -> NDArray[np.int64]:
+        """Row in the arrays the mesh was made of for each cell that this rank owns."""
+        topology = self.mesh.topology
+        owned = topology.index_map(topology.dim).size_local
+        return np.asarray(topology.original_cell_index[:owned], dtype=np.int64)
 
     def cells(self, name: str) -> NDArray[np.int32]:
         """Local cells of a physical volume, for example ``"blade_1"``, shape (n,).
@@ -50,7 +60,7 @@ class LoadedMesh:
         Raises:
             MeshError: if there is no such group.
         """
-        return _entities("physical volume", self.cell_tags, self.cell_names, name)
+        return _find_entities("physical volume", self.cell_tags, self.cell_names, name)
 
     def facets(self, name: str) -> NDArray[np.int32]:
         """Local facets of a physical surface, for example ``"root_1"``, shape (n,).
@@ -58,10 +68,10 @@ class LoadedMesh:
         Raises:
             MeshError: if there is no such group.
         """
-        return _entities("physical surface", self.facet_tags, self.facet_names, name)
+        return _find_entities("physical surface", self.facet_tags, self.facet_names, name)
 
 
-def _entities(kind: str, tags: Any, numbers: dict[str, int], name: str) -> NDArray[np.int32]:
+def _find_entities(kind: str, tags: Any, numbers: dict[str, int], name: str) -> NDArray[np.int32]:
     """Local numbers of what is in a group."""
     if name not in numbers:
         known = ", ".join(numbers) or "none"
@@ -128,19 +138,23 @@ def load_arrays(
     """
     kept: list[MeshArrays] = []  # the arrays stay on rank 0, only what follows is sent to all
 
-    def examine() -> tuple[ReferenceCell, dict[str, int], dict[str, int], MeshReport]:
+    def examine() -> tuple[
+        ReferenceCell, dict[str, int], dict[str, int], MeshReport, dict[str, Array]
+    ]:
         arrays = make()
         report = arrays.examine()
         mistakes = [*report.mistakes, *(check(arrays) if check else ())]
         if mistakes:
             raise MeshError("\n".join(f"{name}: {mistake}" for mistake in mistakes))
         kept.append(arrays)
-        return arrays.reference, arrays.volumes, arrays.surfaces, report
+        return arrays.reference, arrays.volumes, arrays.surfaces, report, arrays.cell_data
 
-    reference, cell_names, facet_names, report = on_rank0(comm, examine)
+    reference, cell_names, facet_names, report, data = on_rank0(comm, examine)
     arrays = kept[0] if kept else MeshArrays.empty(reference)
     mesh, cell_tags, facet_tags = _distribute(comm, arrays)
-    return LoadedMesh(mesh, cell_tags, facet_tags, cell_names, facet_names, report)
+    loaded = LoadedMesh(mesh, cell_tags, facet_tags, cell_names, facet_names, report)
+    rows = loaded.original_cells
+    return replace(loaded, cell_data={name: values[rows] for name, values in data.items()})
 
 
 def _distribute(comm: MPI.Intracomm, arrays: MeshArrays) -> tuple[Any, Any, Any]:

@@ -1,6 +1,6 @@
 """A mesh with named groups as plain arrays, and its export to gmsh."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ class MeshArrays:
         facet_groups: Number of the physical surface of each face, shape (n_facets,).
         volumes: Numbers of the physical volumes by name.
         surfaces: Numbers of the physical surfaces by name.
+        cell_data: What is known of each cell by name, shape (n_cells,) each.
     """
 
     reference: ReferenceCell
@@ -33,6 +34,7 @@ class MeshArrays:
     facet_groups: IntArray
     volumes: dict[str, int]
     surfaces: dict[str, int]
+    cell_data: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, reference: ReferenceCell) -> "MeshArrays":
@@ -56,7 +58,7 @@ class MeshArrays:
             tag: model.addDiscreteEntity(2) for tag in sorted(self.surfaces.values())
         }
         volume_entities = {
-            tag: model.addDiscreteEntity(3, -1, self._boundary(tag, surface_entities))
+            tag: model.addDiscreteEntity(3, -1, self._find_boundary(tag, surface_entities))
             for tag in sorted(self.volumes.values())
         }
         self._add_nodes(model, surface_entities, volume_entities)
@@ -69,16 +71,16 @@ class MeshArrays:
             element_type = self.reference.gmsh_type
             if dimension == 2:
                 element_type = self.reference.gmsh_facet_type
+            element_tags = np.arange(first, first + len(elements))
+            first += len(elements)
             for tag, entity in entities.items():
-                nodes = elements[groups == tag] + 1
-                element_tags = np.arange(first, first + len(nodes))
-                first += len(nodes)
-                model.mesh.addElementsByType(entity, element_type, element_tags, nodes.ravel())
+                own, nodes = element_tags[groups == tag], elements[groups == tag] + 1
+                model.mesh.addElementsByType(entity, element_type, own, nodes.ravel())
                 model.addPhysicalGroup(dimension, [entity], tag)
             for name, tag in names.items():
                 model.setPhysicalName(dimension, tag, name)
 
-    def _boundary(self, volume: int, surface_entities: dict[int, int]) -> list[int]:
+    def _find_boundary(self, volume: int, surface_entities: dict[int, int]) -> list[int]:
         """Return the surface entities that touch the cells of a physical volume."""
         inside = np.zeros(len(self.points), dtype=bool)
         inside[self.cells[self.cell_groups == volume]] = True

@@ -16,16 +16,21 @@ class MeshOptions:
 
     Attributes:
         cell: "hexahedron" or "tetrahedron".
-        geometry_degree: 1 for flat, 2 for curved elements. The degree of the fields on the mesh
-            is another matter.
+        geometry_degree: 1 for flat, 2 for curved elements; not the degree of the fields on
+            the mesh.
         elements: Numbers of elements along chord, thickness and span of one blade.
         size: Target length of element edges [m]; if given, it replaces ``elements``.
+        span: Number of elements along the span of a hollow blade, which is always of hexahedra of
+            degree 2.
+        around: Number of elements around its sections.
     """
 
     cell: str = "hexahedron"
     geometry_degree: int = 1
     elements: tuple[int, int, int] = (2, 2, 12)
     size: float | None = None
+    span: int = 40
+    around: int = 24
 
     def __post_init__(self) -> None:
         if self.cell not in CELLS:
@@ -40,6 +45,10 @@ class MeshOptions:
                 "along chord, thickness and span"
             )
         object.__setattr__(self, "elements", tuple(int(n) for n in numbers))
+        for name, least in (("span", 1), ("around", 3)):
+            number = getattr(self, name)
+            if not isinstance(number, Integral) or isinstance(number, bool) or number < least:
+                raise ModelError(f"mesh.{name} = {number!r}: give a whole number from {least}")
         if self.size is not None and not (
             isinstance(self.size, Real) and isfinite(self.size) and self.size > 0
         ):

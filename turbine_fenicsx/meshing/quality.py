@@ -106,7 +106,7 @@ def scaled_jacobian(points: Array, cells: IntArray, reference: ReferenceCell) ->
         Values between -1 and 1, shape (n_cells,) [-].
     """
     worst = [
-        np.min(_scaled(jacobians, reference.cell), axis=1)
+        np.min(_scale(jacobians, reference.cell), axis=1)
         for jacobians in _jacobians(points, cells, reference, reference.sample_points())
     ]
     return np.concatenate(worst)
@@ -121,6 +121,23 @@ def cell_volumes(points: Array, cells: IntArray, reference: ReferenceCell) -> Ar
     return np.concatenate(
         [np.linalg.det(j) @ weights for j in _jacobians(points, cells, reference, at)]
     )
+
+
+def cell_centres(points: Array, cells: IntArray, reference: ReferenceCell) -> Array:
+    """Return the centre of gravity of each cell, shape (n_cells, 3) [m].
+
+    The arguments are those of `scaled_jacobian`.
+    """
+    at, weights = reference.quadrature()
+    shapes = reference.shape_functions(at)
+    first = 0
+    centres = []
+    for j in _jacobians(points, cells, reference, at):
+        volumes = np.linalg.det(j) * weights
+        x = shapes @ points[cells[first : first + len(j)]]
+        centres.append(np.einsum("cq,cqi->ci", volumes, x) / volumes.sum(axis=1)[:, None])
+        first += len(j)
+    return np.concatenate(centres)
 
 
 def examine(
@@ -170,7 +187,7 @@ def _jacobians(
         yield np.einsum("cni,pnj->cpij", nodes, gradients, optimize=True)
 
 
-def _scaled(jacobians: Array, cell: str) -> Array:
+def _scale(jacobians: Array, cell: str) -> Array:
     """Return the scaled Jacobian for each matrix, shape of the argument without the matrix."""
     t1, t2, t3 = (jacobians[..., j] for j in range(3))
     corners = [(t1, t2, t3)]

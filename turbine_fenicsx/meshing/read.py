@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.block import face_keys
+from turbine_fenicsx.meshing.cell_data import pick_cell_data
 from turbine_fenicsx.meshing.cells import REFERENCE_CELLS, ReferenceCell
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.gmsh_process import Group, MshContent, read_content
@@ -38,7 +39,7 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
                 + (f", its highest dimension is {content.highest}" if content.highest >= 0 else "")
             )
         _require(solids, shells, volumes, surfaces)
-        reference = _reference(solids, names)
+        reference = _choose_reference(solids, names)
         cells, cell_groups = _join(solids, reference.gmsh_type, "volume", names)
         facets, facet_groups = _join(shells, reference.gmsh_facet_type, "surface", names)
         used, cells = np.unique(cells, return_inverse=True)
@@ -51,9 +52,11 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
         stray = np.count_nonzero(~is_face | (facets < 0).any(axis=1))
         if stray:
             raise MeshError(f"{stray} elements of its physical surfaces are not faces of any cell")
-        points = _points(content, used)
+        points = _read_points(content, used)
     except MeshError as error:
         raise MeshError(f"mesh file '{path}': {error}") from error
+    kind = reference.gmsh_type
+    elements = np.concatenate([group.elements[kind] for group in solids])
     return MeshArrays(
         reference=reference,
         points=points,
@@ -63,6 +66,7 @@ def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> Mes
         facet_groups=facet_groups,
         volumes={group.name: group.tag for group in solids},
         surfaces={group.name: group.tag for group in shells},
+        cell_data=pick_cell_data(content.cell_data, elements),
     )
 
 
@@ -102,7 +106,7 @@ def _require(
         raise MeshError(f"it lacks {' and '.join(missing)}; it has {' and '.join(found)}")
 
 
-def _reference(solids: list[Group], names: dict[int, str]) -> ReferenceCell:
+def _choose_reference(solids: list[Group], names: dict[int, str]) -> ReferenceCell:
     """Return the element type of all cells, or raise MeshError if there is more than one."""
     kinds = sorted({kind for group in solids for kind in group.elements})
     supported = {reference.gmsh_type: reference for reference in REFERENCE_CELLS}
@@ -142,7 +146,7 @@ def _join(
     return nodes, np.concatenate([none, *tags])
 
 
-def _points(content: MshContent, used: IntArray) -> Array:
+def _read_points(content: MshContent, used: IntArray) -> Array:
     """Return the coordinates of the nodes in the sorted array ``used``."""
     order = np.argsort(content.tags)
     rows = np.searchsorted(content.tags, used, sorter=order)

@@ -43,7 +43,7 @@ def mesh_blade(blade: BladeGeometry, edge_lengths: list[float], geometry_degree:
     """
     best, best_quality = None, -np.inf
     for factor, algorithm in _ATTEMPTS:
-        block = _linear_mesh(blade, [factor * length for length in edge_lengths], algorithm)
+        block = _mesh_linear(blade, [factor * length for length in edge_lengths], algorithm)
         quality = float(scaled_jacobian(block.points, block.cells, block.reference).min())
         if quality > best_quality:
             best, best_quality = block, quality
@@ -53,11 +53,11 @@ def mesh_blade(blade: BladeGeometry, edge_lengths: list[float], geometry_degree:
     return best if geometry_degree == 1 else curve_tetrahedra(best, blade)
 
 
-def _linear_mesh(blade: BladeGeometry, edge_lengths: list[float], algorithm: int) -> BladeBlock:
+def _mesh_linear(blade: BladeGeometry, edge_lengths: list[float], algorithm: int) -> BladeBlock:
     """Mesh the lofted blade with gmsh."""
     reference = reference_cell("tetrahedron", 1)
     with gmsh_session({**_OPTIONS, "Mesh.Algorithm": algorithm}) as gmsh:
-        wires = [_section(gmsh, blade, i, length) for i, length in enumerate(edge_lengths)]
+        wires = [_draw_section(gmsh, blade, i, length) for i, length in enumerate(edge_lengths)]
         gmsh.model.occ.addThruSections(wires, makeSolid=True, makeRuled=True)
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(3)
@@ -73,7 +73,7 @@ def _linear_mesh(blade: BladeGeometry, edge_lengths: list[float], algorithm: int
     return BladeBlock(reference, points, cells, root, skin)
 
 
-def _section(gmsh: Any, blade: BladeGeometry, station: int, edge_length: float) -> int:
+def _draw_section(gmsh: Any, blade: BladeGeometry, station: int, edge_length: float) -> int:
     """Draw the ellipse at a station as four arcs and return the tag of its wire.
 
     The arcs of all sections have the same parametrisation, so that the ruled surface between two

@@ -61,7 +61,7 @@ def faces_of(cells: IntArray, reference: ReferenceCell) -> Faces:
     return Faces(keys[order], order // faces.shape[1], first, counts)
 
 
-def connected_parts(n: int, pairs: IntArray) -> IntArray:
+def number_connected_parts(n: int, pairs: IntArray) -> IntArray:
     """Return the number of the connected part of each thing.
 
     Each root of a growing forest hangs itself below a smaller neighbour, then all paths are
@@ -86,7 +86,7 @@ def connected_parts(n: int, pairs: IntArray) -> IntArray:
             root = root[root]
 
 
-def coincident_nodes(points: Array, tolerance: float) -> int:
+def count_coincident_nodes(points: Array, tolerance: float) -> int:
     """Return how many nodes lie on top of others.
 
     Args:

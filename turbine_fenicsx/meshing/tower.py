@@ -1,4 +1,4 @@
-"""Tower: a hollow conical tube of hexahedra below the origin.
+"""Tower: a hollow tube of hexahedra below the origin.
 
 The tube stands on its foot at e2 = -height, and its head is at the origin. Elements are numbered
 through the wall, around the axis and up; with the azimuth from e3 to e1 these three directions
@@ -28,43 +28,70 @@ TOWER, BOTTOM, TOP = "tower", "tower_bottom", "tower_top"
 
 @dataclass(frozen=True)
 class TowerGeometry:
-    """Hollow cone with a wall of the same thickness everywhere.
+    """Hollow tube whose diameter and wall are linear between stations.
 
     Attributes:
         height: From the foot to the head [m].
-        bottom_diameter: Outer diameter of the foot [m].
-        top_diameter: Outer diameter of the head [m].
-        wall: Thickness of the wall, measured horizontally [m].
+        stations: Fractions of the height, rising from 0 to 1 [-].
+        diameters: Outer diameter at each station [m].
+        walls: Thickness of the wall at each station, measured horizontally [m].
 
     Raises:
-        ModelError: for a size that is not positive, or a wall that leaves no hollow.
+        ModelError: for a size that is not positive, stations that do not rise from 0 to 1, or a
+            wall that leaves no hollow.
     """
 
-    height: float = 80.0
-    bottom_diameter: float = 6.0
-    top_diameter: float = 4.0
-    wall: float = 0.04
+    height: float
+    stations: tuple[float, ...]
+    diameters: tuple[float, ...]
+    walls: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        for name in ("height", "bottom_diameter", "top_diameter", "wall"):
-            value = getattr(self, name)
-            if not 0.0 < value < np.inf:
-                raise ModelError(f"tower.{name} = {value!r}: must be greater than 0")
-        inner = 0.5 * min(self.bottom_diameter, self.top_diameter)
-        if self.wall >= inner:
+        for name, values in (
+            ("height", (self.height,)),
+            ("diameter", self.diameters),
+            ("wall", self.walls),
+        ):
+            for value in values:
+                if not 0.0 < value < np.inf:
+                    raise ModelError(f"tower.{name} = {value!r}: must be greater than 0")
+        s = self.stations
+        if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not (np.diff(s) > 0.0).all():
+            raise ModelError(f"tower.stations = {s}: must rise from 0 to 1")
+        if not len(s) == len(self.diameters) == len(self.walls):
             raise ModelError(
-                f"tower.wall = {self.wall:g}: leaves no hollow, expected less than {inner:g} m, "
-                "half of the smaller diameter"
+                f"tower.stations = {s}: needs as many diameters and walls, got "
+                f"{len(self.diameters)} and {len(self.walls)}"
             )
+        for diameter, wall in zip(self.diameters, self.walls, strict=True):
+            if wall >= 0.5 * diameter:
+                raise ModelError(
+                    f"tower.wall = {wall:g}: leaves no hollow, expected less than "
+                    f"{0.5 * diameter:g} m, half of the diameter there"
+                )
+
+    @classmethod
+    def cone(
+        cls,
+        height: float = 80.0,
+        bottom_diameter: float = 6.0,
+        top_diameter: float = 4.0,
+        wall: float = 0.04,
+    ) -> "TowerGeometry":
+        """A cone with a wall of the same thickness everywhere; all lengths in metres."""
+        return cls(height, (0.0, 1.0), (bottom_diameter, top_diameter), (wall, wall))
 
     @property
     def volume(self) -> float:
         """Exact volume of the wall [m^3]."""
-        mean = 0.5 * (self.bottom_diameter + self.top_diameter) - self.wall
-        return pi * self.wall * mean * self.height
+        d, t = np.array(self.diameters), np.array(self.walls)
+        middle = (d[1:] + d[:-1] - t[1:] - t[:-1]) * (t[1:] + t[:-1]) / 4.0
+        ring = t * (d - t)  # Simpson's rule is exact: the integrand is quadratic between stations
+        areas = (ring[1:] + 4.0 * middle + ring[:-1]) / 6.0
+        return float(pi * self.height * (np.diff(self.stations) @ areas))
 
 
-def tower_arrays(
+def mesh_tower(
     tower: TowerGeometry, elements: tuple[int, int, int], geometry_degree: int
 ) -> MeshArrays:
     """Mesh a tower.
@@ -82,8 +109,8 @@ def tower_arrays(
     p = geometry_degree
     azimuth = np.arange(p * n_around) * (2.0 * pi / (p * n_around))
     through, up = (np.linspace(0.0, 1.0, p * n + 1) for n in (n_through, n_along))
-    outer = 0.5 * (tower.bottom_diameter + up * (tower.top_diameter - tower.bottom_diameter))
-    radius = outer - tower.wall * (1.0 - through[:, None])
+    outer, wall = (np.interp(up, tower.stations, v) for v in (tower.diameters, tower.walls))
+    radius = 0.5 * outer - wall * (1.0 - through[:, None])
     shape = (through.size, azimuth.size, up.size)
     points = np.empty((*shape, 3))
     points[..., 0] = radius[:, None, :] * np.sin(azimuth)[:, None]
@@ -134,7 +161,7 @@ def build_tower(
     Raises:
         MeshError: if gmsh fails, the file cannot be written, or a cell is inverted.
     """
-    arrays = tower_arrays(tower, elements, geometry_degree)
+    arrays = mesh_tower(tower, elements, geometry_degree)
     report = arrays.examine()
     if report.bad_cells:
         raise MeshError(

@@ -51,7 +51,7 @@ class Backdrop:
             reach = self._radius * np.array([1.0, 1.0, 0.0])
             low, high = np.minimum(low, self._hub - reach), np.maximum(high, self._hub + reach)
             if not self._tower:
-                low[1] = self._ground()
+                low[1] = self._find_ground()
         return Frame(low, high, self._side)
 
     def add_to(self, plotter: Any, nacelle: Sequence[float] | None) -> None:
@@ -66,9 +66,9 @@ class Backdrop:
         import pyvista
 
         x, y, z = _middle(nacelle)
-        ground = self._low[1] if self._tower else self._ground()
+        ground = self._low[1] if self._tower else self._find_ground()
         if not self._tower:
-            tower = _cone((x, y, z), ground, self._radius)
+            tower = _make_cone((x, y, z), ground, self._radius)
             plotter.add_mesh(tower, color="#e3e8ee", ambient=0.35, smooth_shading=True)
         disc = pyvista.Disc(
             center=(0.0, ground, 0.0),
@@ -79,7 +79,7 @@ class Backdrop:
         )
         plotter.add_mesh(disc, color="#e6ebe2", ambient=0.9, diffuse=0.1)
 
-    def _ground(self) -> float:
+    def _find_ground(self) -> float:
         """Height of the ground of a turbine without a tower [m]."""
         return float(self._hub[1] - _ABOVE_GROUND * self._radius)
 
@@ -90,7 +90,7 @@ def _middle(bounds: Sequence[float]) -> NDArray[np.float64]:
     return middle
 
 
-def _cone(top: Sequence[float], ground: float, radius: float) -> Any:
+def _make_cone(top: Sequence[float], ground: float, radius: float) -> Any:
     """Tower from ``top`` [m] down to the ground, in proportion to the radius of the rotor [m]."""
     import pyvista
 

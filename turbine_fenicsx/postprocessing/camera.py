@@ -6,7 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-VIEWS = {"oblique": (0.5, 0.12, 0.86), "front": (0.0, 0.0, 1.0), "side": (1.0, 0.0, 0.0)}
+VIEWS = {
+    "oblique": (0.5, 0.12, 0.86),
+    "corner": (0.75, 0.16, 0.64),
+    "front": (0.0, 0.0, 1.0),
+    "side": (1.0, 0.0, 0.0),
+}
 """Direction from the model to the observer; of a turbine if its rotor is on the side of +e3."""
 
 _MARGIN = 1.06

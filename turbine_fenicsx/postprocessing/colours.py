@@ -11,6 +11,7 @@ STRESSES = ("von_mises_stress", "cauchy_stress_norm")
 LABELS = {
     "von_mises_stress": ("von Mises stress", "MPa", 1e-6),
     "cauchy_stress_norm": ("Cauchy stress norm", "MPa", 1e-6),
+    "tsai_wu": ("failure index (Tsai-Wu)", "", 1.0),
     "displacement": ("displacement", "m", 1.0),
     "velocity": ("velocity", "m/s", 1.0),
 }
@@ -32,7 +33,7 @@ def colour_map(n: int = 256) -> list[str]:
     ]
 
 
-def scalars(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def to_scalars(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Values of a field in the unit of its legend; of vectors their lengths."""
     numbers = np.asarray(values, dtype=float)
     lengths = np.linalg.norm(numbers, axis=1) if numbers.ndim == 2 else numbers

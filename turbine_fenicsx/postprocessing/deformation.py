@@ -82,9 +82,9 @@ def exaggerate(
     mine = {number: points_of(number) for number in flexible}
     held = {number: set(coupling[mine[number]].tolist()) - {0} for number in flexible}
     while flexible:
-        number = next(n for n in flexible if _ground(held[n], parts.roots) in rides)
+        number = next(n for n in flexible if _find_ground(held[n], parts.roots) in rides)
         flexible.remove(number)
-        ride = rides[_ground(held[number], parts.roots)]
+        ride = rides[_find_ground(held[number], parts.roots)]
         roots = mine[number] & np.isin(coupling, list(parts.roots))
         fixed = roots if span_a_plane(X[roots]) else mine[number]
         rigid = fit_motion(X[fixed], x[fixed])(X[mine[number]])
@@ -99,7 +99,7 @@ def exaggerate(
     return moved
 
 
-def _ground(held: set[int], roots: Mapping[int, int]) -> int:
+def _find_ground(held: set[int], roots: Mapping[int, int]) -> int:
     """What the carriers of a part stand on."""
     return min((roots[number] for number in held if number in roots), default=0)
 

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from turbine_fenicsx.postprocessing.deformation import exaggerate
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 
+AMPLITUDE = "amplitude"
+"""Field of `ModeReader`: how far a point moves, 1 where it moves most."""
+
 
 class FieldReader:
     """Reads grids and cuts parts out of them.
@@ -80,6 +83,44 @@ class FieldReader:
         """The grid as it is written."""
         self._reader.set_active_time_point(step)
         return self._reader.read().copy()  # the reader gives the same one for the same step
+
+
+class ModeReader(FieldReader):
+    """Reads the shapes of ``modes.xdmf``.
+
+    Args:
+        path: The file.
+        parts: What its parts are.
+        scale: Factor of the motion.
+
+    Attributes:
+        phase: Phase of the motion a cos(phase) - b sin(phase) that `grid` shows [rad].
+    """
+
+    def __init__(self, path: str, parts: Parts, scale: float = 1.0) -> None:
+        super().__init__(path, parts, scale)
+        self.phase = 0.0
+
+    def field_names(self) -> list[str]:
+        """Names of the fields."""
+        return [AMPLITUDE]
+
+    def grid(self, step: int) -> Any:
+        """The grid of one mode at the present phase, with the field `AMPLITUDE`."""
+        grid = self._read(step)
+        a, b = (
+            np.asarray(grid.point_data[name], dtype=float)
+            for name in ("mode_real", "mode_imaginary")
+        )
+        moved = np.cos(self.phase) * a - np.sin(self.phase) * b
+        grid.points = np.asarray(grid.points, dtype=float) + self._scale * moved
+        size = np.sqrt(np.sum(a * a + b * b, axis=1))
+        grid.point_data[AMPLITUDE] = size / max(float(size.max()), 1e-300)
+        return grid
+
+    def at_rest(self, step: int) -> Any:
+        """The grid without the motion."""
+        return self._read(step)
 
 
 _POINTS = "vtkOriginalPointIds"

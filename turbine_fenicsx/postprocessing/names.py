@@ -1,4 +1,4 @@
-"""Names in the output of runs: columns of ``history.csv`` and keys of ``summary.json``.
+"""Names in output: columns of ``history.csv`` and ``modes.csv``, keys of ``summary.json``.
 
 Writers and readers both take them from here. A name ends with its unit in brackets.
 """
@@ -21,6 +21,13 @@ CONSTRAINT_ERROR = "constraint_error_[-]"
 NEWTON_ITERATIONS = "newton_iterations"
 KRYLOV_ITERATIONS = "krylov_iterations"
 WALL_TIME = "wall_time_[s]"
+
+SPEED = "speed_[rpm]"
+MODE = "mode"
+FREQUENCY = "frequency_[Hz]"
+DAMPING_RATIO = "damping_ratio_[-]"
+GROWTH_RATE = "growth_rate_[1/s]"
+MODE_NAME = "name"
 
 END_TIME = "end_time_[s]"
 LARGEST_ENERGY = "largest_energy_[J]"
@@ -71,6 +78,8 @@ ANGLE = Family("angle_{joint}_[rad]")
 DISPLACEMENT = Family("displacement_{joint}_[m]")
 WORK = Family("work_of_{name}_[J]")
 DISSIPATION = Family("dissipated_by_{name}_[J]")
+PLY_INDEX = Family("{panel}_{criterion}_[-]")
+PLY_INDEX_AT = Family("{panel}_{criterion}_at_[m]")
 TIP_DEFLECTION = Family("tip_deflection_{tip}_[m]")
 TIP_FLAP = Family("tip_flap_{tip}_[m]")
 TIP_EDGE = Family("tip_edge_{tip}_[m]")
@@ -81,8 +90,18 @@ TOWER_BASE_FORCE = Family("tower_base_force_{axis}_[N]")
 TOWER_BASE_MOMENT = Family("tower_base_moment_{axis}_[Nm]")
 POSITION = Family("position_{point}_{axis}_[m]")
 VELOCITY = Family("velocity_{point}_{axis}_[m/s]")
+AERO_POWER = "aero_power_[W]"
+AERO_THRUST = "aero_thrust_[N]"
+AERO_TORQUE = "aero_torque_[Nm]"
+ROTOR_SPEED = "rotor_speed_[rpm]"
+ROTOR_WIND = "rotor_wind_[m/s]"
+HUB_WIND = Family("hub_wind_{axis}_[m/s]")
+STRAIN = Family("strain_{gauge}_[-]")
 JOINT_FORCE = Family("joint_force_{joint}_{axis}_[N]")
 JOINT_MOMENT = Family("joint_moment_{joint}_{axis}_[Nm]")
+
+MODAL_MASS = Family("modal_mass_of_{part}_[-]")
+MOTION_SHARE = Family("share_of_{way}_[-]")
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -23,10 +23,16 @@ from turbine_fenicsx.postprocessing.names import TIME, Family
 from turbine_fenicsx.postprocessing.parts import Parts
 
 RESULTS = (
-    *("history.csv", "history.out", "history.png", "summary.json", "case.json"),
+    *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
 )
 """Names of what a run computes, beside checkpoints and its log."""
+
+MODE_RESULTS = (
+    *("modes.csv", "modes.xdmf", "modes.bin", "modes.[0-9]*.bin", "campbell.csv"),
+    *("campbell.png", "modes.png", "mode_[0-9]*.png"),
+)
+"""Names of what belongs to modes."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +143,7 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     return tables
 
 
-def solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
+def read_solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
     """Relative tolerance of the run in a folder; None if its ``case.json`` does not say.
 
     Raises:
@@ -148,7 +154,7 @@ def solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
     return tolerance if isinstance(tolerance, float) and 0.0 < tolerance < 1.0 else None
 
 
-def field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Times [s] in ``fields.xdmf``, shape (n,), after a look whether their numbers are there.
 
     VTK may end the process when it is given an incomplete file, so that this comes first.
@@ -184,7 +190,7 @@ def field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     return times
 
 
-def field_parts(path: str | os.PathLike[str]) -> Parts:
+def read_field_parts(path: str | os.PathLike[str]) -> Parts:
     """What the parts of ``fields.xdmf`` are called and what carries them.
 
     Raises:
@@ -219,12 +225,31 @@ def holds_run(folder: str | os.PathLike[str]) -> bool:
 
 
 def remove_run(folder: str | os.PathLike[str]) -> None:
-    """Remove what an earlier run has written, so that nothing of it stands beside the new one.
+    """Remove earlier results, so that nothing of them stands beside the new ones.
 
     Raises:
         FileError: if something cannot be removed.
     """
-    for pattern in RESULTS:
+    _remove(folder, (*RESULTS, *MODE_RESULTS))
+
+
+def holds_modes(folder: str | os.PathLike[str]) -> bool:
+    """Whether there are modes in a folder."""
+    return (Path(folder) / "modes.csv").is_file()
+
+
+def remove_modes(folder: str | os.PathLike[str]) -> None:
+    """Remove earlier modes.
+
+    Raises:
+        FileError: if something cannot be removed.
+    """
+    _remove(folder, MODE_RESULTS)
+
+
+def _remove(folder: str | os.PathLike[str], patterns: Sequence[str]) -> None:
+    """Remove files whose names fit a pattern."""
+    for pattern in patterns:
         for path in Path(folder).glob(pattern):
             with name_file_in_errors("write", path):
                 path.unlink()
@@ -241,7 +266,7 @@ def need_folder(folder: str | os.PathLike[str]) -> Path:
     return Path(folder)
 
 
-def target_folder(folder: str | os.PathLike[str]) -> Path:
+def make_target_folder(folder: str | os.PathLike[str]) -> Path:
     """A folder to write to, made if it does not exist.
 
     Raises:

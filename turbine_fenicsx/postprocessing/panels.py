@@ -12,7 +12,7 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.postprocessing.names import Family
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, dots, line
+from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_dots, draw_line
 
 Panel = Callable[[Any, TimeSeries, Look], None]
 
@@ -32,16 +32,16 @@ def is_turbine(run: TimeSeries) -> bool:
 def energies(axes: Any, run: TimeSeries, look: Look) -> None:
     """Total energy and its parts."""
     total = _energy(run, names.TOTAL_ENERGY)
-    line(axes, run, total, look, color="black", lw=2.4, label="total")
+    draw_line(axes, run, total, look, color="black", lw=2.4, label="total")
     for (column, label), color in zip(_PARTS.items(), PALETTE, strict=False):
-        line(axes, run, _energy(run, column), look, color=color, label=label)
+        draw_line(axes, run, _energy(run, column), look, color=color, label=label)
     axes.set(title="Energies", ylabel="energy [J]")
 
 
 def small_energies(axes: Any, run: TimeSeries, look: Look) -> None:
     """Strain and potential energy on a scale of their own."""
     for (column, label), color in islice(zip(_PARTS.items(), PALETTE, strict=False), 1, None):
-        line(axes, run, _energy(run, column), look, color=color, label=label)
+        draw_line(axes, run, _energy(run, column), look, color=color, label=label)
     axes.set(title="Strain and potential", ylabel="energy [J]")
 
 
@@ -58,13 +58,13 @@ def energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
     change = np.diff(run[names.TOTAL_ENERGY] - run[names.EXTERNAL_WORK], prepend=np.nan)
     columns = (names.TOTAL_ENERGY, names.KINETIC_ENERGY)
     largest = float(np.nanmax([np.abs(_energy(run, column)) for column in columns]))
-    dots(axes, run, np.abs(change), look, largest, "J", color=look.color, label=run.name)
+    draw_dots(axes, run, np.abs(change), look, largest, "J", color=look.color, label=run.name)
     axes.set(title="Energy error per step", ylabel=r"$|\Delta H - \Delta W|$ [J]")
 
 
 def energy_error(axes: Any, run: TimeSeries, look: Look) -> None:
     """Total energy minus initial energy minus work."""
-    line(axes, run, run[names.ENERGY_ERROR], look, color=look.color, label=run.name)
+    draw_line(axes, run, run[names.ENERGY_ERROR], look, color=look.color, label=run.name)
     axes.set(title="Energy error since the start", ylabel=r"$H - H_0 - W$ [J]")
 
 
@@ -72,7 +72,7 @@ def angular_momentum(axes: Any, run: TimeSeries, look: Look) -> None:
     """Angular momentum about the origin."""
     for axis, color in zip("123", PALETTE, strict=False):
         values = run[names.ANGULAR_MOMENTUM(axis=axis)]
-        line(axes, run, values, look, color=color, label=f"$L_{axis}$")
+        draw_line(axes, run, values, look, color=color, label=f"$L_{axis}$")
     axes.set(title="Angular momentum", ylabel="about the origin [N m s]")
 
 
@@ -90,7 +90,7 @@ def momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
             how = {"color": color, "label": rf"$\Delta L_{axis}$"}
             if not look.alone:
                 how = {"color": look.color, "label": run.name}
-            dots(axes, run, change, look, largest, "N m s", **how)
+            draw_dots(axes, run, change, look, largest, "N m s", **how)
     shown = "i" if look.alone else "2"
     axes.set(title="Change per step", ylabel=rf"$|\Delta L_{shown}|$ [N m s]")
 
@@ -104,32 +104,32 @@ def other_joints(run: TimeSeries) -> list[str]:
 def joint_angles(axes: Any, run: TimeSeries, look: Look) -> None:
     """Angles of joints that every model has under names of its own."""
     joints = other_joints(run)
-    _angles(axes, run, look, joints)
+    _draw_angles(axes, run, look, joints)
     axes.set_title("Joint angles" if len(joints) != 1 else f"Angle of {joints[0]}")
 
 
 def rotor_angle(axes: Any, run: TimeSeries, look: Look) -> None:
     """Angle of the rotor since the start."""
-    _angles(axes, run, look, ["rotor"])
+    _draw_angles(axes, run, look, ["rotor"])
     axes.set_title("Rotor angle")
 
 
 def yaw_and_pitch(axes: Any, run: TimeSeries, look: Look) -> None:
     """Yaw and pitch, in the signs of OpenFAST."""
     joints = [name for name in run.of(names.ANGLE) if name in OPENFAST_SIGNS and name != "rotor"]
-    _angles(axes, run, look, joints)
+    _draw_angles(axes, run, look, joints)
     pitch = any(name.startswith("pitch") for name in joints)
     axes.set_title("Yaw and pitch" if pitch else "Yaw")
 
 
-def _angles(axes: Any, run: TimeSeries, look: Look, joints: list[str]) -> None:
+def _draw_angles(axes: Any, run: TimeSeries, look: Look, joints: list[str]) -> None:
     """Angles, those of a turbine in the signs of OpenFAST."""
     signs = OPENFAST_SIGNS if is_turbine(run) else {}
     unit, factor = ("°", 180.0 / np.pi) if look.degrees else ("rad", 1.0)
     found = run.of(names.ANGLE)
     for name, color in zip(joints, cycle(PALETTE), strict=False):
         values = signs.get(name, 1.0) * factor * found[name]
-        line(axes, run, values, look, color=color, label=name.replace("_", " "))
+        draw_line(axes, run, values, look, color=color, label=name.replace("_", " "))
     axes.set_ylabel(f"angle [{unit}]")
 
 
@@ -137,7 +137,7 @@ def rotor_speed(axes: Any, run: TimeSeries, look: Look) -> None:
     """Mean speed of the rotor over each step [rpm]."""
     rate = np.diff(run.of(names.ANGLE)["rotor"]) / np.diff(run[names.TIME])
     speed = np.concatenate([[np.nan], rate * 30.0 / np.pi])
-    line(axes, run, speed, look, color=look.color, label=run.name)
+    draw_line(axes, run, speed, look, color=look.color, label=run.name)
     axes.set(title="Rotor speed", ylabel="speed [rpm]")
 
 
@@ -145,21 +145,23 @@ def displacements(axes: Any, run: TimeSeries, look: Look) -> None:
     """Displacements of sliding joints."""
     found = run.of(names.DISPLACEMENT)
     for (name, values), color in zip(found.items(), cycle(PALETTE), strict=False):
-        line(axes, run, values, look, color=color, label=name.replace("_", " "))
+        draw_line(axes, run, values, look, color=color, label=name.replace("_", " "))
     axes.set(title="Joint displacements", ylabel="displacement [m]")
 
 
-def _per_blade(
+def _draw_per_blade(
     title: str, label: str, family: Family, axis: str, axes: Any, run: TimeSeries, look: Look
 ) -> None:
     """One quantity of all blades, along an axis if it has some."""
     found = run.of(family, axis=axis) if axis else run.of(family)
     for (name, values), color in zip(found.items(), cycle(PALETTE), strict=False):
-        line(axes, run, _shown(family, values), look, color=color, label=f"blade {name}")
+        draw_line(
+            axes, run, _leave_out_first(family, values), look, color=color, label=f"blade {name}"
+        )
     axes.set(title=title, ylabel=label)
 
 
-def _shown(family: Family, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _leave_out_first(family: Family, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Values; the first load is left out, since loads are means of the step before."""
     if family not in (names.ROOT_MOMENT, names.TOWER_BASE_MOMENT):
         return values
@@ -168,14 +170,18 @@ def _shown(family: Family, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return shown
 
 
-tip_flap = partial(_per_blade, "Tip, flapwise", "downwind [m]", names.TIP_FLAP, "")
-tip_edge = partial(_per_blade, "Tip, edgewise", "to the trailing edge [m]", names.TIP_EDGE, "")
-tip_length = partial(_per_blade, "Tip deflections", "deflection [m]", names.TIP_DEFLECTION, "")
-root_flap = partial(_per_blade, "Flap moment", "at the root, $M_y$ [N m]", names.ROOT_MOMENT, "y")
-root_edge = partial(_per_blade, "Edge moment", "at the root, $M_x$ [N m]", names.ROOT_MOMENT, "x")
+tip_flap = partial(_draw_per_blade, "Tip, flapwise", "downwind [m]", names.TIP_FLAP, "")
+tip_edge = partial(_draw_per_blade, "Tip, edgewise", "to the trailing edge [m]", names.TIP_EDGE, "")
+tip_length = partial(_draw_per_blade, "Tip deflections", "deflection [m]", names.TIP_DEFLECTION, "")
+root_flap = partial(
+    _draw_per_blade, "Flap moment", "at the root, $M_y$ [N m]", names.ROOT_MOMENT, "y"
+)
+root_edge = partial(
+    _draw_per_blade, "Edge moment", "at the root, $M_x$ [N m]", names.ROOT_MOMENT, "x"
+)
 
 
-def _tower(
+def _draw_tower(
     title: str,
     label: str,
     family: Family,
@@ -186,20 +192,20 @@ def _tower(
 ) -> None:
     """Components of a quantity of the tower, by axis, and what they are called."""
     for (axis, name), color in zip(directions.items(), PALETTE, strict=False):
-        shown = _shown(family, run[family(axis=axis)])
-        line(axes, run, shown, look, color=color, label=name)
+        shown = _leave_out_first(family, run[family(axis=axis)])
+        draw_line(axes, run, shown, look, color=color, label=name)
     axes.set(title=title, ylabel=label)
 
 
 tower_top = partial(
-    _tower,
+    _draw_tower,
     "Tower top",
     "displacement [m]",
     names.TOWER_TOP_DISPLACEMENT,
     {"x": "fore-aft", "y": "side to side"},
 )
 tower_base = partial(
-    _tower,
+    _draw_tower,
     "Tower base",
     "moment [N m]",
     names.TOWER_BASE_MOMENT,

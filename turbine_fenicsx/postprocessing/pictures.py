@@ -19,7 +19,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import scene
 from turbine_fenicsx.postprocessing.camera import VIEWS
-from turbine_fenicsx.postprocessing.output_folder import field_parts, field_times
+from turbine_fenicsx.postprocessing.output_folder import read_field_parts, read_field_times
 
 _MPI_VARIABLES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_", "HYDRA_")
 _MOST_FRAMES_PER_SECOND = 60.0
@@ -73,9 +73,9 @@ def render_turbine(
     Raises:
         InputError: if the picture cannot be drawn.
     """
-    times = field_times(fields_xdmf)
-    step = len(times) - 1 if time is None else nearest_step(times, time)
-    _draw(fields_xdmf, [(step, os.fspath(png))], None, look)
+    times = read_field_times(fields_xdmf)
+    step = len(times) - 1 if time is None else find_nearest_step(times, time)
+    draw_scene(fields_xdmf, [(step, os.fspath(png))], None, look)
     return Path(png)
 
 
@@ -101,15 +101,15 @@ def render_times(
     Raises:
         InputError: if a time is outside of the run or the pictures cannot be drawn.
     """
-    written = field_times(fields_xdmf)
-    steps = [nearest_step(written, t) for t in (written[-1:] if times is None else times)]
+    written = read_field_times(fields_xdmf)
+    steps = [find_nearest_step(written, t) for t in (written[-1:] if times is None else times)]
     pictures = {step: Path(folder) / f"turbine_t{written[step]:.6g}.png" for step in steps}
-    _draw(fields_xdmf, [(i, str(path)) for i, path in pictures.items()], None, look, done)
+    draw_scene(fields_xdmf, [(i, str(path)) for i, path in pictures.items()], None, look, done)
     return list(pictures.values())
 
 
-def movie_steps(times: Sequence[float], speed: float) -> tuple[list[int], float]:
-    """Which times a movie shows, and how many frames a second.
+def choose_movie_steps(times: Sequence[float], speed: float) -> tuple[list[int], float]:
+    """Which times a movie shows, and how many frames per second.
 
     Args:
         times: Times written [s].
@@ -147,12 +147,12 @@ def render_movie(
     Raises:
         InputError: if the movie cannot be made.
     """
-    steps, rate = movie_steps(list(field_times(fields_xdmf)), speed)
-    _draw(fields_xdmf, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
+    steps, rate = choose_movie_steps(list(read_field_times(fields_xdmf)), speed)
+    draw_scene(fields_xdmf, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
     return Path(mp4)
 
 
-def nearest_step(times: Any, wanted: float) -> int:
+def find_nearest_step(times: Any, wanted: float) -> int:
     """Number of the time written that is nearest to a wanted one [s].
 
     Raises:
@@ -167,14 +167,23 @@ def nearest_step(times: Any, wanted: float) -> int:
     return int(np.abs(times - wanted).argmin())
 
 
-def _draw(
+def draw_scene(
     fields_xdmf: str | os.PathLike[str],
     pictures: Sequence[tuple[int, str]],
     movie: dict[str, Any] | None,
     look: Look,
     done: Callable[[], object] = lambda: None,
+    titles: Sequence[str] = (),
 ) -> None:
     """Let the child process draw.
+
+    Args:
+        fields_xdmf: Fields of a run, or modes.
+        pictures: Step and file of each picture.
+        movie: File, frames per second and steps of a movie, of modes also phases; None for none.
+        look: How it is drawn.
+        done: Called after each picture or frame.
+        titles: What each step is called if they are modes.
 
     Raises:
         InputError: if it cannot.
@@ -183,9 +192,10 @@ def _draw(
         raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")
     job = {
         "fields": os.fspath(fields_xdmf),
-        "parts": field_parts(fields_xdmf).to_text(),
+        "parts": read_field_parts(fields_xdmf).to_text(),
         "pictures": list(pictures),
         "movie": movie,
+        "titles": list(titles),
     }
     env = {k: v for k, v in os.environ.items() if not k.startswith(_MPI_VARIABLES)}
     package = str(Path(scene.__file__).parents[1])

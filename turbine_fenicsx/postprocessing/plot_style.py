@@ -61,7 +61,7 @@ class Look:
         color: Colour where there is one quantity only.
         alone: Whether it is the only run in the figure.
         tolerance: Height of a line in panels of changes per step [kJ, kNms]; None for none.
-        relative_tolerance: The same as a part of the largest energy or momentum of the run.
+        relative_tolerance: That height as a part of the largest energy or momentum of the run.
         degrees: Angles in degrees instead of radians.
     """
 
@@ -74,13 +74,13 @@ class Look:
     degrees: bool = True
 
 
-def line(axes: Any, run: TimeSeries, y: NDArray[np.float64], look: Look, **how: Any) -> None:
+def draw_line(axes: Any, run: TimeSeries, y: NDArray[np.float64], look: Look, **how: Any) -> None:
     """Draw a line over time; a single row, which would be invisible, becomes a point."""
     marker = look.marker if np.count_nonzero(np.isfinite(y)) == 1 else ""
     axes.plot(run[TIME], y, linestyle=look.style, marker=marker, **how)
 
 
-def dots(
+def draw_dots(
     axes: Any,
     run: TimeSeries,
     values: NDArray[np.float64],
@@ -106,14 +106,14 @@ def dots(
     if axes.texts:
         return
     if look.tolerance is not None:
-        words = f"tolerance {power(look.tolerance)} k{unit}"
-        _tolerance_line(axes, 1e3 * look.tolerance, words)
+        words = f"tolerance {format_power(look.tolerance)} k{unit}"
+        _draw_tolerance(axes, 1e3 * look.tolerance, words)
     elif look.relative_tolerance is not None and largest > 0.0:
-        words = f"tolerance {power(look.relative_tolerance)} of the largest"
-        _tolerance_line(axes, look.relative_tolerance * largest, words)
+        words = f"tolerance {format_power(look.relative_tolerance)} of the largest"
+        _draw_tolerance(axes, look.relative_tolerance * largest, words)
 
 
-def _tolerance_line(axes: Any, level: float, words: str) -> None:
+def _draw_tolerance(axes: Any, level: float, words: str) -> None:
     """A dashed line with words on it; the panel extends upwards until they have room."""
     axes.axhline(level, color="#333333", lw=1.0, ls=(0, (6, 3)))
     axes.annotate(
@@ -136,7 +136,7 @@ def make_room(axes: Any) -> None:
     axes.set_ylim(top=10.0 ** max(top, np.log10(level) + 0.1 * (top - bottom)))
 
 
-def power(x: float) -> str:
+def format_power(x: float) -> str:
     """A positive number as a power of ten."""
     mantissa, exponent = f"{x:.3g}".split("e") if "e" in f"{x:.3g}" else (f"{x:.3g}", "")
     if not exponent:

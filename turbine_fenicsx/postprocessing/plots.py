@@ -29,13 +29,13 @@ from turbine_fenicsx.postprocessing.plot_style import (
     put_prefix_into_label,
 )
 
-__all__ = ["PALETTE", "PAPER_TOLERANCE", "Look", "Panel", "draw", "figures", "plot_summary"]
+__all__ = ["PALETTE", "PAPER_TOLERANCE", "Look", "Panel", "choose_figures", "draw", "plot_summary"]
 
 PAPER_TOLERANCE = 1e-7
 """Of the paper's Newton iterations; its figures compare changes per step with it [kJ, kNms]."""
 
 
-def figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
+def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     """The diagrams that runs have something to show in: name of the figure to its panels."""
 
     def some(family: Family, **fields: object) -> bool:
@@ -77,11 +77,12 @@ def draw(
 
     Args:
         runs: Time series, at most six.
-        panels: Panels, for example from `figures`.
+        panels: Panels, for example from `choose_figures`.
         paths: Files to write; the suffix decides the format (png, pdf, svg).
         tolerance: Height of a line in panels of changes per step [kJ, kNms], for example
             `PAPER_TOLERANCE`; None for none.
-        relative_tolerance: The same as a part of the largest energy or momentum of the first run.
+        relative_tolerance: That height as a part of the largest energy or momentum of the first
+            run.
         degrees: Angles in degrees instead of radians.
 
     Returns:

@@ -21,7 +21,7 @@ from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
 from turbine_fenicsx.postprocessing.conventions import NACELLE
-from turbine_fenicsx.postprocessing.field_reader import FieldReader
+from turbine_fenicsx.postprocessing.field_reader import FieldReader, ModeReader
 from turbine_fenicsx.postprocessing.parts import Part, Parts
 
 _MOST_SCALES = 3
@@ -34,7 +34,8 @@ class Scene:
     """The model at one time after another.
 
     Args:
-        job: ``fields``, ``parts`` (their text), ``scalar`` (None for plain colours),
+        job: ``fields``, ``parts`` (their text), ``titles`` of modes by their steps (none for the
+            fields of a run), ``scalar`` (None for plain colours),
             ``coloured`` (patterns of the names of parts and bodies, none for all), ``smooth``,
             ``edges``, ``scale``, ``view``, ``limits`` of the colours (None: see `colours`),
             ``size``.
@@ -48,7 +49,11 @@ class Scene:
         import pyvista
 
         self._parts = Parts.from_text(job["parts"])
-        self._reader = FieldReader(job["fields"], self._parts, job["scale"])
+        self._reader: FieldReader
+        if job["titles"]:
+            self._reader = ModeReader(job["fields"], self._parts, job["scale"])
+        else:
+            self._reader = FieldReader(job["fields"], self._parts, job["scale"])
         self._job, self._size = job, tuple(job["size"])
         self._scalar = job["scalar"]
         names = self._reader.field_names()
@@ -56,7 +61,7 @@ class Scene:
             shown = [name for name in names if not name.startswith("vtk")]
             raise InputError(f"there is no field '{self._scalar}', but {', '.join(shown)}")
         common = job["limits"] is not None
-        self._groups = coloured_parts(self._parts, self._scalar, job["coloured"], common)
+        self._groups = colour_parts(self._parts, self._scalar, job["coloured"], common)
         grids = (self._reader.grid(step) for step in steps)
         self._backdrop = Backdrop(self._parts)
         self._scales = self._look_through(grids)
@@ -69,20 +74,23 @@ class Scene:
             self._backdrop.frame(),
             job["view"],
             self._size,
-            bool(self._scales),
+            bool(self._scales) and not job["titles"],
         )
         self._plotter.enable_anti_aliasing("ssaa")
 
-    def draw(self, step: int) -> NDArray[np.uint8]:
-        """The picture of one step, shape (height, width, 3)."""
+    def draw(self, step: int, phase: float = 0.0) -> NDArray[np.uint8]:
+        """The picture of one step, shape (height, width, 3); of a mode at one phase [rad]."""
+        if isinstance(self._reader, ModeReader):
+            self._reader.phase = phase
         plotter, grid = self._plotter, self._reader.grid(step)
         plotter.suppress_rendering = True  # until all is there, else it renders six times
         for title in list(plotter.scalar_bars.keys()):
             plotter.remove_scalar_bar(title, render=False)
         plotter.clear_actors()
-        legends: set[str] = set()
+        # the amplitude of a mode has no unit: its colours need no legend
+        legends = set(self._scales) if self._job["titles"] else set()
         for part in self._parts.parts:
-            surface = self._surface(grid, part)
+            surface = self._make_surface(grid, part)
             if surface is None:
                 continue
             group = self._groups.get(part.number)
@@ -91,15 +99,14 @@ class Scene:
             else:
                 self._add_coloured(surface, part, group, group not in legends)
                 legends.add(group)
+        if isinstance(self._reader, ModeReader):
+            self._add_ghost(self._reader.at_rest(step))
         self._backdrop.add_to(plotter, self._reader.bounds(grid, NACELLE))
         height = self._size[1]
-        words = f"t = {self._reader.times[step]:.2f} s"
-        if self._job["scale"] != 1.0:
-            words += f"\ndeformation \u00d7 {self._job['scale']:g}"
         plotter.add_text(
-            words,
-            position=(0.04 * height, 0.05 * height),
-            font_size=max(4, round(height / 75)),
+            self._choose_words(step),
+            position=(0.04 * height, (0.9 if self._job["titles"] else 0.05) * height),
+            font_size=max(4, round(height / (60 if self._job["titles"] else 75))),
             color="black",
             font="arial",
             name="words",
@@ -108,6 +115,23 @@ class Scene:
         plotter.render()
         return np.asarray(plotter.screenshot(return_img=True))
 
+    def _choose_words(self, step: int) -> str:
+        """What stands in the corner: the mode, or the time."""
+        if self._job["titles"]:
+            return str(self._job["titles"][step])
+        words = f"t = {self._reader.times[step]:.2f} s"
+        if self._job["scale"] != 1.0:
+            words += f"\ndeformation \u00d7 {self._job['scale']:g}"
+        return words
+
+    def _add_ghost(self, grid: Any) -> None:
+        """The parts without the motion, pale."""
+        for part in self._parts.parts:
+            surface = self._make_surface(grid, part)
+            if surface is not None:
+                surface.clear_data()
+                self._plotter.add_mesh(surface, color="#9aa7b4", opacity=0.3, ambient=0.5)
+
     def _look_through(self, grids: Iterable[Any]) -> dict[str, tuple[float, float]]:
         """Ends of the scale of each group; what the backdrop has to hold on the way."""
         values: dict[str, list[NDArray[np.float64]]] = {g: [] for g in self._groups.values()}
@@ -115,20 +139,22 @@ class Scene:
             self._backdrop.include(grid, self._reader)
             if self._job["limits"] is None:
                 for part in self._parts.parts:
-                    surface = self._surface(grid, part) if part.number in self._groups else None
+                    surface = (
+                        self._make_surface(grid, part) if part.number in self._groups else None
+                    )
                     if surface is not None:
-                        values[self._groups[part.number]].append(self._values(surface))
+                        values[self._groups[part.number]].append(self._read_values(surface))
         if self._job["limits"] is not None:
             return {group: tuple(self._job["limits"]) for group in values}
         return {group: colours.scale_of(found) for group, found in values.items() if found}
 
-    def _surface(self, grid: Any, part: Part) -> Any:
+    def _make_surface(self, grid: Any, part: Part) -> Any:
         """Surface of a part with the field on it."""
         return self._reader.surface(grid, part, self._job["smooth"])
 
-    def _values(self, surface: Any) -> NDArray[np.float64]:
+    def _read_values(self, surface: Any) -> NDArray[np.float64]:
         """The field in the unit of its legend."""
-        return colours.scalars(self._scalar, surface[self._scalar])
+        return colours.to_scalars(self._scalar, surface[self._scalar])
 
     def _add_plain(self, surface: Any, part: Part) -> None:
         """A part in one colour."""
@@ -148,7 +174,7 @@ class Scene:
         """A part in colours, and the legend of its scale."""
         low, high = self._scales[group]
         title = colours.label(self._scalar, group)
-        values = self._values(surface)
+        values = self._read_values(surface)
         kept = "point" if len(values) == surface.n_points else "cell"
         surface.clear_data()
         (surface.point_data if kept == "point" else surface.cell_data)[title] = values
@@ -167,10 +193,10 @@ class Scene:
             split_sharp_edges=True,
             feature_angle=_SHARP,
             show_scalar_bar=legend,
-            scalar_bar_args=self._legend(group, title) if legend else None,
+            scalar_bar_args=self._place_legend(group, title) if legend else None,
         )
 
-    def _legend(self, group: str, title: str) -> dict[str, Any]:
+    def _place_legend(self, group: str, title: str) -> dict[str, Any]:
         """Place and looks of a legend; several stand on top of each other on the right."""
         k, n = list(self._scales).index(group), len(self._scales)
         height = 0.86 / n
@@ -191,7 +217,7 @@ class Scene:
         }
 
 
-def coloured_parts(
+def colour_parts(
     parts: Parts, field: str | None, patterns: Sequence[str], common: bool
 ) -> dict[int, str]:
     """Which parts have colours, and which of them share a scale.
@@ -260,7 +286,8 @@ def draw(job: Mapping[str, Any]) -> Iterator[None]:
         _save(scene.draw(step), path)
         yield
     if job["movie"]:
-        frames = (scene.draw(step) for step in movie["steps"])
+        phases = movie.get("phases", np.zeros(len(movie["steps"])))
+        frames = (scene.draw(k, phase) for k, phase in zip(movie["steps"], phases, strict=True))
         yield from _write_movie(movie["path"], movie["fps"], job["size"], frames)
 
 

@@ -25,6 +25,7 @@ from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint_file import (
     UnusableError,
@@ -35,7 +36,6 @@ from turbine_fenicsx.simulation.checkpoint_file import (
     write_checkpoint,
 )
 from turbine_fenicsx.simulation.observer import Observer, SeriesObserver
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -54,7 +54,7 @@ def save_state(system: MultibodySystem, state: State) -> RestartData:
         nodal = np.zeros((block.n_owned, 3))
         nodal[coupling.nodes] = force.array_r.reshape(-1, 3)
         forces.append(nodal)
-    names = ("q", "q_dot", "angles", "angle_rates", "multipliers")
+    names = ("q", "q_dot", "joint_coordinates", "joint_rates", "multipliers")
     return RestartData(
         {"time": state.time},
         {name: getattr(state, name).copy() for name in names},
@@ -220,7 +220,7 @@ class Checkpoints:
                 )
 
     def _list_superseded(self, index: int) -> list[Path]:
-        """Those of later steps, which were not gone on from, and older ones than the last two."""
+        """Those of steps that the run has left behind, and all older than the last two."""
         files = list_checkpoints(self._folder)
         later = [path for path in files if step_of(path) > index]
         return later + files[len(later) + KEPT :]
@@ -267,9 +267,9 @@ def _hash_parts(system: MultibodySystem) -> str:
         [body.name for body in system.flexible_bodies],
         [(type(joint).__name__, joint.name) for joint in system.joints],
         [coupling.name for coupling in system.couplings],
-        [*system.angle_names],
+        [*system.joint_coordinate_names],
         [*system.work_names],
-        [element.name for element in system.elements],
+        [force.name for force in system.motion_forces],
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 

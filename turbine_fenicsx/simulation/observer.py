@@ -8,8 +8,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from turbine_fenicsx.foundation.checks import check_methods
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.restart_data import RestartData
 
 
 class Observer(Protocol):

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint import Checkpoints, restore_state, save_state
@@ -25,12 +26,11 @@ from turbine_fenicsx.simulation.observer import (
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.simulation.step_grid import StepGrid
-from turbine_fenicsx.system.restart_data import RestartData
-from turbine_fenicsx.system.start import check_start
+from turbine_fenicsx.system.start import check_motions, check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.stepper import StepFailure, Stepper, StepReport
+from turbine_fenicsx.time_stepping.stepper import Stepper, StepReport
 
 log = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ class Simulation:
 
     Args:
         system: The system.
-        step: Time step dt [s], positive.
+        dt: Time step [s], positive.
         end: End time [s], not negative; the last step is shortened to meet it.
         observers: Whatever watches the run, called in this order.
         stepper: What makes the steps; the scheme of the paper, `EnergyMomentum`, if None.
@@ -71,7 +71,7 @@ class Simulation:
         stopped: Whether the run ended because it was asked to.
 
     Raises:
-        ModelError: for a step or end time out of range, two observers of one name, or a start state
+        ModelError: for a time step or end out of range, two observers of one name, or a start state
             of another system.
         TypeError: for an observer without its methods, or a start that is no state.
     """
@@ -79,7 +79,7 @@ class Simulation:
     def __init__(
         self,
         system: MultibodySystem,
-        step: float,
+        dt: float,
         end: float,
         observers: Sequence[Observer] = (),
         stepper: Stepper | None = None,
@@ -89,11 +89,11 @@ class Simulation:
         stop: Callable[[], bool] | None = None,
         start: State | None = None,
     ) -> None:
-        if not 0.0 < step < np.inf:
-            raise ModelError(f"time.step must be positive, got {step:g} s")
+        if not 0.0 < dt < np.inf:
+            raise ModelError(f"dt must be positive, got {dt:g} s")
         if not 0.0 <= end < np.inf:
-            raise ModelError(f"time.end must not be negative, got {end:g} s")
-        self.system, self.step, self.end = system, step, end
+            raise ModelError(f"end must not be negative, got {end:g} s")
+        self.system, self.dt, self.end = system, dt, end
         self.observers = tuple(observers)
         self.stepper = stepper or EnergyMomentum(system)
         if self.stepper.system is not system:
@@ -116,13 +116,14 @@ class Simulation:
             The last snapshot.
 
         Raises:
+            ModelError: if a joint coordinate does not start where its prescribed motion begins.
             StepFailure: if a step fails at the smallest size; all earlier steps were observed, and
                 a checkpoint was written.
         """
         start = time.perf_counter()
         run = self._restore(data) if data else self._begin()
         spare = run.state.copy()
-        snapshot = self._snapshot(run, None, start)
+        snapshot = self._take_snapshot(run, None, start)
         self.stopped = False
         with ExitStack() as ending:
             ending.enter_context(one_thread())
@@ -140,7 +141,7 @@ class Simulation:
                 run.works = run.works + report.works
                 run.dissipated = run.dissipated + report.dissipated
                 run.index += 1
-                snapshot = self._snapshot(run, report, start)
+                snapshot = self._take_snapshot(run, report, start)
                 self._notify(snapshot)
                 due = self._after_step(snapshot)
                 if due or self.stopped or run.grid.done:
@@ -167,11 +168,12 @@ class Simulation:
 
     def _begin(self) -> _Run:
         """Start at t = 0."""
+        check_motions(self.system, self._start)
         self.halvings = 0
         self.stepper.restore(RestartData())
         state = self.system.initial_state() if self._start is None else self._start.copy()
         state.time = 0.0
-        grid = StepGrid(self.step, self.end, self._deepest)
+        grid = StepGrid(self.dt, self.end, self._deepest)
         if self._error is not None:
             self._error.reset()
             grid.level = self._deepest  # nothing is known of the first steps, which are small
@@ -243,7 +245,7 @@ class Simulation:
         grid = run.grid
         data = RestartData(
             {
-                "step": self.step,
+                "step": self.dt,
                 "origin": grid.origin,
                 "cell": grid.cell,
                 "ticks": grid.ticks,
@@ -269,9 +271,9 @@ class Simulation:
         """Continue where an earlier run stopped."""
         n, state = data.numbers, restore_state(self.system, data.part("state"))
         position = (n["cell"], n["ticks"], n["level"], n["origin"])
-        grid = StepGrid(self.step, self.end, n["deepest"], *position)
-        if n["step"] != self.step or grid.time != state.time:  # or a former end between two steps
-            grid = StepGrid(self.step, self.end, self._deepest, origin=state.time)
+        grid = StepGrid(self.dt, self.end, n["deepest"], *position)
+        if n["step"] != self.dt or grid.time != state.time:  # or a former end between two steps
+            grid = StepGrid(self.dt, self.end, self._deepest, origin=state.time)
         self.halvings = n["halvings"]
         self.stepper.restore(data.part("solver"))
         if self._error is not None:
@@ -305,7 +307,7 @@ class Simulation:
             for observer in self.observers:
                 observer.observe(snapshot)
 
-    def _snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
+    def _take_snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
         """Collect what observers see."""
         with timing.event("balance"):
             balance = self.system.balance(run.state)

@@ -40,5 +40,5 @@ class Snapshot:
 
     @property
     def external_work(self) -> float:
-        """Work of all loads but gravity since t = 0 [J]."""
+        """Work of all forces except gravity since t = 0 [J]."""
         return float(self.works.sum())

@@ -17,8 +17,8 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 
 

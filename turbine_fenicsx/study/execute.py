@@ -105,7 +105,7 @@ def execute(
                 for entry in [e for e in active if e[1].poll() is not None]:
                     active.remove(entry)
                     run, process, start = entry
-                    reason = _reason(process.returncode, out / run.name)
+                    reason = _find_reason(process.returncode, out / run.name)
                     report(Outcome(run, reason, time.perf_counter() - start))
         finally:
             # SIGUSR1 is handed on by mpirun; SIGINT makes it kill the ranks.
@@ -139,7 +139,7 @@ def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[
         )
 
 
-def _reason(code: int, folder: Path) -> str:
+def _find_reason(code: int, folder: Path) -> str:
     """Why a child failed in a few words, empty if it did not."""
     if code == 0:
         lacking = [name for name in RESULTS if not (folder / name).is_file()]

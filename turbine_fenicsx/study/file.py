@@ -11,7 +11,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.mistakes import find_mistakes, quote
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.mistakes import find_mistakes
 from turbine_fenicsx.turbine.case.toml_file import read_toml
 
 
@@ -24,17 +25,17 @@ def flatten(table: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, An
             yield f"{start}{name}", value
 
 
-def _flat(value: Any) -> Any:
+def _flatten_value(value: Any) -> Any:
     """Nested tables with dotted keys; ``"time.step" = 1`` and ``time.step = 1`` are the same."""
     return dict(flatten(value)) if isinstance(value, Mapping) else value
 
 
-def _several(value: Any) -> Any:
+def _make_list(value: Any) -> Any:
     """One name as a list of one."""
     return [value] if isinstance(value, str) else value
 
 
-def _reference(value: Any) -> Any:
+def _check_reference(value: Any) -> Any:
     """What a refinement is compared with."""
     number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
     if number or value in ("finest", "richardson"):
@@ -42,8 +43,8 @@ def _reference(value: Any) -> Any:
     raise ValueError("must be 'finest', 'richardson' or a number")
 
 
-Names = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Changes = Annotated[dict[str, Any], BeforeValidator(_flat)]
+Names = Annotated[tuple[str, ...], BeforeValidator(_make_list)]
+Changes = Annotated[dict[str, Any], BeforeValidator(_flatten_value)]
 
 
 class Convergence(BaseModel):
@@ -53,7 +54,26 @@ class Convergence(BaseModel):
 
     key: str
     quantity: Names
-    reference: Annotated[float | str, BeforeValidator(_reference)] = "finest"
+    reference: Annotated[float | str, BeforeValidator(_check_reference)] = "finest"
+
+
+class Curve(BaseModel):
+    """What is drawn over a key that the study varies.
+
+    Attributes:
+        x: The key.
+        y: Quantities, one panel each.
+        reference: CSV file with a column named like the key and columns of quantities, relative to
+            the study file.
+        label: What the references are, for the legend.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    x: str
+    y: Names
+    reference: str | None = None
+    label: str = "reference"
 
 
 class Study(BaseModel):
@@ -69,7 +89,10 @@ class Study(BaseModel):
         set: Changes of all runs by dotted key.
         grid: Lists of values by dotted key; all combinations are run.
         run: Changes of single runs by dotted key, each combined with the whole grid.
+        average: Time at the end of each run over which columns of ``history.csv`` are averaged;
+            their last values if None [s].
         convergence: Observed orders of convergence, if wanted.
+        curve: A picture of quantities over a key, if wanted.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -83,12 +106,21 @@ class Study(BaseModel):
     set: Changes = {}
     grid: Changes = {}
     run: list[Changes] = []
+    average: Annotated[float, Field(gt=0.0)] | None = None
     convergence: Convergence | None = None
+    curve: Curve | None = None
 
     @property
     def varied(self) -> list[str]:
         """Dotted keys that differ between runs, in the order of the file."""
         return list(dict.fromkeys([key for changes in self.run for key in changes] + [*self.grid]))
+
+    @property
+    def wanted(self) -> list[str]:
+        """All quantities that are looked at."""
+        found = list(self.quantities)
+        found += self.convergence.quantity if self.convergence else ()
+        return [*found, *(self.curve.y if self.curve else ())]
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Study:
@@ -106,6 +138,9 @@ class Study(BaseModel):
         data = read_toml(path, "study file")
         if isinstance(data.get("case"), str):
             data["case"] = str(Path(path).parent / data["case"])
+        curve = data.get("curve")
+        if isinstance(curve, dict) and isinstance(curve.get("reference"), str):
+            curve["reference"] = str(Path(path).parent / curve["reference"])
         return Study.parse(data)
 
     @staticmethod
@@ -123,12 +158,12 @@ class Study(BaseModel):
         except ValidationError as error:
             sentences = [mistake.sentence for mistake in find_mistakes(error, data, Study)]
             raise InputError("\n".join(sentences)) from None
-        mistakes = list(study._contradictions())
+        mistakes = list(study._find_contradictions())
         if mistakes:
             raise InputError("\n".join(mistakes))
         return study
 
-    def _contradictions(self) -> Iterator[str]:
+    def _find_contradictions(self) -> Iterator[str]:
         """Sentences about keys that do not fit together."""
         if not self.grid and not self.run:
             yield "the study varies nothing: give lists of values in [grid], or entries [[run]]"
@@ -141,8 +176,13 @@ class Study(BaseModel):
                 yield f"{key!r} stands in [grid] and in [[run]]; give it in one of them"
             if key in self.set:
                 yield f"{key!r} stands in [set], which is for all runs, but differs between them"
-        if self.convergence is not None and self.convergence.key not in self.varied:
-            yield (
-                f"convergence.key = {self.convergence.key!r} is not varied; choose from "
-                f"{', '.join(self.varied) or 'nothing'}"
-            )
+        looked_at = {
+            "convergence.key": self.convergence.key if self.convergence else None,
+            "curve.x": self.curve.x if self.curve else None,
+        }
+        for name, varied in looked_at.items():
+            if varied is not None and varied not in self.varied:
+                yield (
+                    f"{name} = {varied!r} is not varied; choose from "
+                    f"{', '.join(self.varied) or 'nothing'}"
+                )

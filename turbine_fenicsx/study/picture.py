@@ -13,7 +13,7 @@ from turbine_fenicsx.postprocessing.plots import PALETTE
 from turbine_fenicsx.study.convergence import Series
 
 _MARKERS = "os^Dvp"
-_STYLE = {
+STYLE = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
     "axes.titlelocation": "left",
@@ -31,7 +31,7 @@ _STYLE = {
 
 
 def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path) -> None:
-    """Draw one panel a quantity, one line a series, and the fitted power law of each.
+    """Draw one panel per quantity, one line per series, and the fitted power law of each.
 
     Args:
         series: What to draw.
@@ -50,7 +50,7 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
     quantities = list(dict.fromkeys(s.quantity for s in series))
     columns = min(len(quantities), 3)
     rows = -(-len(quantities) // columns)
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         layout = ConstrainedLayoutEngine()
         figure = Figure(figsize=(4.2 * columns + 0.4, 3.4 * rows + 0.6), layout=layout)
         lines: dict[str, Any] = {}
@@ -68,7 +68,7 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
                 if np.isfinite(s.order):
                     fit = np.exp(np.mean(np.log(e)) + s.order * (np.log(h) - np.mean(np.log(h))))
                     axes.loglog(h, fit, "-", color=color, lw=1.0)
-            name, unit = _name_and_unit(quantity)
+            name, unit = name_and_unit(quantity)
             axes.set(title=name, xlabel=size, ylabel=f"error{unit}")
             sizes = sorted({h for s in series if s.quantity == quantity for h in s.sizes})
             axes.set_xticks(sizes, [f"{h:.3g}" for h in sizes])
@@ -85,7 +85,7 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
         figure.savefig(path)
 
 
-def _name_and_unit(quantity: str) -> tuple[str, str]:
+def name_and_unit(quantity: str) -> tuple[str, str]:
     """A column such as ``tip_deflection_1_[m]`` as words, and its unit in brackets."""
     name, unit = split_unit(quantity)
     return name.replace("_", " "), unit and f" [{unit}]"

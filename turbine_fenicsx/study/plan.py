@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.mistakes import quote
 
 _LONGEST_NAME = 120
 
@@ -67,7 +67,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
     common = [*_as_overrides(study.set), *overrides]
     cases: list[tuple[dict[str, Any], Case]] = []
     mistakes: dict[str, list[str]] = {}
-    combinations = _combinations(study)
+    combinations = _combine(study)
     for changes in combinations:
         try:
             case = Case.load(study.case, [*common, *_as_overrides(changes)])
@@ -83,14 +83,14 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
             )
         )
     runs = [
-        Run(name, changes, case, case_text(case))
-        for name, (changes, case) in zip(_names(combinations), cases, strict=True)
+        Run(name, changes, case, format_case(case))
+        for name, (changes, case) in zip(_name_folders(combinations), cases, strict=True)
     ]
     _check_convergence(study, runs)
     return runs
 
 
-def case_text(case: Case) -> str:
+def format_case(case: Case) -> str:
     """A case as a case file that means the same in any folder.
 
     Args:
@@ -101,19 +101,19 @@ def case_text(case: Case) -> str:
         all keys, set or not, and of the contents of the files.
     """
     digest = hashlib.sha256()
-    for key, value in _portable(case.model_dump()):
+    for key, value in _make_portable(case.model_dump()):
         digest.update(f"{key} = {json.dumps(value)}\n".encode())
         if _is_file(key, value):
             digest.update(Path(value).read_bytes())
     lines = [
         f"{key} = {json.dumps(value, ensure_ascii=False)}\n"  # JSON values are TOML values
-        for key, value in _portable(case.model_dump(exclude_unset=True))
+        for key, value in _make_portable(case.model_dump(exclude_unset=True))
         if value is not None
     ]
     return f"# a run of a study, hash {digest.hexdigest()}\n{''.join(lines)}"
 
 
-def _portable(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _make_portable(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Dotted keys and values, files by their absolute paths."""
     for key, value in flatten(tables):
         yield key, str(Path(value).resolve()) if _is_file(key, value) else value
@@ -124,7 +124,7 @@ def _is_file(key: str, value: Any) -> bool:
     return key.endswith("file") and isinstance(value, str) and Path(value).is_file()
 
 
-def series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
+def group_series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
     """Runs that differ in one key only, by a label made of all their other changes."""
     found: dict[str, list[Run]] = {}
     for run in runs:
@@ -133,7 +133,7 @@ def series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
     return found
 
 
-def _combinations(study: Study) -> list[dict[str, Any]]:
+def _combine(study: Study) -> list[dict[str, Any]]:
     """The changes of each run.
 
     Raises:
@@ -167,7 +167,7 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, str | bool | int) or (isinstance(value, float) and isfinite(value))
 
 
-def _names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
+def _name_folders(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Different names of folders.
 
     Raises:
@@ -217,7 +217,7 @@ def _check_convergence(study: Study, runs: Sequence[Run]) -> None:
                 f"not {value!r}"
             )
     needed = 3 if isinstance(reference, str) else 2
-    for label, members in series(runs, key).items():
+    for label, members in group_series(runs, key).items():
         if len(members) < needed:
             raise InputError(
                 f"convergence.reference = {reference!r} needs at least {needed} values of {key!r}"

@@ -24,7 +24,7 @@ class StudyProgress:
         self._bar: tqdm | None = tqdm(total=total, unit="run") if style == "bar" else None
 
     def show(self, outcome: Outcome) -> None:
-        """Take in an outcome."""
+        """Show the outcome of a run."""
         self._done += 1
         if outcome.reason:
             said = f"failed: {outcome.reason}"

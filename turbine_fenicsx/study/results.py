@@ -8,8 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.names import INTERRUPTED, split_unit
+from turbine_fenicsx.postprocessing.names import INTERRUPTED, TIME, split_unit
 from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
@@ -52,14 +54,20 @@ def _end_of(run: Run, folder: Path) -> str:
     return "interrupted" if summary.get(INTERRUPTED) else "end"
 
 
-def read_results(folder: Path) -> dict[str, float]:
+def read_results(folder: Path, average: float | None = None) -> dict[str, float]:
     """All numbers of ``summary.json`` by dotted key, and the last row of ``history.csv``.
 
     Of a name that both use, the one of the summary is taken.
+
+    Args:
+        folder: Folder of a finished run.
+        average: Time at the end over which columns are averaged; None for the last row [s].
     """
     with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
     found = {name: _number(text) for name, text in zip(header, rows[-1], strict=True)}
+    if average is not None:
+        found = _average(header, rows, average)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     numbers = {k: v for k, v in flatten(summary) if isinstance(v, int | float)}
     return numbers | {name: value for name, value in found.items() if name not in numbers}
@@ -110,12 +118,12 @@ def write_table(
         for run in runs:
             found = results.get(run.name, {})
             state = "finished" if found else "failed" if run.name in failed else "not run"
-            values = [_cell(run.value(key)) for key in keys]
+            values = [_format_cell(run.value(key)) for key in keys]
             writer.writerow([run.name, state, *values, *(found.get(name, "") for name in names)])
     temporary.replace(path)
 
 
-def lines_of(table: Iterable[Sequence[str]]) -> Iterator[str]:
+def format_lines(table: Iterable[Sequence[str]]) -> Iterator[str]:
     """Rows of text as lines, the first column to the left and all others to the right."""
     rows = [list(row) for row in table]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -124,11 +132,23 @@ def lines_of(table: Iterable[Sequence[str]]) -> Iterator[str]:
         yield "  ".join([first.ljust(widths[0]), *cells]).rstrip()
 
 
+def _average(header: Sequence[str], rows: Sequence[Sequence[str]], time: float) -> dict[str, float]:
+    """Means of columns over the last rows, by the trapezoidal rule; the time is the last."""
+    table = np.array([[_number(text) for text in row] for row in rows])
+    t = table[:, header.index(TIME)]
+    table, t = (x[t >= t[-1] - time * (1.0 + 1e-9)] for x in (table, t))
+    if len(t) < 2:
+        means = table[-1]
+    else:
+        means = 0.5 * np.diff(t) @ (table[1:] + table[:-1]) / (t[-1] - t[0])
+    return {**dict(zip(header, means.tolist(), strict=True)), TIME: float(t[-1])}
+
+
 def _number(text: str) -> float:
     """An entry of the history."""
     return float(text) if text else float("nan")
 
 
-def _cell(value: Any) -> Any:
+def _format_cell(value: Any) -> Any:
     """A value of a case as the entry of a table."""
     return json.dumps(value) if isinstance(value, list | tuple) else value

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.convergence import Series, make_series, write_series
+from turbine_fenicsx.study.curve import read_reference
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study
-from turbine_fenicsx.study.plan import Run, plan, series
+from turbine_fenicsx.study.plan import Run, group_series, plan
 from turbine_fenicsx.study.probe import check_quantities
 from turbine_fenicsx.study.progress import StudyProgress
 from turbine_fenicsx.study.results import (
@@ -66,7 +67,9 @@ def run_study(
     launcher = launcher_words(study.launcher, study.ranks)
     if not overwrite:
         _refuse_to_overwrite(runs, out)
-    wanted = [*study.quantities, *(study.convergence.quantity if study.convergence else ())]
+    wanted = study.wanted
+    if study.curve and study.curve.reference is not None:
+        read_reference(study.curve.reference, study.curve.x, study.curve.y)
     check_quantities([run for run in runs if not is_finished(run, out / run.name)], wanted)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -80,7 +83,7 @@ def run_study(
         if outcome.reason:
             result.failed[name] = outcome.reason
         else:
-            result.results[name] = read_results(out / name)
+            result.results[name] = read_results(out / name, study.average)
             for quantity in wanted:
                 find_quantity(result.results[name], quantity)
         shown.show(outcome)
@@ -99,7 +102,7 @@ def run_study(
 
 
 def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:
-    """Nothing is lost unasked.
+    """Refuse to replace results of other cases.
 
     Raises:
         InputError: if a folder holds the results of another case.
@@ -120,7 +123,7 @@ def find_orders(study: Study, result: StudyResult) -> None:
         return
     key, reference = study.convergence.key, study.convergence.reference
     for name in study.convergence.quantity:
-        for label, members in series(result.runs, key).items():
+        for label, members in group_series(result.runs, key).items():
             done = [run for run in members if run.name in result.results]
             if not done:
                 continue

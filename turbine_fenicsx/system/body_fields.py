@@ -47,7 +47,7 @@ class BodyFields:
     """
 
     def __init__(self, system: MultibodySystem, body: FlexibleBody, degree: int = 0) -> None:
-        check_among_parts(f"flexible body {body.name!r}", body, system.flexible_bodies)
+        check_among_parts("flexible body", body, system.flexible_bodies)
         self._index = system.flexible_bodies.index(body)
         self._model = system.flexible_models[self._index]
         space = _compat.cellwise_space(body.mesh, (3, 3), degree)

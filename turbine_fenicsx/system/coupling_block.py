@@ -58,7 +58,7 @@ class CouplingBlock:
     ) -> None:
         comm = block.body.mesh.comm
         self.couplings = tuple(couplings)
-        found = [_contact_nodes(block, c) for c in couplings]
+        found = [_find_contact_nodes(block, c) for c in couplings]
         counts = comm.allreduce(np.array([n.size for n in found]))
         for coupling, count in zip(couplings, counts, strict=True):
             if count == 0:
@@ -84,7 +84,7 @@ class CouplingBlock:
         layout_u = (3 * block.n_owned, None)
         layout_r = (rigid_size if comm.rank == 0 else 0, rigid_size)
         first_dof = 3 * block.space.dofmap.index_map.local_range[0]
-        self.C = _sparse(
+        self.C = _make_matrix(
             comm,
             (layout_c, layout_u),
             np.ones(self.dofs.size, dtype=np.int64),
@@ -92,7 +92,7 @@ class CouplingBlock:
             -np.ones(self.dofs.size),
         )
         rows_used, columns_used = np.nonzero(self.B_local)
-        self.B = _sparse(
+        self.B = _make_matrix(
             comm,
             (layout_c, layout_r),
             np.bincount(rows_used, minlength=self.dofs.size),
@@ -147,7 +147,7 @@ class CouplingBlock:
         return gap
 
 
-def _sparse(
+def _make_matrix(
     comm: Any, layout: Any, row_lengths: npt.ArrayLike, columns: npt.ArrayLike, values: Array
 ) -> PETSc.Mat:
     """Distributed matrix from this rank's rows in compressed form, global column numbers."""
@@ -158,7 +158,7 @@ def _sparse(
     return matrix
 
 
-def _contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
+def _find_contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
     """Owned nodes on the facets of a coupling, sorted."""
     facets = check_facets(coupling.name, block.body.mesh, coupling.facets)
     nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)

@@ -5,26 +5,31 @@ With nodal displacements u and velocities v, the test functions w, and the refer
     int rho v' . w dV + int F (S + S_v) : grad w dV = int rho g . w dV + int t . w dA,
 
 where S = 2 dW/dC is the elastic stress and S_v(E') that of a viscous material, and t are the
-surface loads.
+forces on surfaces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 import ufl
 from dolfinx import fem
+from ufl.algorithms import expand_derivatives
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.nearest_node import nearest_node
-from turbine_fenicsx.forces.load import SurfaceLoad
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.forces.prescribed_force import SurfaceForce
+from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Viscous, cauchy_stress, second_piola_kirchhoff
 from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
@@ -33,7 +38,13 @@ from turbine_fenicsx.materials.kinematics import (
     right_cauchy_green,
     strain_rate,
 )
+from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
+from turbine_fenicsx.system.directions import keep_directions
+from turbine_fenicsx.system.quadrature import make_measures
 from turbine_fenicsx.system.surface_forms import SurfaceIntegrals
+
+BodyForce: TypeAlias = SurfaceForce | NodeForce | SectionLoads
+"""A force on a flexible body."""
 
 
 class StaticForms(NamedTuple):
@@ -44,42 +55,42 @@ class StaticForms(NamedTuple):
 
 
 class FlexibleModel:
-    """Function space, mass, energy, stress and loads of a flexible body.
+    """Function space, mass, energy, stress and forces of a flexible body.
 
     Args:
         body: The body.
-        loads: Surface loads and forces on nodes.
+        forces: Forces on surfaces, nodes and sections.
 
     Attributes:
-        loads: The surface loads, then the forces on nodes.
+        forces: Those on surfaces, then those on nodes, then those on sections.
         space: Space of the displacement.
         n_owned: Number of nodes owned by this rank.
         positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
-        local_positions: The same with those of the ghosts after them.
+        local_positions: Those of the owned nodes, then of the ghosts.
         nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
         parameter: Turns a number, an array or a `cell_field` into a UFL coefficient on the mesh.
         density: rho as a UFL expression.
         dx_mass: Measure of the inertia terms.
         dx_stress: Measure of the stress terms.
-        surface: The surface loads as forms.
-        nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_loads`.
+        surface: The forces on surfaces as forms.
+        nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_time`.
+        section_loads: Loads on sections.
     """
 
-    def __init__(self, body: FlexibleBody, loads: Sequence[SurfaceLoad | NodeForce] = ()) -> None:
+    def __init__(self, body: FlexibleBody, forces: Sequence[BodyForce] = ()) -> None:
         self.body = body
-        surface_loads = [x for x in loads if not isinstance(x, NodeForce)]
-        node_forces = [x for x in loads if isinstance(x, NodeForce)]
-        self.loads: tuple[SurfaceLoad | NodeForce, ...] = (*surface_loads, *node_forces)
+        node_forces = [x for x in forces if isinstance(x, NodeForce)]
+        section_loads = [x for x in forces if isinstance(x, SectionLoads)]
+        surface_forces = [x for x in forces if not isinstance(x, NodeForce | SectionLoads)]
+        self.forces: tuple[BodyForce, ...] = (*surface_forces, *node_forces, *section_loads)
         mesh = body.mesh
         self.space = V = _compat.vector_space(mesh, body.degree)
         self.n_owned = V.dofmap.index_map.size_local
         self._u, self._v = fem.Function(V), fem.Function(V)
         self.parameter = _parameters_of(body)
         self.density = self.parameter(body.density)
-        self.dx_mass, self.dx_stress = (
-            ufl.dx(domain=mesh, metadata={"quadrature_degree": q}) for q in _quadrature(body)
-        )
-        self.surface = SurfaceIntegrals(mesh, surface_loads, self.parameter, 2 * body.degree + 1)
+        self.dx_mass, self.dx_stress = make_measures(body)
+        self.surface = SurfaceIntegrals(mesh, surface_forces, self.parameter, 2 * body.degree + 1)
         index_map = V.dofmap.index_map
         self._work = PETSc.Vec().createGhost(
             index_map.ghosts.astype(PETSc.IntType),
@@ -91,8 +102,19 @@ class FlexibleModel:
         X.interpolate(lambda x: x)
         self.local_positions = X.x.array.reshape(-1, 3).copy()
         self.positions = self.local_positions[: self.n_owned]
-        self._node_forces = [(load, self._node_at(load.point), load.force) for load in node_forces]
+        self._node_forces = [
+            (force, self._node_at(force.point), force.force) for force in node_forces
+        ]
         self.nodal_forces: list[tuple[slice, Array]] = []
+        self.section_loads = tuple(
+            BoundSectionLoads(
+                mesh.comm,
+                self.positions,
+                [self.find_areas(loads.name, line.facets) for line in loads.lines],
+                loads,
+            )
+            for loads in section_loads
+        )
         self._compile()
         ones = self.new_vector()
         ones.set(1.0)
@@ -123,8 +145,8 @@ class FlexibleModel:
         """Strain energy per reference volume [J/m^3] as a UFL expression."""
         return self.body.material.strain_energy(C, self.parameter)
 
-    def forces(self, u: Any, v: Any, w: Any) -> Any:
-        """The virtual work of stresses minus that of surface loads, without gravity.
+    def virtual_work(self, u: Any, v: Any, w: Any) -> Any:
+        """The virtual work of stresses minus that of forces on surfaces, without gravity.
 
         Args:
             u: Displacement, a UFL expression.
@@ -144,17 +166,17 @@ class FlexibleModel:
     def static_forms(self) -> StaticForms:
         """Forces at rest and their derivative; compiled on first use."""
         w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        F = self.forces(self._u, None, w)
+        F = self.virtual_work(self._u, None, w)
         return StaticForms(
             _compat.compile_form(F), _compat.compile_form(ufl.derivative(F, self._u, delta))
         )
 
-    def set_loads(self, time: float) -> None:
-        """Set the functions of time of all loads [s]."""
+    def set_time(self, time: float) -> None:
+        """Set the functions of time of all forces [s]."""
         self.surface.set_time(time)
         self.nodal_forces = [
-            (dofs, load.function(time) * np.asarray(force, dtype=float))
-            for load, dofs, force in self._node_forces
+            (dofs, force.function(time) * np.asarray(value, dtype=float))
+            for force, dofs, value in self._node_forces
         ]
 
     def new_vector(self) -> PETSc.Vec:
@@ -172,29 +194,41 @@ class FlexibleModel:
         self.copy_to(self._v, v)
         self.assemble(self._momentum, p)
 
-    def mass_matrix(self) -> PETSc.Mat:
-        """New consistent mass matrix M [kg]. Collective."""
+    def mass_matrix(self, tensor: npt.ArrayLike | None = None) -> PETSc.Mat:
+        """New consistent mass matrix M [kg]. Collective.
+
+        Args:
+            tensor: A tensor A of shape (3, 3) that multiplies all accelerations a, as in
+                int rho w.A a dV; the unit tensor if None.
+        """
+        A = np.eye(3) if tensor is None else np.asarray(tensor, dtype=float)
         w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        form = _compat.compile_form(self.density * ufl.dot(delta, w) * self.dx_mass)
-        matrix = _compat.create_matrix(form)
-        _compat.assemble_matrix(matrix, form)
+        Aa = ufl.dot(self.parameter(A), delta)
+        form = _compat.compile_form(self.density * ufl.dot(Aa, w) * self.dx_mass)
+        full = _compat.create_matrix(form)
+        _compat.assemble_matrix(full, form)
+        matrix = keep_directions(full, A != 0.0)
+        full.destroy()
         return matrix
 
     def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
-        """Forces at rest that the nodes lack for equilibrium, stresses minus loads, into out [N].
+        """Forces [N] that the nodes lack for equilibrium, stresses minus applied forces, into out.
 
         Args:
             u: Displacement.
             gravity: Acceleration of gravity, shape (3,) [m/s^2].
-            time: Time of the loads [s].
+            time: Time of the forces [s].
             out: Vector of nodal values.
         """
-        self.set_loads(time)
+        self.set_time(time)
         self.copy_to(self._u, u)
         self.assemble(self.static_forms.forces, out)
         out.array[:] -= (self.nodal_mass[:, None] * gravity).ravel()
         for dofs, force in self.nodal_forces:
             out.array[dofs] -= force[: dofs.stop - dofs.start]
+        for loads in self.section_loads:
+            loads.begin_at(StepTimes.at_rest(time), u.array_r)
+            loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
 
     def new_stiffness(self) -> PETSc.Mat:
         """New matrix for `assemble_stiffness`. Collective."""
@@ -202,14 +236,60 @@ class FlexibleModel:
 
     def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
         """Derivative K of the forces at rest with respect to u [N/m], into out. Collective."""
-        self.set_loads(time)
+        self.set_time(time)
         self.copy_to(self._u, u)
         _compat.assemble_matrix(out, self.static_forms.stiffness)
+
+    def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
+        """Derivative D of the forces with respect to the velocity at rest [N s/m]. Collective.
+
+        Args:
+            u: Displacement.
+            time: Time of the forces [s].
+
+        Returns:
+            A new matrix; None if no force depends on the velocity.
+        """
+        if self.damping_form is None:
+            return None
+        self.set_time(time)
+        self.copy_to(self._u, u)
+        self._v.x.array[:] = 0.0
+        matrix = _compat.create_matrix(self.damping_form)
+        _compat.assemble_matrix(matrix, self.damping_form)
+        return matrix
+
+    @cached_property
+    def damping_form(self) -> Any | None:
+        """Derivative of the virtual work with respect to the velocity; compiled on first use."""
+        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        D = expand_derivatives(
+            ufl.derivative(self.virtual_work(self._u, self._v, w), self._v, delta)
+        )
+        return None if D.empty() else _compat.compile_form(D)
 
     def strain_energy(self, u: PETSc.Vec) -> float:
         """This rank's part of the strain energy [J] of the displacement u."""
         self.copy_to(self._u, u)
         return float(fem.assemble_scalar(self._strain_energy))
+
+    def find_areas(self, name: str, facets: npt.ArrayLike) -> Array:
+        """Area of facets that belongs to each owned node, shape (n_owned,) [m^2]. Collective.
+
+        Args:
+            name: Name of what acts on them, for errors.
+            facets: Facets of the surface, indices local to this rank (ghosts allowed).
+        """
+        found = check_facets(name, self.body.mesh, facets)
+        ds = _compat.facet_measure(self.body.mesh, found, np.ones(found.size, dtype=np.int32))
+        w = ufl.TestFunction(self.space)
+        vector = self.new_vector()
+        form = ufl.dot(self.parameter((1.0, 1.0, 1.0)), w) * ds(1)
+        self.assemble(_compat.compile_form(form), vector)
+        areas = np.array(vector.array_r[::3])
+        vector.destroy()
+        # some shape functions have the mean zero on a face: round-off is no area
+        return np.where(np.abs(areas) > 1e-12 * np.max(np.abs(areas), initial=0.0), areas, 0.0)
 
     def sum_at_owners(self, values: Array) -> Array:
         """Sum of nodal values that several ranks hold parts of. Collective.
@@ -292,20 +372,6 @@ class FlexibleModel:
         """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
         node = nearest_node(self.body.mesh.comm, self.positions, point)
         return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)
-
-
-def _quadrature(body: FlexibleBody) -> tuple[int, int]:
-    """Quadrature degrees of the inertia terms and of the stress terms.
-
-    Hexahedra take p + 1 Gauss points a direction for both. Tetrahedra take the degree that is
-    exact for inertia, and one point (P1) or four points (P2) for the stress; their weights are
-    positive, so that the strain energy is. Energy is conserved exactly for any choice, as energy
-    and stress use the same points.
-    """
-    p = body.degree
-    if _compat.cell_name(body.mesh) == "hexahedron":
-        return 2 * p + 1, 2 * p + 1
-    return 2 * p, p
 
 
 def _parameters_of(body: FlexibleBody) -> Callable[[Any], Any]:

@@ -33,7 +33,7 @@ def initial_velocity(block: FlexibleModel, coupling: CouplingBlock, rates: Array
     """
     X = block.positions
     if block.body.velocity is not None:
-        return _evaluated(block, block.body.velocity)
+        return _evaluate(block, block.body.velocity)
     if coupling.carriers:
         xi = coupling.carriers[0].body_coordinates(X)
         of_carrier = rates[coupling.columns[:12]].reshape(4, 3)
@@ -42,14 +42,16 @@ def initial_velocity(block: FlexibleModel, coupling: CouplingBlock, rates: Array
     return np.zeros_like(X)
 
 
-def _evaluated(block: FlexibleModel, field: Callable[[Array], Array]) -> Array:
+def _evaluate(block: FlexibleModel, field: Callable[[Array], Array]) -> Array:
     """Values of a field at the owned nodes; never at three points, where (n, 3) is (3, n)."""
     X = block.positions
     points = np.concatenate([X, X[:1]]) if len(X) == 3 else X
     found, error = np.zeros_like(points), None
     try:
         if len(points):
-            found = _checked(f"velocity of {block.body.name!r}", field(points.copy()), points.shape)
+            found = _check_velocities(
+                f"velocity of {block.body.name!r}", field(points.copy()), points.shape
+            )
     except Exception as problem:  # the other ranks must hear of it, whatever it is
         error = problem
     raise_together(block.body.mesh.comm, error)
@@ -57,7 +59,7 @@ def _evaluated(block: FlexibleModel, field: Callable[[Array], Array]) -> Array:
     return velocities
 
 
-def _checked(what: str, values: Array, shape: tuple[int, ...]) -> Array:
+def _check_velocities(what: str, values: Array, shape: tuple[int, ...]) -> Array:
     """Velocities of the right shape and finite, or a ModelError."""
     values = np.asarray(values)
     if values.shape != shape:

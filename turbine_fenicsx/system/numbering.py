@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.forces.element import Layout
+from turbine_fenicsx.forces.force import Layout
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
-from turbine_fenicsx.foundation.redundancy import redundant_rows
+from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.coordinates import JointCoordinate
 from turbine_fenicsx.joints.relation import Relation
@@ -29,21 +29,21 @@ class Numbering:
 
     Args:
         model: The rigid part.
-        angle_names: Names of the joint coordinates.
+        joint_coordinate_names: Names of the joint coordinates.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
         redundant: Number of redundant constraints of each joint that has some, by its name.
         warnings: What the user should know.
     """
 
     model: RigidModel
-    angle_names: tuple[str, ...]
+    joint_coordinate_names: tuple[str, ...]
     joint_rows: Mapping[str, npt.NDArray[np.int64]]
     redundant: Mapping[str, int]
     warnings: tuple[str, ...]
 
 
 def number_parts(parts: Parts) -> Numbering:
-    """Number joint coordinates, find redundant constraints, bind force elements.
+    """Number joint coordinates, find redundant constraints, bind forces.
 
     Raises:
         ModelError: for two joint coordinates of one name, an unknown joint coordinate, or a
@@ -70,7 +70,7 @@ def number_parts(parts: Parts) -> Numbering:
         {name: n_q + k for k, name in enumerate(coordinates)},
     )
     q = np.concatenate([np.zeros(0), *(b.coordinates for b in bodies)])
-    redundant = redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
+    redundant = find_redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
     kept = [c for k, c in enumerate(constraints) if k not in redundant]
     S = _relation_rows(parts.relations, layout, n_q, len(coordinates))
     _check_relations(parts.relations, kept, list(coordinates.values()), S, q)
@@ -79,7 +79,7 @@ def number_parts(parts: Parts) -> Numbering:
         constraints,
         list(coordinates.values()),
         S,
-        [e.bind(layout) for e in parts.elements],
+        [e.bind(layout) for e in parts.motion_forces],
         redundant,
     )
     of_rows = [*("" for _ in range(n_internal)), *owners]
@@ -122,7 +122,7 @@ def _check_relations(
             row = row + factor * function
         rows.append(row)
     gradients = QuadraticMap([*constraints, *rows], q.size).jacobian(q)
-    for k in redundant_rows(gradients, len(constraints)) - len(constraints):
+    for k in find_redundant_rows(gradients, len(constraints)) - len(constraints):
         raise ModelError(
             f"{relations[k].name!r} depends on the joints and the other relations of joint "
             "coordinates"

@@ -9,9 +9,10 @@ from typing import Any
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces.element import Element
-from turbine_fenicsx.forces.load import Load, SurfaceLoad
+from turbine_fenicsx.forces.force import Force
 from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.forces.prescribed_force import PrescribedForce, SurfaceForce
+from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.joints.base import Joint
@@ -32,14 +33,14 @@ class Parts:
     couplings: tuple[Coupling, ...]
     joints: tuple[Joint, ...]
     relations: tuple[Relation, ...]
-    elements: tuple[Element, ...]
-    loads: tuple[Load, ...]
-    on_bodies: tuple[SurfaceLoad | NodeForce, ...]
+    motion_forces: tuple[Force, ...]
+    prescribed_forces: tuple[PrescribedForce, ...]
+    on_bodies: tuple[SurfaceForce | NodeForce | SectionLoads, ...]
 
     def __post_init__(self) -> None:
         bodies: list[Any] = [*self.rigid_bodies, *self.flexible_bodies]
         _check_unique([*bodies, *self.joints, *self.couplings])
-        _check_unique([*self.elements, *self.on_bodies, *self.relations])
+        _check_unique([*self.motion_forces, *self.on_bodies, *self.relations])
         for joint in self.joints:
             for body in joint.bodies:
                 _require(joint.name, body, RigidBody, "a rigid body or the ground")
@@ -73,13 +74,13 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
     Raises:
         TypeError: for a part of unknown kind.
     """
-    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce)
-    protocols = (Relation, Joint, Element, SurfaceLoad, Load)
+    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce, SectionLoads)
+    protocols = (Relation, Joint, Force, SurfaceForce, PrescribedForce)
     groups: dict[type, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
     for part in parts:
         kind = next((k for k in groups if isinstance(part, k)), None)
         if kind is None:
-            raise TypeError(f"{part!r} is no body, joint, coupling, force element or load")
+            raise TypeError(f"{part!r} is no body, joint, relation, coupling or force")
         groups[kind].append(part)
     return Parts(
         rigid_bodies=tuple(groups[RigidBody]),
@@ -87,9 +88,9 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
         couplings=tuple(groups[Coupling]),
         joints=tuple(groups[Joint]),
         relations=tuple(groups[Relation]),
-        elements=tuple(groups[Element]),
-        loads=tuple(groups[Load]),
-        on_bodies=(*groups[SurfaceLoad], *groups[NodeForce]),
+        motion_forces=tuple(groups[Force]),
+        prescribed_forces=tuple(groups[PrescribedForce]),
+        on_bodies=(*groups[SurfaceForce], *groups[NodeForce], *groups[SectionLoads]),
     )
 
 

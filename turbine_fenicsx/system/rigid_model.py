@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.forces.element import BoundElement, StepTimes
+from turbine_fenicsx.forces.force import BoundForce, StepTimes
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
@@ -50,15 +50,15 @@ class RigidModel:
         masses: Diagonal of the mass matrix M, shape (n_q,).
         constraints: Internal and joint constraints, quadratic in q.
         coordinates: The joint coordinates as functions of q.
-        relations: S, one row for each relation of joint coordinates, shape (n_p, n_angles).
-        elements: Force elements.
+        relations: S, one row for each relation of joint coordinates, shape (n_p, n_T).
+        forces: Forces that depend on the motion.
         redundant: Which constraints depend on the others; they have no multiplier and are only
             watched.
 
     Attributes:
         n_q: Number of coordinates of rigid bodies.
-        n_angles: Number of joint coordinates.
-        is_angle: Which of them are angles, shape (n_angles,).
+        n_T: Number of joint coordinates.
+        is_angle: Which of them are T, shape (n_T,).
         n_constraints: Number of internal and joint constraints with a multiplier.
         n_relations: Number of relations.
         n_rows: Number of functions of q: constraints, then two for each joint coordinate.
@@ -74,10 +74,10 @@ class RigidModel:
         constraints: Sequence[Quadratic],
         coordinates: Sequence[JointCoordinate],
         relations: Array | None = None,
-        elements: Sequence[BoundElement] = (),
+        forces: Sequence[BoundForce] = (),
         redundant: npt.ArrayLike = (),
     ) -> None:
-        self.masses, self.elements = masses, tuple(elements)
+        self.masses, self.forces = masses, tuple(forces)
         self.is_angle = np.array([isinstance(c, Angle) for c in coordinates], dtype=bool)
         self._terms = augmentation(regular, self.is_angle)
         left_out = set(np.asarray(redundant, dtype=int).tolist())
@@ -94,7 +94,7 @@ class RigidModel:
         ends = np.cumsum(sizes)
         self.parts = [slice(e - n, e) for e, n in zip(ends, sizes, strict=True)]
         self.size = int(ends[-1])
-        self.n_q, self.n_angles, self.n_constraints, _, self.n_relations = sizes
+        self.n_q, self.n_T, self.n_constraints, _, self.n_relations = sizes
         self.mass_matrix = np.diag(masses)
         self.at = Memo(self._jacobian_and_values)
 
@@ -102,19 +102,19 @@ class RigidModel:
         """Views of the parts of r, shape (size,)."""
         return RigidUnknowns(*(r[part] for part in self.parts))
 
-    def constraint_values(self, q: Array, angles: Array) -> Array:
+    def constraint_values(self, q: Array, T: Array) -> Array:
         """Phi, Phi_T and the redundant constraints at a configuration [m, -]."""
         _, y = self.at(q)
         c, s = y[self.c], y[self.s]
-        Phi_T = np.sin(angles) * c - np.cos(angles) * s
+        Phi_T = np.sin(T) * c - np.cos(T) * s
         if not np.all(self.is_angle):
-            Phi_T = np.where(self.is_angle, Phi_T, angles - c)
+            Phi_T = np.where(self.is_angle, Phi_T, T - c)
         return np.concatenate([y[self.g], Phi_T, self.gaps(q)])
 
-    def constraint_jacobian(self, q: Array, angles: Array) -> Array:
-        """Gradients of Phi, Phi_T and S T, shape (n_constraints + n_angles + n_relations, n_y)."""
-        (G, _), a = self.at(q), self.angle_terms(q, angles)
-        n_g, n_T = self.n_constraints, self.n_angles
+    def constraint_jacobian(self, q: Array, T: Array) -> Array:
+        """Gradients of Phi, Phi_T and S T, shape (n_constraints + n_T + n_relations, n_y)."""
+        (G, _), a = self.at(q), self.angle_terms(q, T)
+        n_g, n_T = self.n_constraints, self.n_T
         D = np.zeros((self.size - self.n_q - n_T, self.n_q + n_T))
         D[:n_g, : self.n_q] = G[self.g]
         D[n_g : n_g + n_T, : self.n_q] = a.g_c[:, None] * G[self.c] + a.g_s[:, None] * G[self.s]
@@ -122,72 +122,93 @@ class RigidModel:
         D[n_g + n_T :, self.n_q :] = self.S
         return D
 
-    def stiffness(self, q: Array, angles: Array, multipliers: Array, time: float) -> Array:
-        """Stiffness of constraints and force elements, the derivative of `static_forces`.
+    def stiffness(self, q: Array, T: Array, multipliers: Array, time: float) -> Array:
+        """Stiffness of constraints and forces, the derivative of `static_forces`.
 
         Args:
             q: Coordinates, shape (n_q,).
-            angles: Joint coordinates, shape (n_angles,).
+            T: Joint coordinates, shape (n_T,).
             multipliers: (mu, nu, pi).
-            time: Time of the force elements [s].
+            time: Time of the forces [s].
 
         Returns:
-            Shape (n_q + n_angles, n_q + n_angles).
+            Shape (n_q + n_T, n_q + n_T).
         """
-        K, y = self.constraint_stiffness(q, angles, multipliers), np.concatenate([q, angles])
-        _, _, slope = self.element_forces(y, y, StepTimes.at_rest(time))
+        K, y = self.constraint_stiffness(q, T, multipliers), np.concatenate([q, T])
+        _, _, slope = self.motion_forces(y, y, StepTimes.at_rest(time))
         return K if slope is None else K - 2.0 * slope  # the ends of a step count equally
 
-    def constraint_stiffness(self, q: Array, angles: Array, multipliers: Array) -> Array:
+    def damping(self, q: Array, T: Array, time: float) -> Array:
+        """Derivative of minus the forces with respect to the velocity at rest.
+
+        The slope of a force in a step is half that with respect to the configuration and that with
+        respect to the rate (y1 - y0)/dt over dt; a step without end has the former alone.
+
+        Args:
+            q: Coordinates, shape (n_q,).
+            T: Joint coordinates, shape (n_T,).
+            time: Time of the forces [s].
+
+        Returns:
+            Shape (n_q + n_T, n_q + n_T).
+        """
+        y = np.concatenate([q, T])
+        _, _, moving = self.motion_forces(y, y, StepTimes(1.0, time, time))
+        _, _, resting = self.motion_forces(y, y, StepTimes.at_rest(time))
+        if moving is None or resting is None:
+            return np.zeros((y.size, y.size))
+        return resting - moving
+
+    def constraint_stiffness(self, q: Array, T: Array, multipliers: Array) -> Array:
         """Derivative of the constraint forces at constant multipliers, as in `stiffness`."""
-        (G, _), a, n = self.at(q), self.angle_terms(q, angles), self.n_q
+        (G, _), a, n = self.at(q), self.angle_terms(q, T), self.n_q
         mu, nu = multipliers[self.g], multipliers[self.c]
         # The factors g of a step are symmetric in its ends: d/dT of the limit is twice d/dT_1.
         mixed = 2.0 * nu[:, None] * (a.g_c_T[:, None] * G[self.c] + a.g_s_T[:, None] * G[self.s])
-        K = np.zeros((n + self.n_angles,) * 2)
+        K = np.zeros((n + self.n_T,) * 2)
         K[:n, :n] = self.functions.hessian(np.concatenate([mu, a.g_c * nu, a.g_s * nu]))
         K[n:, :n], K[:n, n:] = mixed, mixed.T
         K[n:, n:] = np.diag(2.0 * nu * a.g_T_T)
         return K
 
     def static_forces(
-        self, q: Array, angles: Array, multipliers: Array, time: float, loads: Array
+        self, q: Array, T: Array, multipliers: Array, time: float, prescribed: Array
     ) -> Array:
-        """Forces at rest that the coordinates (q, T) lack for equilibrium, constraints minus loads.
+        """Forces that (q, T) lack for equilibrium, those of constraints minus applied forces.
 
         Args:
             q: Coordinates, shape (n_q,).
-            angles: Joint coordinates, shape (n_angles,).
+            T: Joint coordinates, shape (n_T,).
             multipliers: (mu, nu, pi).
-            time: Time of the force elements [s].
-            loads: Forces of all loads on (q, T), shape (n_q + n_angles,).
+            time: Time of the forces [s].
+            prescribed: All prescribed forces on (q, T), shape (n_q + n_T,).
         """
-        y = np.concatenate([q, angles])
-        forces, _, _ = self.element_forces(y, y, StepTimes.at_rest(time))
-        lacking = multipliers @ self.constraint_jacobian(q, angles) - loads
+        y = np.concatenate([q, T])
+        forces, _, _ = self.motion_forces(y, y, StepTimes.at_rest(time))
+        lacking = multipliers @ self.constraint_jacobian(q, T) - prescribed
         return lacking - forces if forces.size else lacking
 
-    def angle_terms(self, q: Array, angles: Array) -> AngleTerms:
+    def angle_terms(self, q: Array, T: Array) -> AngleTerms:
         """Phi_T, its gradient and its derivatives at one configuration."""
         _, y = self.at(q)
         c, s = y[self.c], y[self.s]
-        return self._terms(angles, angles, c, c, s, s)
+        return self._terms(T, T, c, c, s, s)
 
     def velocity_rows(self, q: Array) -> tuple[Array, Array]:
         """Gradients of the constraints, and of the joint coordinates where these are zero.
 
         Returns:
-            Shapes (n_constraints, n_q) and (n_angles, n_q).
+            Shapes (n_constraints, n_q) and (n_T, n_q).
         """
         G = self.functions.jacobian(q)
         return G[self.g], np.where(self.is_angle[:, None], G[self.s], G[self.c])
 
-    def constraint_forces(self, q: Array, angles: Array, multipliers: Array) -> tuple[Array, Array]:
+    def constraint_forces(self, q: Array, T: Array, multipliers: Array) -> tuple[Array, Array]:
         """Forces of constraints and joint coordinates in a configuration.
 
         Args:
             q: Coordinates, shape (n_q,).
-            angles: Joint coordinates, shape (n_angles,).
+            T: Joint coordinates, shape (n_T,).
             multipliers: (mu, nu, pi).
 
         Returns:
@@ -195,55 +216,55 @@ class RigidModel:
             constraints with a multiplier, then of the cosines (displacements) and of the sines of
             all joint coordinates; -lambda_k G_k is the force of row k on q.
         """
-        a, mu, nu = self.angle_terms(q, angles), multipliers[self.g], multipliers[self.c]
+        a, mu, nu = self.angle_terms(q, T), multipliers[self.g], multipliers[self.c]
         return np.concatenate([mu, a.g_c * nu, a.g_s * nu]), self.at(q)[0]
 
-    def element_energy(self, q: Array, angles: Array) -> float:
-        """Energy of all conservative force elements [J]."""
-        if not self.elements:
+    def spring_energy(self, q: Array, T: Array) -> float:
+        """Energy of all springs [J]."""
+        if not self.forces:
             return 0.0
-        y = np.concatenate([q, angles])
-        return sum(e.energy(y[e.index]) for e in self.elements)
+        y = np.concatenate([q, T])
+        return sum(e.energy(y[e.index]) for e in self.forces)
 
-    def element_forces(
+    def motion_forces(
         self, y0: Array, y1: Array, step: StepTimes
     ) -> tuple[Array, Array, Array | None]:
-        """Forces of all elements in a step, their sizes, and their derivatives with respect to y1.
+        """Forces in a step that depend on the motion, their sizes, and their derivatives by y1.
 
         Args:
-            y0: Coordinates (q, T) at its start, shape (n_q + n_angles,).
+            y0: Coordinates (q, T) at its start, shape (n_q + n_T,).
             y1: Coordinates at its end.
             step: Its length and middle.
         """
-        if not self.elements:
+        if not self.forces:
             return NOTHING, NOTHING, None
         forces, sizes = np.zeros(y0.size), np.zeros(y0.size)
         slope = np.zeros((y0.size, y0.size))
-        for e in self.elements:
+        for e in self.forces:
             F, K = e.force(y0[e.index], y1[e.index], step)
             forces[e.index] += F
             sizes[e.index] += np.abs(F)
             slope[np.ix_(e.index, e.index)] += K
         return forces, sizes, slope
 
-    def element_works(self, y0: Array, y1: Array, step: StepTimes) -> Array:
-        """Work of each force element in a step [J]: exactly force times increment."""
+    def motion_works(self, y0: Array, y1: Array, step: StepTimes) -> Array:
+        """Work of each force in a step [J]: exactly force times increment."""
         works = []
-        for e in self.elements:
+        for e in self.forces:
             start, end = y0[e.index], y1[e.index]
             works.append(float(e.force(start, end, step)[0] @ (end - start)))
         return np.array(works)
 
-    def acceptable(self, q: Array, angles: Array, turned: Array) -> bool:
+    def is_acceptable(self, q: Array, T: Array, turned: Array) -> bool:
         """Whether joint angles that turned so far lie on the right branch, and gaps are closed.
 
         Args:
             q: Coordinates, shape (n_q,).
-            angles: Joint coordinates, shape (n_angles,).
+            T: Joint coordinates, shape (n_T,).
             turned: Their increments in the last step.
         """
         (_, y), k = self.at(q), self.is_angle
-        right = on_right_branch(turned[k], angles[k], y[self.c][k], y[self.s][k])
+        right = on_right_branch(turned[k], T[k], y[self.c][k], y[self.s][k])
         return right and bool(np.all(np.abs(self.gaps(q)) <= REDUNDANT_GAP))
 
     def gaps(self, q: Array) -> Array:

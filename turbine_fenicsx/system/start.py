@@ -21,7 +21,7 @@ from turbine_fenicsx.bodies.rigid_body import BodyFrame
 from turbine_fenicsx.foundation.checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
-from turbine_fenicsx.foundation.redundancy import redundant_rows
+from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.system.coupling_block import CouplingBlock
@@ -58,17 +58,17 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
     Note:
         Collective.
     """
-    wanted = _checked_rates(system, rates)
+    wanted = _check_rates(system, rates)
     state = system.initial_state()
     q = state.q
-    ties = QuadraticMap(_ties(system), q.size).jacobian(q)
+    ties = QuadraticMap(_list_ties(system), q.size).jacobian(q)
     G, T = system.rigid_model.velocity_rows(q)
-    A = np.concatenate([G, ties, T[[system.angle_names.index(name) for name in wanted]]])
+    A = np.concatenate([G, ties, T[[system.joint_coordinate_names.index(name) for name in wanted]]])
     b = np.concatenate([np.zeros(len(G) + len(ties)), list(wanted.values())])
-    kept = np.setdiff1d(np.arange(len(A)), redundant_rows(A, 0))
-    state.q_dot = _nearest(_mass_matrix(system), A[kept], b[kept], state.q_dot)
-    state.angle_rates = T @ state.q_dot
-    reached = dict(zip(system.angle_names, state.angle_rates.tolist(), strict=True))
+    kept = np.setdiff1d(np.arange(len(A)), find_redundant_rows(A, 0))
+    state.q_dot = _find_nearest(_mass_matrix(system), A[kept], b[kept], state.q_dot)
+    state.joint_rates = T @ state.q_dot
+    reached = dict(zip(system.joint_coordinate_names, state.joint_rates.tolist(), strict=True))
     for name, rate in wanted.items():
         if abs(reached[name] - rate) > CONTRADICTION * np.max(np.abs(b)):
             raise ModelError(
@@ -117,24 +117,45 @@ def check_start(system: MultibodySystem, state: State) -> None:
         )
 
 
+def check_motions(system: MultibodySystem, state: State | None) -> None:
+    """Check that joint coordinates are where prescribed motions begin.
+
+    Args:
+        system: The system.
+        state: State at t = 0; None for the initial state, where all joint coordinates are zero.
+
+    Raises:
+        ModelError: for a motion that begins elsewhere.
+    """
+    model = system.rigid_model
+    T = np.zeros(model.n_T) if state is None else state.joint_coordinates
+    values, motions = model.S @ T, system.relation_values(0.0)
+    for relation, value, p in zip(system.relations, values.tolist(), motions.tolist(), strict=True):
+        if abs(p - value) > LARGEST_GAP * max(1.0, abs(p)):
+            raise ModelError(
+                f"{relation.name!r} begins at {p:g}, but the run starts at {value:g}: give it a "
+                "start in which the joint stands there"
+            )
+
+
 def _sizes(state: State) -> list[tuple[int, ...]]:
     """Sizes of all parts of a state, on this rank and in all."""
-    arrays = (state.q, state.q_dot, state.angles, state.angle_rates, state.multipliers)
+    arrays = (state.q, state.q_dot, state.joint_coordinates, state.joint_rates, state.multipliers)
     vectors = (state.u, state.v, state.coupling)
     counts = [(len(group),) for group in vectors]
     return [x.shape for x in arrays] + counts + [x.sizes for group in vectors for x in group]
 
 
-def _checked_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[str, float]:
+def _check_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[str, float]:
     """The rates as numbers; a ModelError for what is no rate of a joint coordinate."""
     for name in rates:
-        if name not in system.angle_names:
-            known = sorted(system.angle_names)
+        if name not in system.joint_coordinate_names:
+            known = sorted(system.joint_coordinate_names)
             raise ModelError(f"no joint coordinate {name!r}; there are {known}")
     return {name: check_number(f"rate of {name!r}", rate) for name, rate in rates.items()}
 
 
-def _ties(system: MultibodySystem) -> list[Quadratic]:
+def _list_ties(system: MultibodySystem) -> list[Quadratic]:
     """Constraints that keep the carriers of each flexible body together."""
     found = []
     frames = {body: BodyFrame(body, 4 * k) for k, body in enumerate(system.rigid_bodies)}
@@ -171,7 +192,7 @@ def _carried_mass(block: FlexibleModel, coupling: CouplingBlock) -> Array:
     return np.asarray(block.body.mesh.comm.allreduce(mass))
 
 
-def _nearest(M: Array, A: Array, b: Array, v0: Array) -> Array:
+def _find_nearest(M: Array, A: Array, b: Array, v0: Array) -> Array:
     """The v with A v = b that is nearest to v0 in the norm of M; A has full rank."""
     Q, R = np.linalg.qr(A.T, mode="complete")
     rank = len(A)

@@ -17,11 +17,11 @@ class State:
         time: t_n [s].
         q: Coordinates of all rigid bodies, shape (12 bodies,) [m, -].
         q_dot: Their rates, shape (12 bodies,).
-        angles: Joint angles Theta, shape (n_angles,) [rad].
-        angle_rates: Mean rates of the last step, D/dt, shape (n_angles,) [rad/s]. (Velocities of
+        joint_coordinates: Joint coordinates Theta, shape (n_T,) [rad, m].
+        joint_rates: Mean rates of the last step, D/dt, shape (n_T,) [rad/s, m/s]. (Velocities of
             massless coordinates are never propagated.)
-        multipliers: Multipliers of rigid and joint constraints, then of the angles, of the last
-            step, at t_{n-1/2}.
+        multipliers: Multipliers of rigid and joint constraints, then of the joint coordinates, of
+            the last step, at t_{n-1/2}.
         u: Displacement of each flexible body [m].
         v: Velocity of each flexible body [m/s].
         coupling: Coupling forces on the contact nodes of each flexible body at t_{n-1/2} [N].
@@ -30,8 +30,8 @@ class State:
     time: float
     q: Array
     q_dot: Array
-    angles: Array
-    angle_rates: Array
+    joint_coordinates: Array
+    joint_rates: Array
     multipliers: Array
     u: tuple[PETSc.Vec, ...]
     v: tuple[PETSc.Vec, ...]
@@ -43,8 +43,8 @@ class State:
             time=self.time,
             q=self.q.copy(),
             q_dot=self.q_dot.copy(),
-            angles=self.angles.copy(),
-            angle_rates=self.angle_rates.copy(),
+            joint_coordinates=self.joint_coordinates.copy(),
+            joint_rates=self.joint_rates.copy(),
             multipliers=self.multipliers.copy(),
             u=tuple(x.copy() for x in self.u),
             v=tuple(x.copy() for x in self.v),

@@ -12,7 +12,9 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces.load import Forces
+from turbine_fenicsx.forces.line_source import LineSource
+from turbine_fenicsx.forces.prescribed_force import ForceSum
+from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -55,22 +57,23 @@ class MultibodySystem:
 
     Args:
         comm: Communicator of the meshes.
-        parts: Rigid and flexible bodies, joints, relations of joint coordinates, couplings, force
-            elements and loads, in any order. Bodies must be among the parts themselves.
+        parts: Rigid and flexible bodies, joints, relations of joint coordinates, couplings and
+            forces, in any order. Bodies must be among the parts themselves.
 
     Attributes:
-        rigid_model: Rigid bodies, joints and force elements as functions of a configuration.
+        rigid_model: Rigid bodies, joints and forces as functions of a configuration.
         flexible_models: The flexible bodies, each with mass, forces and stiffness.
         coupling_blocks: The couplings of each flexible body as matrices C and B.
-        angle_names: Names of the joint coordinates.
+        joint_coordinate_names: Names of the joint coordinates.
         work_names: Names of what does external work, in the order of `StepReport.works`.
         gravity: Acceleration of gravity, shape (3,) [m/s^2].
         redundant: Number of redundant constraints of each joint that has some, by its name.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
+        rigid_section_loads: Loads on sections of rigid bodies.
 
     Raises:
         TypeError: for a part of unknown kind, or a joint or coupling of the wrong kind of body.
-        ModelError: for a duplicate name, a joint, coupling or load whose body is not among the
+        ModelError: for a duplicate name, a joint, coupling or force whose body is not among the
             parts, an unknown joint coordinate, or relations that depend on each other.
 
     Note:
@@ -82,10 +85,15 @@ class MultibodySystem:
         found = sort_parts(parts)
         self.rigid_bodies, self.flexible_bodies = found.rigid_bodies, found.flexible_bodies
         self.couplings, self.joints = found.couplings, found.joints
-        self.relations, self.elements, self.loads = found.relations, found.elements, found.loads
+        self.relations = found.relations
+        self.motion_forces = found.motion_forces
+        self.prescribed_forces = found.prescribed_forces
         self.first_coordinate = {b: 12 * k for k, b in enumerate(self.rigid_bodies)}
         numbering = number_parts(found)
-        self.rigid_model, self.angle_names = numbering.model, numbering.angle_names
+        self.rigid_model, self.joint_coordinate_names = (
+            numbering.model,
+            numbering.joint_coordinate_names,
+        )
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
         if comm.rank == 0:
             for warning in numbering.warnings:
@@ -103,14 +111,23 @@ class MultibodySystem:
             )
             for model in self.flexible_models
         )
-        # loads on unknown joints and bodies are found here, not in the first step
-        self.gravity = self.forces(0.0).acceleration
+        self.rigid_section_loads = tuple(
+            force for force in self.rigid_model.forces if isinstance(force, BoundRigidLoads)
+        )
+        # forces on unknown joints and bodies are found here, not in the first step
+        self.gravity = self.sum_prescribed_forces(0.0).acceleration
         self._momenta = tuple(model.new_vector() for model in self.flexible_models)
-        loads = [getattr(load, "name", type(load).__name__) for load in self.loads]
-        external = [e.name for e in self.elements if e.kind == "external"]
-        on_bodies = [load.name for m in self.flexible_models for load in m.loads]
+        prescribed = [getattr(f, "name", type(f).__name__) for f in self.prescribed_forces]
+        external = [e.name for e in self.motion_forces if e.kind == "external"]
+        on_bodies = [force.name for m in self.flexible_models for force in m.forces]
         driven = [r.name for r in self.relations if r.motion is not None]
-        self.work_names = number_names([*loads, *external, *on_bodies, *driven])
+        self.work_names = number_names([*prescribed, *external, *on_bodies, *driven])
+
+    @property
+    def section_loads(self) -> dict[str, LineSource]:
+        """Loads on sections of all bodies by name."""
+        flexible = [x for model in self.flexible_models for x in model.section_loads]
+        return {x.name: x for x in (*flexible, *self.rigid_section_loads)}
 
     def initial_state(self) -> State:
         """State at t = 0: bodies as given, flexible bodies moving with their carrier.
@@ -131,34 +148,39 @@ class MultibodySystem:
             time=0.0,
             q=q,
             q_dot=q_dot,
-            angles=np.zeros(model.n_angles),
-            angle_rates=np.zeros(model.n_angles),
-            multipliers=np.zeros(model.n_constraints + model.n_angles + model.n_relations),
+            joint_coordinates=np.zeros(model.n_T),
+            joint_rates=np.zeros(model.n_T),
+            multipliers=np.zeros(model.n_constraints + model.n_T + model.n_relations),
             u=u,
             v=v,
             coupling=tuple(c.C.createVecLeft() for c in self.coupling_blocks),
         )
 
-    def forces(self, time: float) -> Forces:
-        """All loads at one time [s], but those on flexible bodies and force elements."""
+    def sum_prescribed_forces(self, time: float) -> ForceSum:
+        """All prescribed forces at one time [s], except those on flexible bodies."""
         q = np.zeros(12 * len(self.rigid_bodies))
-        forces = Forces(self.coordinates_of(q), dict.fromkeys(self.angle_names, 0.0))
-        for load in self.loads:
-            load.add_to(forces, time)
+        forces = ForceSum(self.coordinates_of(q), dict.fromkeys(self.joint_coordinate_names, 0.0))
+        for force in self.prescribed_forces:
+            force.add_to(forces, time)
         return forces
 
-    def forces_by_load(self, time: float) -> tuple[Array, Array]:
-        """Each of the loads at one time [s], without gravity.
+    def evaluate_prescribed_forces(self, time: float) -> tuple[Array, Array]:
+        """Each of the prescribed forces at one time [s], without gravity.
 
         Returns:
             Forces on the coordinates of rigid bodies and on the joint coordinates, shapes
-            (loads, 12 bodies) and (loads, joint coordinates).
+            (forces, 12 bodies) and (forces, joint coordinates).
         """
-        n = len(self.loads)
-        q, T = np.zeros((n, 12 * len(self.rigid_bodies))), np.zeros((n, len(self.angle_names)))
-        for k, load in enumerate(self.loads):
-            forces = Forces(self.coordinates_of(q[k]), dict.fromkeys(self.angle_names, 0.0))
-            load.add_to(forces, time)
+        n = len(self.prescribed_forces)
+        q, T = (
+            np.zeros((n, 12 * len(self.rigid_bodies))),
+            np.zeros((n, len(self.joint_coordinate_names))),
+        )
+        for k, force in enumerate(self.prescribed_forces):
+            forces = ForceSum(
+                self.coordinates_of(q[k]), dict.fromkeys(self.joint_coordinate_names, 0.0)
+            )
+            force.add_to(forces, time)
             T[k] = list(forces.torques.values())
         return q, T
 
@@ -199,14 +221,14 @@ class MultibodySystem:
             kinetic=float(total[0] + 0.5 * np.dot(state.q_dot, p)),
             strain=float(total[1]),
             potential=float(total[2] - self.gravity_force(g) @ state.q),
-            spring=self.rigid_model.element_energy(state.q, state.angles),
+            spring=self.rigid_model.spring_energy(state.q, state.joint_coordinates),
             linear=total[3:6] + momentum[::4].sum(axis=0),
             angular=total[6:9] + _moment(q, momentum),
         )
 
     def constraint_error(self, state: State) -> float:
         """Largest violation of any constraint [m, -]. Collective."""
-        rigid = self.rigid_model.constraint_values(state.q, state.angles)
+        rigid = self.rigid_model.constraint_values(state.q, state.joint_coordinates)
         coordinates = self.coordinates_of(state.q)
         gaps = (c.gap(coordinates, u) for c, u in zip(self.coupling_blocks, state.u, strict=True))
         worst = max((float(np.max(np.abs(x), initial=0.0)) for x in (rigid, *gaps)), default=0.0)

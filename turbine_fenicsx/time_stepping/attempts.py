@@ -18,7 +18,7 @@ from typing import NamedTuple
 from petsc4py import PETSc
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.system.restart_data import RestartData
+from turbine_fenicsx.foundation.restart_data import RestartData
 
 LONGEST_WAIT = 31
 """Steps after which a solver that failed goes first again at the latest."""
@@ -29,7 +29,7 @@ class Attempt(NamedTuple):
 
     Args:
         solver: Name of the linear solver.
-        moves_on: Whether Newton's method starts from x_n + dt v_n, else from x_n.
+        moves_on: Whether Newton's method starts from where the velocities lead, else from x_n.
     """
 
     solver: str

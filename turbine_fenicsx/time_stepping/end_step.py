@@ -21,7 +21,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.rigid_model import RigidModel
@@ -58,7 +58,7 @@ class EndData:
         y: (q, T) at t_n, shape (n_y,).
         n_q: Number of coordinates q.
         p, w, s, r: Those of the scheme.
-        loads: Forces of all loads at t_{n+1}, shape (n_y,).
+        applied: All prescribed forces at t_{n+1}, shape (n_y,).
         prescribed: p(t_{n+1}) of the relations.
         times: Length and end of the step.
     """
@@ -69,7 +69,7 @@ class EndData:
     w: Array
     s: float
     r: float
-    loads: Array
+    applied: Array
     prescribed: Array
     times: StepTimes
 
@@ -90,22 +90,22 @@ class RigidEnd:
         R = np.concatenate(
             [
                 # equations of motion at t_{n+1}
-                inertia + multipliers @ D - data.s * data.loads,
+                inertia + multipliers @ D - data.s * data.applied,
                 # constraints at t_{n+1}
-                m.constraint_values(q1, T1)[: m.n_constraints + m.n_angles],
+                m.constraint_values(q1, T1)[: m.n_constraints + m.n_T],
                 m.S @ T1 - data.prescribed,
             ]
         )
         scale = np.concatenate(
             [
-                np.abs(inertia) + np.abs(multipliers) @ np.abs(D) + np.abs(data.s * data.loads),
+                np.abs(inertia) + np.abs(multipliers) @ np.abs(D) + np.abs(data.s * data.applied),
                 np.abs(m.functions.constant[m.g]) + np.abs(m.at(q1)[0][m.g]) @ np.abs(q1),
                 np.abs(values[m.c]) + np.abs(values[m.s]) + np.abs(T1),
                 np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ np.abs(T1)),
             ]
         )
         scale[: m.n_q] += m.masses * (np.abs(dq) + np.abs(data.p[: m.n_q]))
-        forces, sizes, _ = m.element_forces(*self._around(data, r), data.times)
+        forces, sizes, _ = m.motion_forces(*self._bracket(data, r), data.times)
         if forces.size:
             R[:n] -= data.s * forces
             scale[:n] += data.s * sizes
@@ -119,20 +119,20 @@ class RigidEnd:
         K[: m.n_q, : m.n_q] += m.mass_matrix
         K[n:, :n] = m.constraint_jacobian(q1, T1)
         K[:n, n:] = K[n:, :n].T
-        ends, times, half = self._around(data, r), data.times, 0.5 * data.times.dt / data.r
-        _, _, slope_1 = m.element_forces(*ends, times)
+        ends, times, half = self._bracket(data, r), data.times, 0.5 * data.times.dt / data.r
+        _, _, slope_1 = m.motion_forces(*ends, times)
         if slope_1 is not None:
             # a step backwards has the same forces: the derivative with respect to its start
             back = StepTimes(-times.dt, times.middle, times.middle)
-            _, _, slope_0 = m.element_forces(*ends[::-1], back)
+            _, _, slope_0 = m.motion_forces(*ends[::-1], back)
             assert slope_0 is not None
             K[:n, :n] -= data.s * ((1.0 - half) * slope_0 + (1.0 + half) * slope_1)
         return K
 
-    def acceptable(self, data: EndData, r: Array) -> bool:
+    def is_acceptable(self, data: EndData, r: Array) -> bool:
         """Whether angles lie on the right branch and redundant constraints hold."""
         _, _, q1, T1 = self._unknowns(data, r)
-        return self.model.acceptable(q1, T1, self.model.split(r).dT)
+        return self.model.is_acceptable(q1, T1, self.model.split(r).dT)
 
     def _unknowns(self, data: EndData, r: Array) -> tuple[Array, Array, Array, Array]:
         """dq, the multipliers, and q and T at the end of the step."""
@@ -140,10 +140,10 @@ class RigidEnd:
         y1 = data.y + dy
         return dy[: data.n_q], r[n:], y1[: data.n_q], y1[data.n_q :]
 
-    def _around(self, data: EndData, r: Array) -> tuple[Array, Array]:
+    def _bracket(self, data: EndData, r: Array) -> tuple[Array, Array]:
         """Two configurations h apart with y_{n+1} between them, moving as the end does.
 
-        The force elements' mean over the step between them is their force at the end, but for
+        The forces' mean over the step between them is their force at the end, except for
         O(h^2).
         """
         dy = r[: data.y.size]
@@ -157,7 +157,7 @@ class FlexibleEnd:
     Attributes:
         tangent: Matrix of the tangent.
         round_off: This rank's sum of the squares of the round-off of the residual.
-        midpoint: Works of loads, and what dissipates in this body.
+        midpoint: Works of forces, and what dissipates in this body.
     """
 
     def __init__(self, model: FlexibleModel, gravity: Array) -> None:
@@ -170,24 +170,26 @@ class FlexibleEnd:
         u, v = self._u_n + self._du, self._rate * self._du + self._w
         inertia = self._du - self._p - self._s * self._gravity
         R = model.density * ufl.dot(inertia, test) * model.dx_mass
-        R += self._s * model.forces(u, v, test)
+        R += self._s * model.virtual_work(u, v, test)
         self._residual = _compat.compile_form(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, {})
         self.tangent = _compat.create_matrix(self._tangent)
         self._round_off = self._estimate_round_off()
         self._masses = np.repeat(np.abs(model.nodal_mass), 3)
-        self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
+        self._fixed_terms, self.round_off, self._end = np.zeros_like(self._masses), 0.0, 0.0
 
-    def begin(self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, time: float) -> None:
-        """Set u_n, p, w, s, r and the end of the step [s]."""
+    def begin(self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, times: StepTimes) -> None:
+        """Set u_n, p, w, s, r and the step, whose forces act at its end."""
         model = self.model
         model.copy_to(self._u_n, u)
         for function, values in ((self._p, p), (self._w, w)):
             function.x.array[: values.size] = values
             function.x.scatter_forward()
         self._s.value, self._rate.value = s, 1.0 / r
-        model.set_loads(time)
+        model.set_time(times.end)
+        self._end = times.end
+        self.midpoint.begin(StepTimes.from_start(times.end - times.dt, times.dt))
         self.round_off = s * s * self._round_off.square(p, r)
         self._fixed_terms = self._masses * (np.abs(p) + s * np.linalg.norm(self._gravity.value))
 
@@ -197,6 +199,12 @@ class FlexibleEnd:
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
             R.array[dofs] -= float(self._s.value) * force[: dofs.stop - dofs.start]
+        if self.model.section_loads:
+            n = 3 * self.model.n_owned
+            u = self._u_n.x.array[:n] + du.array_r
+            v = float(self._rate.value) * du.array_r + self._w.x.array[:n]
+            for loads in self.model.section_loads:
+                loads.add_forces(u, v, self._end, -float(self._s.value), R.array)
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of R_u into `tangent`."""
@@ -216,9 +224,9 @@ class FlexibleEnd:
         return float(np.dot(terms, terms))
 
     def set_middle(self, times: StepTimes) -> None:
-        """Set the loads to the middle of the step, for `midpoint`."""
+        """Set the forces to the middle of the step, for `midpoint`."""
         self._dt.value = times.dt
-        self.model.set_loads(times.middle)
+        self.model.set_time(times.middle)
 
     def _estimate_round_off(self) -> ForceRoundOff:
         """The round-off of the forces, from tangents at rest for s = 1."""
@@ -253,22 +261,22 @@ class EndStep(NestedStep):
     def begin_scheme(self, state: State, dt: float, end: float, scheme: EndScheme) -> None:
         """Set the state at t_n, the step [s], its end [s], and the scheme."""
         system, times = self.system, StepTimes(dt, end, end)
-        load_q, load_T = (forces.sum(axis=0) for forces in system.forces_by_load(end))
+        load_q, load_T = (forces.sum(axis=0) for forces in system.evaluate_prescribed_forces(end))
         *p_bodies, p = self.split_flat(scheme.p)
         *w_bodies, w = self.split_flat(scheme.w)
         data = EndData(
-            y=np.concatenate([state.q, state.angles]),
+            y=np.concatenate([state.q, state.joint_coordinates]),
             n_q=state.q.size,
             p=p,
             w=w,
             s=scheme.s,
             r=scheme.r,
-            loads=np.concatenate([load_q + self._weight, load_T]),
+            applied=np.concatenate([load_q + self._weight, load_T]),
             prescribed=system.relation_values(end),
             times=times,
         )
         for f, u, p_k, w_k in zip(self._flexible, state.u, p_bodies, w_bodies, strict=True):
-            f.begin(u, p_k, w_k, scheme.s, scheme.r, end)
+            f.begin(u, p_k, w_k, scheme.s, scheme.r, times)
         self.begin_at(state, dt, data)
 
     def set_increments(self, dy: Array, state: State) -> None:
@@ -291,7 +299,7 @@ class EndStep(NestedStep):
 
     def velocities(self, state: State) -> Array:
         """Velocities of a state, laid out like `EndScheme.p`."""
-        return np.concatenate([*(v.array_r for v in state.v), state.q_dot, state.angle_rates])
+        return np.concatenate([*(v.array_r for v in state.v), state.q_dot, state.joint_rates])
 
     def split_flat(self, values: Array) -> list[Array]:
         """Parts of an array laid out like `EndScheme.p`: of each body, then of (q, T)."""
@@ -314,8 +322,12 @@ class EndStep(NestedStep):
         r, n = self.rigid_unknowns(), data.y.size
         dq, dT = r[: data.n_q], r[data.n_q : n]
         *v, y_dot = self.split_flat(velocities)
-        out.time, out.q, out.angles = data.times.end, state.q + dq, state.angles + dT
-        out.q_dot, out.angle_rates = y_dot[: data.n_q], y_dot[data.n_q :]
+        out.time, out.q, out.joint_coordinates = (
+            data.times.end,
+            state.q + dq,
+            state.joint_coordinates + dT,
+        )
+        out.q_dot, out.joint_rates = y_dot[: data.n_q], y_dot[data.n_q :]
         out.multipliers = r[n:] / data.s
         for k, increment in enumerate(du):
             out.u[k].waxpy(1.0, state.u[k], increment)
@@ -323,13 +335,13 @@ class EndStep(NestedStep):
             mu_c[k].copy(out.coupling[k])
             out.coupling[k].scale(1.0 / data.s)
         middle = StepTimes.from_start(state.time, data.times.dt)
-        load_q, load_T = self.system.forces_by_load(middle.middle)
+        load_q, load_T = self.system.evaluate_prescribed_forces(middle.middle)
         for f in self._flexible:
             f.set_middle(middle)
         drives_1 = out.multipliers[out.multipliers.size - drives.size :]
         return self.sum_works(
             np.asarray(load_q @ dq + load_T @ dT),
-            model.element_works(data.y, data.y + r[:n], middle),
+            model.motion_works(data.y, data.y + r[:n], middle),
             du,
             -0.5 * (drives + drives_1) * (model.S @ dT),
         )

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import FORMS
@@ -21,6 +21,7 @@ from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.newton import NewtonStepper, SolverOptions
 from turbine_fenicsx.time_stepping.rigid_step import RigidData, RigidStep
+from turbine_fenicsx.time_stepping.turning_guess import mean_turns
 
 
 class EnergyMomentumStep(NestedStep):
@@ -61,11 +62,11 @@ class EnergyMomentumStep(NestedStep):
     def begin(self, state: State, dt: float) -> None:
         """Set the state at t_n and the step dt [s]."""
         system, times = self.system, StepTimes.from_start(state.time, dt)
-        self._forces = system.forces_by_load(times.middle)
+        self._forces = system.evaluate_prescribed_forces(times.middle)
         load_q, load_T = (forces.sum(axis=0) for forces in self._forces)
         data = RigidData(
             q=state.q,
-            angles=state.angles,
+            T=state.joint_coordinates,
             dt_q_dot=dt * state.q_dot,
             impulse_q=times.half_dt2 * (self._weight + load_q),
             impulse_T=times.half_dt2 * load_T,
@@ -73,27 +74,27 @@ class EnergyMomentumStep(NestedStep):
             times=times,
         )
         for f, u, v in zip(self._flexible, state.u, state.v, strict=True):
-            f.begin(u, v, dt, system.gravity, times.middle)
+            f.begin(u, v, times, system.gravity)
         self.begin_at(state, dt, data)
 
     def guess(self, extrapolate: bool, r: Array | None = None) -> None:
-        """Set X to the start of the iteration: x_n + dt v_n, or x_n without extrapolation."""
+        """Set X to the start of the iteration: x_n + dt P v_n, or x_n without extrapolation."""
         state, dt = self.start.state, self.start.dt
         factor, half_dt2 = dt if extrapolate else 0.0, self.rigid_data.times.half_dt2
         du, mu_c, r_part = self.split(self.x)
-        for increment, v in zip(du, state.v, strict=True):
-            v.copy(increment)
-            increment.scale(factor)
-        for mu, force in zip(mu_c, state.coupling, strict=True):
-            force.copy(mu)
-            mu.scale(half_dt2)
+        P, one = mean_turns(state.q, state.q_dot, factor), np.eye(3)
+        for i, c in enumerate(self.system.coupling_blocks):
+            carrier = self.system.first_coordinate[c.carriers[0]] // 12 if c.carriers else None
+            mean = one if carrier is None else P[carrier]
+            velocities, forces = (x[i].array_r.reshape(-1, 3) for x in (state.v, state.coupling))
+            du[i].array[:] = (velocities @ (factor * mean.T)).ravel()
+            mu_c[i].array[:] = (forces @ (half_dt2 * (2.0 * mean - one).T)).ravel()
         if self.n_r and r is not None:
             r_part.array[:] = r
         elif self.n_r:
-            forces = half_dt2 * state.multipliers
-            r_part.array[:] = np.concatenate(
-                [factor * state.q_dot, factor * state.angle_rates, forces]
-            )
+            dq = state.q_dot.reshape(-1, 4, 3) @ (factor * P.swapaxes(1, 2))
+            multipliers = half_dt2 * state.multipliers
+            r_part.array[:] = np.concatenate([dq.ravel(), factor * state.joint_rates, multipliers])
 
     def assemble_at_rest(self, body: int) -> None:
         """Assemble A_uu of a body at t_n for du = 0, where it is symmetric."""
@@ -108,8 +109,8 @@ class EnergyMomentumStep(NestedStep):
         out.time = state.time + dt
         out.q = state.q + dq
         out.q_dot = 2.0 / dt * dq - state.q_dot
-        out.angles = state.angles + dT
-        out.angle_rates = dT / dt
+        out.joint_coordinates = state.joint_coordinates + dT
+        out.joint_rates = dT / dt
         out.multipliers = 2.0 / dt**2 * np.concatenate([mu, nu, pi])
         for i, increment in enumerate(du):
             out.u[i].waxpy(1.0, state.u[i], increment)
@@ -120,7 +121,7 @@ class EnergyMomentumStep(NestedStep):
         load_q, load_T = self._forces
         return self.sum_works(
             load_q @ dq + load_T @ dT,
-            self.rigid.element_works(self.rigid_data, r),
+            self.rigid.motion_works(self.rigid_data, r),
             du,
             -2.0 / dt**2 * pi * (model.S @ dT),
         )
@@ -129,8 +130,8 @@ class EnergyMomentumStep(NestedStep):
 class EnergyMomentum(NewtonStepper):
     """The energy-momentum scheme of the paper.
 
-    Constraints hold at the ends of the steps, momenta are conserved exactly, and so is energy but
-    for what loads, dampers and numerical dissipation do, which is counted. Second order.
+    Constraints hold at the ends of the steps, momenta are conserved exactly, and so is energy
+    except for what forces, dampers and numerical dissipation do, which is counted. Second order.
 
     Args:
         system: The system.
@@ -160,4 +161,6 @@ class EnergyMomentum(NewtonStepper):
 
     def constraint_forces(self, q0: Array, T0: Array, state: State) -> tuple[Array, Array]:
         """Forces of constraints and joint coordinates in the step from (q0, T0) to a state."""
-        return self._rigid.constraint_forces(q0, T0, state.q, state.angles, state.multipliers)
+        return self._rigid.constraint_forces(
+            q0, T0, state.q, state.joint_coordinates, state.multipliers
+        )

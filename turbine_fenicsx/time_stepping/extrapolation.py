@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.restart_data import RestartData
 
 WEIGHTS: Array = np.array([4.0, -5.0, 0.0, 5.0, -4.0, 1.0])
 """Weights of r_{n-1}, r_{n-2}, ...: the coefficients of 1 - (1 - z)^5 (1 + z)."""
@@ -59,5 +59,5 @@ class Extrapolation:
             self._last = list(data.arrays["r"])
 
     def _follows(self, time: float, dt: float) -> bool:
-        """Whether a step continues the last ones, but for round-off."""
+        """Whether a step continues the last ones, except for round-off."""
         return max(abs(time - self._end), abs(dt - self._dt)) <= 1e-6 * dt

@@ -6,7 +6,7 @@ the step (55), (57), multiplied by dt^2/2, is
     int rho (du - dt v_n) . w dV + dt^2/2 int F_mid (S_alg + S_dis) : grad w dV
         = dt^2/2 int rho g . w dV + dt^2/2 int t . w dA
 
-with the surface loads t. The stress S_dis takes energy out: that of a viscous material, which is a
+with the tractions t. The stress S_dis takes energy out: that of a viscous material, which is a
 function of dE/dt with dE = E_{n+1} - E_n, and chi/2 D_0 : dE of the energy-decaying variant, with
 the elasticity D_0 of the material at rest. A step dissipates exactly int S_dis : dE dV, which is
 not negative; momenta are conserved for any symmetric S_dis.
@@ -21,6 +21,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -37,7 +38,7 @@ class FlexibleStep:
     """Compiled forms of the step of a flexible body.
 
     Args:
-        model: The body and its loads.
+        model: The body and the forces on it.
         stress: Algorithmic stress; the exact discrete gradient of the material if None.
         numerical_dissipation: chi >= 0. A linear mode of the frequency omega loses the part
             chi (omega dt)^2/2 of its energy per step while omega dt is small. The spectral radius
@@ -45,7 +46,7 @@ class FlexibleStep:
             scheme is then of first order.
 
     Attributes:
-        midpoint: Works of loads, and what dissipates in this body.
+        midpoint: Works of forces, and what dissipates in this body.
         tangent: Matrix of the tangent, filled by `assemble_tangent`.
         round_off: This rank's sum of the squares of the round-off of the residual of the step
             [(kg m)^2], set by `begin`.
@@ -96,18 +97,17 @@ class FlexibleStep:
         self._residual = compile_form(R)
         self._tangent = compile_form(ufl.derivative(R, self._du, delta))
 
-    def begin(
-        self, u: PETSc.Vec, v: PETSc.Vec, dt: float, gravity: Array, time: float = 0.0
-    ) -> None:
-        """Set the state at t_n, the step [s], gravity [m/s^2] and the middle of the step [s]."""
-        model, half_dt2 = self.model, 0.5 * dt * dt
+    def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
+        """Set the state at t_n, the step, and gravity [m/s^2]."""
+        model, dt, half_dt2 = self.model, times.dt, times.half_dt2
         model.copy_to(self._u_n, u)
         model.copy_to(self._dt_v, v)
         self._dt_v.x.array[:] *= dt
         self._half_dt2.value = half_dt2
         self._dt.value = dt
         self._gravity.value[:] = gravity
-        model.set_loads(time)
+        model.set_time(times.middle)
+        self.midpoint.begin(times)
         dt_v = self._dt_v.x.array[: 3 * model.n_owned]
         self.round_off = half_dt2**2 * self._round_off.square(dt_v, dt)
         self._fixed_terms = self._masses * (np.abs(dt_v) + half_dt2 * np.linalg.norm(gravity))
@@ -118,6 +118,7 @@ class FlexibleStep:
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
             R.array[dofs] -= self._half_dt2.value * force[: dofs.stop - dofs.start]
+        self.midpoint.add_section_forces(du, -float(self._half_dt2.value), R)
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`."""

@@ -27,9 +27,9 @@ import numpy as np
 
 from turbine_fenicsx.foundation.checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.elimination import Elimination
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.end_step import EndScheme, EndStep
@@ -142,7 +142,7 @@ class GeneralisedAlphaStep(EndStep):
         if self.n_r:
             y, y_dot = self.rigid_data.y, self.split_flat(v)[-1]
             R_r.array[y.size :] = EARLY * self._curvature(y, y_dot)
-            R_r.array[y.size + model.n_constraints + model.n_angles :] -= EARLY * driven
+            R_r.array[y.size + model.n_constraints + model.n_T :] -= EARLY * driven
         solver = Elimination(self, "initial_")
         solver.update(zero)
         solver.solve(R, x)
@@ -192,7 +192,9 @@ class GeneralisedAlpha(NewtonStepper):
 
     def constraint_forces(self, q0: Array, T0: Array, state: State) -> tuple[Array, Array]:
         """Forces of constraints and joint coordinates at the end of the step to a state."""
-        return self.system.rigid_model.constraint_forces(state.q, state.angles, state.multipliers)
+        return self.system.rigid_model.constraint_forces(
+            state.q, state.joint_coordinates, state.multipliers
+        )
 
     def save(self) -> RestartData:
         """What later steps depend on apart from the state: the accelerations, too."""

@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
@@ -22,7 +23,7 @@ class MidpointWorks:
     """Force in the middle of the step times increment; exact where the scheme does the same.
 
     Args:
-        model: The body and its loads, which must be set to the middle of the step.
+        model: The body and the forces on it, which must be set to the middle of the step.
         u_n: Displacement at its start, a function on the mesh.
         du: Increment, a function on the mesh.
         dt: Step [s], a constant on the mesh.
@@ -35,7 +36,8 @@ class MidpointWorks:
     def __init__(
         self, model: FlexibleModel, u_n: Any, du: Any, dt: Any, more: Mapping[str, Any]
     ) -> None:
-        self._model, self._du = model, du
+        self._model, self._u_n, self._du = model, u_n, du
+        self._times = StepTimes.at_rest(0.0)
         u_mid = u_n + 0.5 * du
         dE = strain_rate(deformation_gradient(u_mid), ufl.grad(du))
         self.stresses: dict[str, Any] = {}
@@ -48,11 +50,33 @@ class MidpointWorks:
         losses = [ufl.inner(S, dE) * model.dx_stress for S in self.stresses.values()]
         self._losses = [_compat.compile_form(loss) for loss in losses]
 
+    def begin(self, times: StepTimes) -> None:
+        """A step begins from u_n."""
+        self._times = times
+        for loads in self._model.section_loads:
+            loads.begin_at(times, self._u_n.x.array[: 3 * self._model.n_owned])
+
+    def add_section_forces(self, du: PETSc.Vec, factor: float, out: PETSc.Vec) -> None:
+        """Add the forces of section loads in the middle of the step times a factor. Collective."""
+        if self._model.section_loads:
+            u, v = self._middle(du)
+            for loads in self._model.section_loads:
+                loads.add_forces(u, v, self._times.middle, factor, out.array)
+
+    def _middle(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """Displacements and velocities of the owned nodes in the middle of the step."""
+        u_n, increment = self._u_n.x.array[: 3 * self._model.n_owned], du.array_r
+        return u_n + 0.5 * increment, increment / self._times.dt
+
     def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
-        """This rank's part of the work of each load [J], and of what each stress dissipates [J]."""
+        """This rank's part of the work of each force, and of what each stress dissipates [J]."""
         if self._works or self._losses:
             self._model.copy_to(self._du, du)
         works = [float(fem.assemble_scalar(work)) for work in self._works]
         for dofs, force in self._model.nodal_forces:
             works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
+        if self._model.section_loads:
+            u, v = self._middle(du)
+            for loads in self._model.section_loads:
+                works.append(loads.work(u, v, self._times, du.array_r))
         return np.array(works), np.array([float(fem.assemble_scalar(x)) for x in self._losses])

@@ -21,6 +21,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepStart
@@ -36,7 +37,7 @@ class BodyStep(Protocol):
     Attributes:
         tangent: Matrix that `assemble_tangent` fills.
         round_off: This rank's sum of the squares of the round-off of the residual.
-        midpoint: Works of loads, and what dissipates in this body.
+        midpoint: Works of forces, and what dissipates in this body.
     """
 
     tangent: PETSc.Mat
@@ -62,7 +63,7 @@ class RigidPart(Protocol):
     def tangent(self, data: Any, r: Array) -> Array:
         """Derivative of R_r with respect to r."""
 
-    def acceptable(self, data: Any, r: Array) -> bool:
+    def is_acceptable(self, data: Any, r: Array) -> bool:
         """Whether the solution r lies on the right branch."""
 
 
@@ -108,11 +109,11 @@ class NestedStep(NestedBlocks, ABC):
         sizes = np.array(parts)
         self._parts = np.flatnonzero(sizes)
         self._starts = (np.cumsum(sizes) - sizes)[self._parts]
-        kinds = np.array([e.kind for e in system.elements], dtype=object)
+        kinds = np.array([e.kind for e in system.motion_forces], dtype=object)
         self._external, self._dissipative = kinds == "external", kinds == "dissipative"
         self._driven = np.array([r.motion is not None for r in system.relations], dtype=bool)
         self.dissipation_names = (
-            *(e.name for e in system.elements if e.kind == "dissipative"),
+            *(e.name for e in system.motion_forces if e.kind == "dissipative"),
             *(
                 f"{name} of {model.body.name}"
                 for model, body in zip(system.flexible_models, bodies, strict=True)
@@ -158,6 +159,9 @@ class NestedStep(NestedBlocks, ABC):
             c.gap(coordinates, u) for c, u in zip(self.system.coupling_blocks, state.u, strict=True)
         )
         self.start, self.rigid_data = StepStart(state, dt), rigid_data
+        for loads in self.system.rigid_section_loads:
+            y = np.concatenate([state.q, state.joint_coordinates])
+            loads.begin_at(StepTimes.from_start(state.time, dt), y[loads.index])
 
     def residual(self, x: PETSc.Vec, R: PETSc.Vec) -> None:
         """Assemble the residual of X into R, and the scales of its terms."""
@@ -227,33 +231,44 @@ class NestedStep(NestedBlocks, ABC):
         beyond_round_off[:k] = np.maximum(total[:k] - np.sqrt(noise), 0.0)
         return np.array([total, beyond_round_off]) / self._scales(terms)
 
-    def accepted(self) -> bool:
+    def is_accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
-        return self._rigid.acceptable(self.rigid_data, self.rigid_unknowns())
+        return self._rigid.is_acceptable(self.rigid_data, self.rigid_unknowns())
 
     def rigid_unknowns(self) -> Array:
         """The part r of X, a copy on every rank. Collective."""
         return self.on_all_ranks(self.split(self.x)[2])
 
     def sum_works(
-        self, of_loads: Array, of_elements: Array, du: list[PETSc.Vec], of_relations: Array
+        self, of_prescribed: Array, of_forces: Array, du: list[PETSc.Vec], of_relations: Array
     ) -> tuple[Array, Array]:
         """Works and dissipated energies in the order of their names [J]. Collective.
 
         Args:
-            of_loads: Work of each load on rigid bodies and joint coordinates.
-            of_elements: Work of each force element.
+            of_prescribed: Work of each prescribed force on rigid bodies and joint coordinates.
+            of_forces: Work of each force that depends on the motion.
             du: Increment of each flexible body.
             of_relations: Work of each relation.
         """
+        self._finish_loads()
         parts = [body.midpoint.works(x) for body, x in zip(self._bodies, du, strict=True)]
         works = np.concatenate([np.zeros(0), *(w for w, _ in parts)])
         totals = np.concatenate([works, *(losses for _, losses in parts)])
         if totals.size:
             totals = sum_over_ranks(self.system.comm, totals)
         on_bodies, lost = totals[: works.size], totals[works.size :]
-        done = [of_loads, of_elements[self._external], on_bodies, of_relations[self._driven]]
-        return np.concatenate(done), np.concatenate([-of_elements[self._dissipative], lost])
+        done = [of_prescribed, of_forces[self._external], on_bodies, of_relations[self._driven]]
+        return np.concatenate(done), np.concatenate([-of_forces[self._dissipative], lost])
+
+    def _finish_loads(self) -> None:
+        """Tell the loads on rigid sections that the step is done. Collective."""
+        if not self.system.rigid_section_loads:
+            return
+        state, times = self.start.state, StepTimes.from_start(self.start.state.time, self.start.dt)
+        y0 = np.concatenate([state.q, state.joint_coordinates])
+        y1 = y0 + self.rigid_unknowns()[: y0.size]
+        for loads in self.system.rigid_section_loads:
+            loads.finish_step(times, y0[loads.index], y1[loads.index])
 
     def _scales(self, terms: Array) -> Array:
         """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""

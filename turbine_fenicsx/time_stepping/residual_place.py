@@ -72,4 +72,4 @@ def _in_rigid_block(step: NestedStep, R: PETSc.Vec, part: int) -> str:
     of_angles = dT if part == 1 else nu
     if part == 3 and np.max(pi, initial=0.0) > np.max(nu, initial=0.0):
         return f"relation {system.relations[int(np.argmax(pi))].name!r}"
-    return f"joint coordinate {system.angle_names[int(np.argmax(of_angles))]}"
+    return f"joint coordinate {system.joint_coordinate_names[int(np.argmax(of_angles))]}"

@@ -12,7 +12,7 @@ step (21)-(24), (57)-(59) reads
     S T_{n+1} - p(t_{n+1})  = 0
 
 multiplied by dt^2/2, so that neither its condition nor its round-off grows as dt -> 0. F_q and F_T
-hold the loads and the force elements.
+hold the forces.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms
@@ -36,16 +36,16 @@ class RigidData:
 
     Args:
         q: Coordinates q_n, shape (n_q,) [m, -].
-        angles: Joint coordinates Theta_n, shape (n_T,) [rad, m].
+        T: Joint coordinates Theta_n, shape (n_T,) [rad, m].
         dt_q_dot: dt times the rates at t_n, shape (n_q,).
         impulse_q: dt^2/2 times the generalised force on q at t_{n+1/2}, shape (n_q,).
-        impulse_T: dt^2/2 times the torque on the angles at t_{n+1/2}, shape (n_T,).
+        impulse_T: dt^2/2 times the torque on the joint coordinates at t_{n+1/2}, shape (n_T,).
         prescribed: p(t_{n+1}) of the relations, shape (n_p,).
         times: Length, middle and end of the step.
     """
 
     q: Array
-    angles: Array
+    T: Array
     dt_q_dot: Array
     impulse_q: Array
     impulse_T: Array
@@ -122,7 +122,7 @@ class RigidStep:
                 np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ np.abs(T1)),
             ]
         )
-        if m.elements:
+        if m.forces:
             R[: forces.size] -= forces
             scale[: forces.size] += forces_scale
         if m.n_relations:
@@ -154,14 +154,14 @@ class RigidStep:
             K[: len(slope), : len(slope)] -= slope
         return K
 
-    def element_works(self, data: RigidData, r: Array) -> Array:
-        """Work of each force element [J]: exactly force times increment."""
-        return self.model.element_works(*self._ends(data, self.model.split(r)), data.times)
+    def motion_works(self, data: RigidData, r: Array) -> Array:
+        """Work of each force [J]: exactly force times increment."""
+        return self.model.motion_works(*self._ends(data, self.model.split(r)), data.times)
 
-    def acceptable(self, data: RigidData, r: Array) -> bool:
+    def is_acceptable(self, data: RigidData, r: Array) -> bool:
         """Whether angles lie on the right branch and redundant constraints hold."""
         x = self.model.split(r)
-        return self.model.acceptable(data.q + x.dq, data.angles + x.dT, x.dT)
+        return self.model.is_acceptable(data.q + x.dq, data.T + x.dT, x.dT)
 
     def constraint_forces(
         self, q0: Array, T0: Array, q1: Array, T1: Array, multipliers: Array
@@ -170,7 +170,7 @@ class RigidStep:
 
         Args:
             q0: Coordinates at its start, shape (n_q,).
-            T0: Joint coordinates there, shape (n_angles,).
+            T0: Joint coordinates there, shape (n_T,).
             q1: Coordinates at its end.
             T1: Joint coordinates there.
             multipliers: Those of the step, as in `State`.
@@ -189,13 +189,13 @@ class RigidStep:
         m = self.model
         G0, y0 = self._start(data)
         x = m.split(r.copy())
-        q1, T1 = data.q + x.dq, data.angles + x.dT
+        q1, T1 = data.q + x.dq, data.T + x.dT
         G1, y1 = m.at(q1)
-        a = self._terms(data.angles, T1, y0[m.c], y1[m.c], y0[m.s], y1[m.s])
+        a = self._terms(data.T, T1, y0[m.c], y1[m.c], y0[m.s], y1[m.s])
         lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
-        # dt^2/2 times the force elements
+        # dt^2/2 times the forces that depend on the motion
         factor = data.times.half_dt2
-        forces, sizes, slope = m.element_forces(*self._ends(data, x), data.times)
+        forces, sizes, slope = m.motion_forces(*self._ends(data, x), data.times)
         if slope is not None:
             forces, sizes, slope = factor * forces, factor * sizes, factor * slope
         return _Evaluation(x, q1, T1, y1, 0.5 * (G0 + G1), G1, a, lam, forces, sizes, slope)
@@ -214,5 +214,5 @@ class RigidStep:
 
     def _ends(self, data: RigidData, x: RigidUnknowns) -> tuple[Array, Array]:
         """Coordinates (q, Theta) at both ends of the step."""
-        y0 = np.concatenate([data.q, data.angles])
+        y0 = np.concatenate([data.q, data.T])
         return y0, y0 + np.concatenate([x.dq, x.dT])

@@ -6,14 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-
-
-class StepFailure(RuntimeError):
-    """A step that did not converge; the message holds the reason in words."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class StepReport:
 
     @property
     def work(self) -> float:
-        """Work of all forces but gravity [J]."""
+        """Work of all forces except gravity [J]."""
         return sum(self.works)
 
 

@@ -6,14 +6,20 @@ Everything that is wrong is found at once; what only looks wrong is a warning.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
+from turbine_fenicsx.meshing.blade import RotorLayout
 from turbine_fenicsx.meshing.block import face_keys
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.meshing.topology import Faces, coincident_nodes, connected_parts, faces_of
+from turbine_fenicsx.meshing.topology import (
+    Faces,
+    count_coincident_nodes,
+    faces_of,
+    number_connected_parts,
+)
 
 FAR, NEAR = 0.1, 0.01
 """Gap between root and hub in hub radii: an error from the first on, a warning from the second."""
@@ -34,6 +40,18 @@ class Findings:
     warnings: tuple[str, ...]
 
 
+class Span(Protocol):
+    """Where a blade begins and ends."""
+
+    @property
+    def hub_radius(self) -> float:
+        """Distance of the root from the rotor centre [m]."""
+
+    @property
+    def length(self) -> float:
+        """From the root to the tip along the span [m]."""
+
+
 def find_curved_cells(geometry_degree: int, degree: int) -> list[str]:
     """A sentence if displacements of a degree cannot follow the shape of the cells."""
     if geometry_degree <= degree:
@@ -44,7 +62,7 @@ def find_curved_cells(geometry_degree: int, degree: int) -> list[str]:
     ]
 
 
-def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) -> Findings:
+def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: Span) -> Findings:
     """Look at everything that a mesh of blades needs beside valid cells and its groups.
 
     Args:
@@ -63,7 +81,7 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) 
     crowded = int(np.count_nonzero(faces.counts > 2))
     if crowded:
         mistakes.append(f"{crowded} faces belong to more than two cells, so that cells overlap")
-    double = _double_nodes(mesh)
+    double = _count_double_nodes(mesh)
     fallen = _find_pieces(mesh, faces, layout, double)
     mistakes += fallen
     if double and not fallen:
@@ -73,7 +91,7 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: BladeGeometry) 
         own = mesh.cells[mesh.cell_groups == mesh.volumes[f"blade_{k}"]]
         root = mesh.facets[mesh.facet_groups == mesh.surfaces[f"root_{k}"]]
         nodes_of_roots.append(np.unique(root))
-        misplaced = _root_elsewhere(mesh, faces, root, k)
+        misplaced = _check_root(mesh, faces, root, k)
         mistakes += misplaced
         if not misplaced:
             for found in (
@@ -92,7 +110,7 @@ def _find_pieces(mesh: MeshArrays, faces: Faces, layout: RotorLayout, double: in
     """Each blade must be one part, held together by faces."""
     pairs = faces.neighbours
     groups = mesh.cell_groups[pairs]
-    part = connected_parts(len(mesh.cells), pairs[groups[:, 0] == groups[:, 1]])
+    part = number_connected_parts(len(mesh.cells), pairs[groups[:, 0] == groups[:, 1]])
     mistakes = []
     for name in layout.volume_groups:
         _, counts = np.unique(part[mesh.cell_groups == mesh.volumes[name]], return_counts=True)
@@ -110,13 +128,13 @@ def _find_pieces(mesh: MeshArrays, faces: Faces, layout: RotorLayout, double: in
     return mistakes
 
 
-def _double_nodes(mesh: MeshArrays) -> int:
+def _count_double_nodes(mesh: MeshArrays) -> int:
     """Number of nodes on top of others, within a millionth of a typical cell."""
     size = np.ptp(mesh.points[mesh.cells[:: 1 + len(mesh.cells) // 1000]], axis=1).max(axis=1)
-    return coincident_nodes(mesh.points, 1e-6 * float(np.median(size)))
+    return count_coincident_nodes(mesh.points, 1e-6 * float(np.median(size)))
 
 
-def _root_elsewhere(mesh: MeshArrays, faces: Faces, root: IntArray, k: int) -> list[str]:
+def _check_root(mesh: MeshArrays, faces: Faces, root: IntArray, k: int) -> list[str]:
     """The faces of a root must lie on the surface of its own blade."""
     cells, counts = faces.find(face_keys(root, mesh.reference))
     inner = counts > 1
@@ -138,8 +156,10 @@ def _at_hub(points: Array, layout: RotorLayout, radius: float, k: int) -> Findin
     """The nodes of a root must lie on the hub: on a flat disc, a cylinder, a sphere or between."""
     X = points - np.asarray(layout.centre)
     distance, mean = np.linalg.norm(X, axis=1), X.mean(axis=0)
-    height = X @ (mean / max(float(np.linalg.norm(mean)), 1e-300))
-    gap = float(np.maximum(height - radius, radius - distance).max())
+    towards = mean / max(float(np.linalg.norm(mean)), 1e-300)
+    # a flat root may have its nodes anywhere around the span
+    heights = np.minimum(X @ towards, X @ layout.frame(k)[0])
+    gap = float(np.maximum(heights - radius, radius - distance).max())
     if gap <= NEAR * radius:
         return Findings((), ())
     centre = ", ".join(f"{x:g}" for x in layout.centre)
@@ -153,7 +173,7 @@ def _at_hub(points: Array, layout: RotorLayout, radius: float, k: int) -> Findin
     return Findings((sentence,), ()) if gap > FAR * radius else Findings((), (sentence,))
 
 
-def _in_place(points: Array, layout: RotorLayout, blade: BladeGeometry, k: int) -> Findings:
+def _in_place(points: Array, layout: RotorLayout, blade: Span, k: int) -> Findings:
     """A blade must point where the rotor has it: fibres and tips follow the rotor."""
     X = points - np.asarray(layout.centre)
     span = layout.frame(k)[0]

@@ -1,10 +1,11 @@
-"""What a turbine is made of: components, each of which brings its parts, columns and pictures."""
+"""Components of a turbine, each of which brings its parts, columns and pictures."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from mpi4py import MPI
@@ -16,10 +17,13 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import LoadedMesh, load_arrays
 from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.simulation.observer import Observer
+from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.rotor_plan import RotorPlan
+from turbine_fenicsx.wind.inflow import PlacedInflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,7 @@ class Assembly:
         rotor: Where the blades stand, and their shape.
         parts: Bodies, joints and forces of the components that stand already.
         meshes: Mesh of each flexible body that has named groups, by the name of the body.
+        inflow: The wind where there is no turbine, in its axes; None without wind.
     """
 
     case: Case
@@ -39,6 +44,7 @@ class Assembly:
     rotor: RotorPlan
     parts: list[Any] = field(default_factory=list)
     meshes: dict[str, LoadedMesh] = field(default_factory=dict)
+    inflow: PlacedInflow | None = None
 
     def find(self, name: str) -> Any | None:
         """The part of a name; None if there is none."""
@@ -106,6 +112,10 @@ class Turbine(Assembly):
         """Surfaces of all rigid parts, for pictures."""
         return [surface for c in self.components for surface in c.surfaces(self)]
 
+    def fields(self) -> list[CellValues]:
+        """More fields of flexible bodies. Collective."""
+        return [field for c in self.components for field in c.fields(self)]
+
     def part_names(self) -> dict[int, str]:
         """Name of each part in the field output by its number."""
         return {number: name for name, number in self.numbers.items()}
@@ -162,4 +172,20 @@ class Component(Protocol):
 
     def surfaces(self, turbine: Turbine) -> Iterable[RigidSurface]:
         """Surfaces of its rigid parts, for pictures."""
+        return ()
+
+    def fields(self, turbine: Turbine) -> Iterable[CellValues]:
+        """More fields of its flexible bodies; called once per run. Collective."""
+        return ()
+
+    def observers(self, turbine: Turbine, folder: Path) -> Iterable[Observer]:
+        """Observers of its own, such as a controller; called once per run. Collective.
+
+        They see each state before the files are written. One that has a name, `save` and `restore`
+        goes on with a run that goes on.
+
+        Args:
+            turbine: The turbine.
+            folder: Output folder of the run, which is there.
+        """
         return ()

@@ -1,10 +1,10 @@
 """Three flexible blades, one body, on the hub or on the rings of the pitch bearings (section 3).
 
 The frame of a blade is that of OpenFAST, with the origin at the centre of the root: x points
-downwind along the shaft, z along the span to the tip, and y = z x x to the trailing edge of a rotor
-that turns clockwise, seen from upwind. It is fixed to what carries the root: to the hub, or with
-pitch bearings to the ring, so that it pitches with the blade. Root loads are those that the blade
-exerts on its carrier.
+downwind, z along the span to the tip, and y = z x x to the trailing edge of a rotor that turns
+clockwise, seen from upwind; without precone x lies along the shaft. It is fixed to what carries the
+root: to the hub, or with pitch bearings to the ring, so that it pitches with the blade. Root loads
+are those that the blade exerts on its carrier.
 """
 
 from __future__ import annotations
@@ -15,18 +15,22 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
+from turbine_fenicsx.simulation.observers.cell_values import CellValues
+from turbine_fenicsx.simulation.observers.gauges import gauge_channel
 from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
+from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.gauges import make_gauges
 from turbine_fenicsx.turbine.pitch import RINGS
-from turbine_fenicsx.turbine.rotor_plan import ROOTS
 
 BODY = "blades"
 """Name of the flexible body of all blades."""
@@ -38,17 +42,14 @@ class FlexibleBlades(Component):
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
-        case, rotor = assembly.case, assembly.rotor
+        rotor = assembly.rotor
         source, make = rotor.mesh_source(assembly.comm)
         mesh = assembly.load_mesh(BODY, source, make, rotor.list_mistakes)
         frames = {
             mesh.cell_names[name]: rotor.layout.frame(k) for k, name in enumerate(BLADES, start=1)
         }
         axes = frame_fields(mesh.mesh, mesh.cell_tags, frames)
-        material = case.material.make(axes)
-        body = FlexibleBody(
-            BODY, mesh.mesh, material, case.material.density, rotor.degree, fibre=axes[0]
-        )
+        body = rotor.blades.make_body(BODY, mesh, axes)
         hub = assembly.part(HUB)
         return [body] + [
             Coupling(root, body, mesh.facets(root), assembly.find(ring) or hub)
@@ -56,14 +57,14 @@ class FlexibleBlades(Component):
         ]
 
     def channels(self, turbine: Turbine) -> Channels:
-        """Tip deflections, whole, flapwise and edgewise; root forces and moments."""
-        system, layout, blade = turbine.system, turbine.rotor.layout, turbine.rotor.blade
+        """Tip deflections, root forces and moments, strain gauges, failure of plies."""
+        system, layout, blades = turbine.system, turbine.rotor.layout, turbine.rotor.blades
         numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
         reactions, followed = [], []
         for k, name, point in zip(numbers, ROOTS, turbine.rotor.tips, strict=True):
             coupling = turbine.part(name)
-            axes = blade_axes(layout.frame(int(k))[0], np.asarray(layout.axis))
-            root = np.asarray(layout.centre) + blade.hub_radius * axes[2]
+            axes = blade_axes(layout, int(k))
+            root = layout.point_on_span(int(k), blades.hub_radius)
             reactions.append(Reaction(coupling, root, axes))
             followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
         sums = SharedSum(system.comm)
@@ -75,6 +76,9 @@ class FlexibleBlades(Component):
             for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
             for axis in "xyz"
         ]
+        gauges = make_gauges(turbine, turbine.part(BODY), sums)
+        plies = find_plies(turbine)
+        failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]
         roots = [
             f"Root{kind}{axis}b{k}_[{unit}]"
@@ -87,6 +91,8 @@ class FlexibleBlades(Component):
                 tip_channel(tips),
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
                 Channel(tuple(columns), lambda s: loads.at(s).ravel().tolist()),
+                *([gauge_channel(gauges)] if gauges else []),
+                *failure,
             ],
             openfast=[
                 Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
@@ -94,13 +100,23 @@ class FlexibleBlades(Component):
             ],
         )
 
+    def fields(self, turbine: Turbine) -> list[CellValues]:
+        """The failure index of plies, by Tsai and Wu."""
+        plies = find_plies(turbine)
+        return [failure_field(plies.stresses, leave_out=plies.made_up)] if plies else []
 
-def blade_axes(span: Array, axis: Array) -> Array:
+
+def find_plies(turbine: Turbine) -> BladePlies | None:
+    """Plies of the blades; None if they are of one material. Collective."""
+    return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
+
+
+def blade_axes(layout: RotorLayout, blade: int) -> Array:
     """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
 
     Args:
-        span: Direction of the span, shape (3,).
-        axis: Direction of the shaft, downwind, shape (3,).
+        layout: Where the blades stand.
+        blade: Number of the blade, from 1.
     """
-    x = axis / np.linalg.norm(axis)
-    return np.array([x, np.cross(span, x), span])
+    a1, a2, a3 = layout.frame(blade)
+    return np.array([a3, -a2, a1])

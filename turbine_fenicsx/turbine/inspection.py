@@ -9,13 +9,13 @@ from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.meshing import MeshReport, tower_arrays
+from turbine_fenicsx.meshing import mesh_tower
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
+from turbine_fenicsx.turbine.blade_mesh import examine_blades
+from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.doubts import mass_doubt
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
-from turbine_fenicsx.turbine.rotor_plan import ROOTS, RotorPlan, plan_rotor
+from turbine_fenicsx.turbine.rotor_plan import RotorPlan, plan_rotor
 from turbine_fenicsx.turbine.tower import tower_geometry
 
 TOO_LARGE = 1_000_000
@@ -53,7 +53,7 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
         Collective over ``comm``.
     """
     try:
-        plan = plan_rotor(case)
+        plan = plan_rotor(case, comm)
         name, make = plan.mesh_source(comm)
         return on_rank0(comm, lambda: _inspect(case, plan, name, make))
     except OSError as error:
@@ -62,48 +62,31 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
 
 def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArrays]) -> Inspection:
     """Look at the mesh on this rank."""
-    layout, blade = plan.layout, plan.blade
     try:
         mesh = make()
     except ModelError as error:
         return Inspection((str(error),), (), "", None)
-    report, found = mesh.examine(), examine_blades(mesh, layout, blade)
-    warnings = [*report.warnings, *found.warnings]
-    if case.mesh.file:  # that of a built-in mesh is told by the case alone
-        mass = sum(report.volumes.values()) * case.material.density / layout.n_blades
-        warnings += mass_doubt(mass, case.blade.length)
-    curved = find_curved_cells(report.geometry_degree, case.mesh.degree)
+    report, found = mesh.examine(), examine_blades(mesh, plan.layout, plan.blades)
+    warnings = [*report.warnings, *found.warnings, *plan.blades.find_doubts(report)]
+    mistakes = tuple(f"{name}: {m}" for m in (*report.mistakes, *plan.list_mistakes(mesh)))
+    made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
     return Inspection(
-        tuple(f"{name}: {m}" for m in (*report.mistakes, *found.mistakes, *curved)),
+        mistakes,
         tuple(warnings),
-        "\n".join(
-            [str(report), _mass(case, report, blade.volume * layout.n_blades), *_tower(case)]
-        ),
-        size_of_arrays(mesh, ROOTS, case.mesh.degree),
+        "\n".join([str(report), *made, *_describe_tower(case)]),
+        size_of_arrays(mesh, ROOTS, plan.blades.degree),
     )
 
 
-def _tower(case: Case) -> list[str]:
+def _describe_tower(case: Case) -> list[str]:
     """Size, mass and quality of the tower, if there is one."""
     if not case.tower.flexible:
         return []
     t = case.tower
     if size_of_tower(t).vertices > TOO_LARGE:
         return ["the mesh of the tower is too large to be made just for a check"]
-    report = tower_arrays(tower_geometry(t), t.elements, t.degree).examine()
+    report = mesh_tower(tower_geometry(t), t.elements, t.degree).examine()
     return [
         str(report),
         f"mass of the tower {sum(report.volumes.values()) * t.density / 1e3:.6g} t",
     ]
-
-
-def _mass(case: Case, report: MeshReport, ideal: float) -> str:
-    """Mass of the blades against that of the ideal shape; their shape may be only in a file."""
-    volume, density = sum(report.volumes.values()), case.material.density
-    text = f"mass of the blades {volume * density / 1e3:.6g} t"
-    if case.mesh.file and not {"chord", "thickness"} & case.blade.model_fields_set:
-        return text
-    change, word = 100.0 * (volume / ideal - 1.0), "less" if volume < ideal else "more"
-    return (
-        f"{text}, {abs(change):.2g} % {word} than {ideal * density / 1e3:.6g} t of the ideal shape"
-    )

@@ -12,13 +12,19 @@ from turbine_fenicsx.postprocessing.conventions import NACELLE, PART_NUMBERS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.component import Assembly, Component, Turbine
+from turbine_fenicsx.turbine.control import Control
+from turbine_fenicsx.turbine.drivetrain import Drivetrain
 from turbine_fenicsx.turbine.flexible_blades import FlexibleBlades
+from turbine_fenicsx.turbine.generator import Generator
+from turbine_fenicsx.turbine.inflow import make_inflow
 from turbine_fenicsx.turbine.loads import Loads
 from turbine_fenicsx.turbine.nacelle import Nacelle
 from turbine_fenicsx.turbine.pitch import Pitch
 from turbine_fenicsx.turbine.rigid_blades import RigidBlades
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.tower import Tower
+from turbine_fenicsx.turbine.wind import Wind
+from turbine_fenicsx.turbine.yaw import Yaw
 
 
 def list_components(case: Case) -> list[Component]:
@@ -26,7 +32,14 @@ def list_components(case: Case) -> list[Component]:
     tower = [Tower()] if case.tower.flexible else []
     rigid = case.turbine.model == "rigid"
     rotor = [RigidBlades(), Pitch()] if rigid else [Pitch(), FlexibleBlades()]
-    return [*tower, Nacelle(), Loads(), *rotor]
+    wind = [Wind()] if case.wind.blows else []
+    d = case.drivetrain
+    drivetrain = [Drivetrain()] if d.model != "none" or d.friction > 0.0 else []
+    yaw = [Yaw()] if case.yaw.drive != "free" else []
+    control = [Control()] if case.control.kind != "none" or case.event else []
+    generator = [Generator()] if case.generator.keeps != "nothing" else []
+    behind = [*generator, *drivetrain, *yaw, *control]
+    return [*tower, Nacelle(), Loads(), *rotor, *wind, *behind]
 
 
 def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -> Assembly:
@@ -48,7 +61,7 @@ def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -
     mistakes = [sentence for c in components for sentence in c.mistakes(case)]
     if mistakes:
         raise ModelError("\n".join(mistakes))
-    assembly = Assembly(case, comm, plan_rotor(case))
+    assembly = Assembly(case, comm, plan_rotor(case, comm), inflow=make_inflow(case, comm))
     for component in components:
         assembly.parts.extend(component.parts(assembly))
     return assembly
@@ -71,7 +84,7 @@ def build_turbine(
     components = list_components(case) if components is None else list(components)
     assembly = assemble(case, components, comm)
     # the paper counts bodies from the nacelle on; what carries it comes last, also in the columns
-    parts = _starting_with(assembly.part(NACELLE), assembly.parts)
+    parts = _rotate(assembly.part(NACELLE), assembly.parts)
     nacelle = next((c for c in components if isinstance(c, Nacelle)), components[0])
     system = MultibodySystem(comm, parts)
     bodies = [*(b.name for b in system.rigid_bodies), *(b.name for b in system.flexible_bodies)]
@@ -79,13 +92,13 @@ def build_turbine(
     names = dict.fromkeys([*PART_NUMBERS, *bodies, *volumes])
     return Turbine(
         **vars(assembly),
-        components=tuple(_starting_with(nacelle, components)),
+        components=tuple(_rotate(nacelle, components)),
         system=system,
         numbers={name: number for number, name in enumerate(names)},
     )
 
 
-def _starting_with(first: Any, items: list[Any]) -> list[Any]:
+def _rotate(first: Any, items: list[Any]) -> list[Any]:
     """The items from one of them on, then those before it."""
     place = next(k for k, item in enumerate(items) if item is first)
     return [*items[place:], *items[:place]]

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.rotations import E2, E3
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.postprocessing.conventions import HUB, NACELLE, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.turbine.case.parameters import Inertia
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.surfaces import hub_surface, nacelle_surface
 
@@ -30,12 +33,13 @@ class Nacelle(Component):
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Bodies ``nacelle`` and ``hub``, joints ``yaw`` and ``rotor``; see `SUPPORT`."""
-        p = assembly.case.turbine.parameters()
-        nacelle = RigidBody(NACELLE, p.nacelle.mass, p.nacelle.euler)
-        hub = RigidBody(HUB, p.hub.mass, p.hub.euler, position=-p.hub_distance * E3)
+        p, layout = assembly.case.turbine.parameters(), assembly.rotor.layout
+        _, up, shaft = layout.axes
+        nacelle = _make_body(NACELLE, p.nacelle, np.zeros(3), np.eye(3))
+        hub = _make_body(HUB, p.hub, layout.centre, layout.axes)
         support = assembly.find(SUPPORT)
         yaw = Revolute(YAW, support, nacelle, point=(0.0, 0.0, 0.0), axis=-E2, reference=E3)
-        rotor = Revolute(ROTOR, nacelle, hub, point=hub.position, axis=E3, reference=E2)
+        rotor = Revolute(ROTOR, nacelle, hub, point=layout.centre, axis=shaft, reference=up)
         return [nacelle, hub, yaw, rotor]
 
     def channels(self, turbine: Turbine) -> Channels:
@@ -44,27 +48,40 @@ class Nacelle(Component):
         Azimuth and speed count positive about the shaft, downwind; the nacelle's yaw about the
         upward vertical, opposite to the paper's.
         """
-        coordinates = turbine.system.angle_names
+        coordinates = turbine.system.joint_coordinate_names
         rotor, yaw = coordinates.index(ROTOR), coordinates.index(YAW)
 
         def values(s: Snapshot) -> list[float]:
             azimuth, heading = (
-                float(OPENFAST_SIGNS[name] * np.degrees(s.state.angles[k]))
+                float(OPENFAST_SIGNS[name] * np.degrees(s.state.joint_coordinates[k]))
                 for name, k in ((ROTOR, rotor), (YAW, yaw))
             )
-            return [azimuth % 360.0, float(s.state.angle_rates[rotor]) * 30.0 / np.pi, heading]
+            return [azimuth % 360.0, float(s.state.joint_rates[rotor]) * 30.0 / np.pi, heading]
 
         columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")
         return Channels(openfast=[Channel(columns, values)])
 
     def surfaces(self, turbine: Turbine) -> list[RigidSurface]:
         """A box, and a spinner that is as large as the blade roots need."""
-        blade, numbers = turbine.rotor.blade, turbine.numbers
-        root = 0.5 * max(blade.chord_at(0.0), blade.thickness_at(0.0))
-        size = float(np.hypot(blade.hub_radius, root))  # the roots are inside
-        nacelle, hub = turbine.part(NACELLE), turbine.part(HUB)
-        distance = turbine.case.turbine.hub_distance
+        blades, numbers = turbine.rotor.blades, turbine.numbers
+        size = float(np.hypot(blades.hub_radius, blades.root_radius))  # the roots are inside
+        nacelle, hub, layout = turbine.part(NACELLE), turbine.part(HUB), turbine.rotor.layout
         return [
-            nacelle_surface(nacelle, distance, size, numbers[NACELLE]),
-            hub_surface(hub, size, numbers[HUB]),
+            nacelle_surface(nacelle, layout, size, numbers[NACELLE]),
+            hub_surface(hub, layout, size, numbers[HUB]),
         ]
+
+
+def _make_body(name: str, inertia: Inertia, origin: npt.ArrayLike, axes: Array) -> RigidBody:
+    """A rigid part.
+
+    Args:
+        name: Its name.
+        inertia: Mass, centre of mass and inertia.
+        origin: From where the centre of mass counts, shape (3,) [m].
+        axes: Axes of centre and inertia as rows, shape (3, 3).
+    """
+    position = np.asarray(origin) + inertia.centre @ axes
+    if inertia.tensor is None:
+        return RigidBody(name, inertia.mass, inertia.euler, position, axes.T)
+    return RigidBody.from_inertia(name, inertia.mass, inertia.tensor, position, axes.T)

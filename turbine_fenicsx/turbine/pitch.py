@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.control.drives import PitchDrive
 from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat, Ramp
-from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
+from turbine_fenicsx.forces.time_functions import Constant, Ramp, Sum
 from turbine_fenicsx.joints import PrescribedMotion, Revolute
+from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
@@ -27,7 +28,8 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.pitch import PitchCase, check_pitch
 from turbine_fenicsx.turbine.case.tables import LoadsCase
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
-from turbine_fenicsx.turbine.rotor_plan import AZIMUTHS, PITCH_SIGNS
+from turbine_fenicsx.turbine.loads import make_hat
+from turbine_fenicsx.turbine.rotor_plan import PITCH_SIGNS
 
 BEARINGS = ("pitch_1", "pitch_2", "pitch_3")
 """Names of the bearings and of their angles."""
@@ -47,83 +49,96 @@ class Pitch(Component):
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""
-        case, hub = assembly.case, assembly.part(HUB)
+        case, hub, rotor = assembly.case, assembly.part(HUB), assembly.rotor
         if not case.has_pitch_bearings:
             return []
         if case.turbine.model == "rigid":
             turned = [assembly.part(name) for name in BLADES]
-            bearings = _bearings(hub, turned, [hub.position] * len(turned))
+            points: list[Any] = [rotor.layout.centre] * len(turned)
         else:
-            turned = _rings(hub, case.pitch, case.blade.hub_radius)
-            bearings = _bearings(hub, turned, [ring.position for ring in turned])
+            turned = _make_rings(rotor.layout, case.pitch, rotor.blades.hub_radius)
+            points = [ring.position for ring in turned]
+        bearings = _make_bearings(hub, turned, points, rotor.layout)
         new = [body for body in turned if body not in assembly.parts]
-        return [*new, *bearings, *pitch_torques(case.loads), *pitch_drive(case.pitch)]
+        return [
+            *new,
+            *bearings,
+            *make_pitch_torques(case.loads, case.time.ramp),
+            *make_pitch_drive(case.pitch),
+        ]
 
     def channels(self, turbine: Turbine) -> Channels:
         """``BldPitch1`` ..., positive to feather; 0 without pitch bearings."""
-        names = turbine.system.angle_names
+        names = turbine.system.joint_coordinate_names
         found = [(names.index(name), OPENFAST_SIGNS[name]) for name in BEARINGS if name in names]
 
         def values(s: Snapshot) -> list[float]:
-            angles = [sign * float(np.degrees(s.state.angles[k])) for k, sign in found]
+            angles = [sign * float(np.degrees(s.state.joint_coordinates[k])) for k, sign in found]
             return angles or [0.0] * len(BEARINGS)
 
         columns = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(BEARINGS) + 1))
         return Channels(openfast=[Channel(columns, values)])
 
 
-def _rings(hub: RigidBody, pitch: PitchCase, radius: float) -> list[RigidBody]:
-    """Rings centred on the pitch axes, their axes along chord, span and rotor axis.
+def _make_rings(layout: RotorLayout, pitch: PitchCase, radius: float) -> list[RigidBody]:
+    """Rings centred on the pitch axes, their axes along chord, span and thickness of the blades.
 
     Args:
-        hub: The hub.
+        layout: Where the blades stand.
         pitch: Their mass and Euler values.
-        radius: Distance of their centres from the hub centre [m].
+        radius: Distance of their centres from the rotor centre [m].
     """
-    turns, centre = [rotation_about(E3, azimuth) for azimuth in AZIMUTHS], np.asarray(hub.position)
     return [
-        RigidBody(name, pitch.ring_mass, pitch.ring_euler, centre + radius * (R @ E2), R)
-        for name, R in zip(RINGS, turns, strict=True)
+        RigidBody(
+            name,
+            pitch.ring_mass,
+            pitch.ring_euler,
+            layout.point_on_span(k, radius),
+            layout.directors(k),
+        )
+        for k, name in enumerate(RINGS, start=1)
     ]
 
 
-def _bearings(hub: RigidBody, turned: list[RigidBody], points: list[Any]) -> Iterator[Revolute]:
+def _make_bearings(
+    hub: RigidBody, turned: list[RigidBody], points: list[Any], layout: RotorLayout
+) -> Iterator[Revolute]:
     """Bearings of what turns on the hub about the spans of the blades, in the paper's signs."""
-    for name, body, point, azimuth, sign in zip(
-        BEARINGS, turned, points, AZIMUTHS, PITCH_SIGNS, strict=True
+    for k, (name, body, point, sign) in enumerate(
+        zip(BEARINGS, turned, points, PITCH_SIGNS, strict=True), start=1
     ):
-        span = rotation_about(E3, azimuth) @ E2
-        yield Revolute(name, hub, body, point=point, axis=sign * span, reference=E3)
+        span, _, normal = layout.frame(k)
+        yield Revolute(name, hub, body, point=point, axis=sign * span, reference=normal)
 
 
-def pitch_drive(pitch: PitchCase) -> list[Any]:
+def make_pitch_drive(pitch: PitchCase) -> list[Any]:
     """Springs, dampers or prescribed motions of the pitch bearings.
 
     Args:
         pitch: Drive and its values.
     """
-    if pitch.drive == "prescribed":
-        return [
-            PrescribedMotion(
-                name, Ramp(-sign * pitch.angle, pitch.duration, pitch.start, smooth=True)
-            )
-            for name, sign in zip(BEARINGS, PITCH_SIGNS, strict=True)
-        ]
     parts: list[Any] = []
-    if pitch.drive == "spring":
-        for name in BEARINGS:
+    for name, sign in ((bearing, OPENFAST_SIGNS[bearing]) for bearing in BEARINGS):
+        rest = sign * pitch.initial
+        if pitch.drive == "prescribed":
+            turn = Ramp(sign * pitch.angle, pitch.duration, pitch.start, smooth=True)
+            parts.append(PrescribedMotion(name, Sum(turn, Constant(rest)) if rest else turn))
+        elif pitch.drive == "actuator":
+            drive = PitchDrive(sign, pitch.frequency, pitch.damping_ratio, pitch.initial)
+            parts.append(PrescribedMotion(name, drive))
+        elif pitch.drive == "spring":
             if pitch.stiffness > 0.0:
-                parts.append(JointSpring(f"spring of {name}", name, pitch.stiffness))
+                parts.append(JointSpring(f"spring of {name}", name, pitch.stiffness, rest))
             if pitch.damping > 0.0:
                 parts.append(JointDamper(f"damper of {name}", name, pitch.damping))
     return parts
 
 
-def pitch_torques(loads: LoadsCase) -> list[JointTorque]:
-    """The same hat of torque on all pitch bearings, positive to feather; nothing for none."""
+def make_pitch_torques(loads: LoadsCase, ramp: float = 0.0) -> list[JointTorque]:
+    """Equal hats of torque on all pitch bearings, positive to feather; none for a zero torque."""
     if loads.pitch_torque == 0.0:
         return []
-    hat = Hat(1.0, loads.duration)
+    hat = make_hat(loads, ramp)
     return [
         JointTorque(f"torque on {name}", name, -sign * loads.pitch_torque, hat)
         for name, sign in zip(BEARINGS, PITCH_SIGNS, strict=True)

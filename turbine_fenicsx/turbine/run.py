@@ -20,12 +20,17 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.output_folder import holds_run, remove_run, target_folder
+from turbine_fenicsx.postprocessing.output_folder import (
+    holds_modes,
+    holds_run,
+    make_target_folder,
+    remove_run,
+)
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.folder_lock import lock_folder
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
-from turbine_fenicsx.simulation.observers.history import History
+from turbine_fenicsx.simulation.observers.history import History, read_columns
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
@@ -38,9 +43,10 @@ from turbine_fenicsx.turbine.component import Component, Turbine
 from turbine_fenicsx.turbine.energy_check import judge_energy
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
-from turbine_fenicsx.turbine.resume import change_case, label_case
+from turbine_fenicsx.turbine.resume import change_case, label_case, write_case
 from turbine_fenicsx.turbine.scheme import conserves_energy, make_stepper
-from turbine_fenicsx.turbine.summary import Statistics, summary, table
+from turbine_fenicsx.turbine.start import make_start
+from turbine_fenicsx.turbine.summary import Statistics, format_table, summarise
 
 log = logging.getLogger(__name__)
 
@@ -152,29 +158,31 @@ def _run(
 ) -> dict[str, Any]:
     """Run a turbine in a folder that is locked; the summary."""
     comm, statistics = turbine.comm, Statistics()
-    checkpoints = _checkpoints(case, turbine, folder)
+    checkpoints = _make_checkpoints(case, turbine, folder)
     stepper = make_stepper(case, turbine.system)
+    own = [each for c in turbine.components for each in c.observers(turbine, folder)]
     simulation = Simulation(
         turbine.system,
         case.time.step,
         case.time.end,
-        [statistics, *_outputs(case, turbine, stepper, folder, resume), *watching],
+        [statistics, *own, *_make_outputs(case, turbine, stepper, folder, resume), *watching],
         stepper,
-        step_error=_step_error(case, comm),
+        step_error=_make_step_error(case, comm),
         checkpoints=checkpoints,
         stop=stop,
+        start=None if resume else make_start(case, turbine.system),
     )
     data = checkpoints.load(simulation.observers) if resume else None
     if data is None:
         _empty_folder(folder, comm, checkpoints)
-    _write_case(case, folder, comm)
+    write_case(case, folder, comm)
     timing.start()
     start = time.perf_counter()
     simulation.run(data)
     stepper.destroy()  # on all ranks at once
     seconds = time.perf_counter() - start
     tolerance = case.solver.tolerance if conserves_energy(case) else None
-    result = summary(turbine, statistics, seconds, simulation, tolerance)
+    result = summarise(turbine, statistics, seconds, simulation, tolerance)
     result[names.INTERRUPTED] = simulation.stopped
     _write_summary(result, folder, comm)
     return result
@@ -186,25 +194,27 @@ def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) ->
     result[names.WARNINGS] = [wrong] if wrong else []
     text = json.dumps(result, indent=2) + "\n"
     on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
-    log.info("end\n%s", table(result))
+    log.info("end\n%s", format_table(result))
     if wrong:
         log.info("%s", wrong)
 
 
 def _refuse_to_overwrite(folder: Path) -> None:
-    """Keep the results of an earlier run, unless the user wants them replaced.
+    """Keep earlier results, unless the user wants them replaced.
 
     Raises:
-        InputError: if the folder holds a run.
+        InputError: if the folder holds some.
     """
     if holds_run(folder):
         raise InputError(
             f"{str(folder)!r} holds the results of a run: `turbine-fenicsx restart` goes on with "
             "it, --overwrite replaces it"
         )
+    if holds_modes(folder):
+        raise InputError(f"{str(folder)!r} holds modes; --overwrite replaces them")
 
 
-def _checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
+def _make_checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
     """Checkpoints of a run, which others can only go on with if they agree with it."""
     labels = on_rank0(turbine.comm, lambda: label_case(case))
     labels["list of components"] = turbine.component_names
@@ -218,43 +228,36 @@ def _checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
     )
 
 
-def _outputs(
+def _make_outputs(
     case: Case, turbine: Turbine, stepper: Stepper, folder: Path, resume: bool
 ) -> list[Observer]:
     """Observers that write time series and fields; they open no file yet."""
     comm, every = turbine.comm, case.output.fields_every
-    stress = every > 0.0 or resume  # a run that goes on keeps its columns
+    history, out = folder / "history.csv", folder / "history.out"
+    kept = on_rank0(comm, lambda: read_columns(history)) if resume else []
+    stress = every > 0.0 or names.MAX_STRESS in kept
     channels = turbine_channels(turbine, stepper, stress)
-    out = folder / "history.out"
     found: list[Observer] = [
-        History(comm, folder / "history.csv", channels.history),
+        History(comm, history, channels.history),
         OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
     if every > 0.0:
         path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())
         names_of_parts = turbine.part_names()
-        found.append(Fields(turbine.system, path, every, case.time.end, *parts, names_of_parts))
+        shown = (*parts, names_of_parts, turbine.fields())
+        found.append(Fields(turbine.system, path, every, case.time.end, *shown))
     return found
 
 
 def _empty_folder(folder: Path, comm: MPI.Intracomm, checkpoints: Checkpoints) -> None:
     """Remove the results of an earlier run, if all can be written."""
     for each in (folder, folder / "checkpoints"):
-        on_rank0(comm, partial(target_folder, each))
+        on_rank0(comm, partial(make_target_folder, each))
     on_rank0(comm, lambda: remove_run(folder))
     checkpoints.clear()
 
 
-def _write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:
-    """Write the case with all defaults, files by their absolute paths."""
-    data = case.model_dump(mode="json")
-    if case.mesh.file:
-        data["mesh"]["file"] = os.path.abspath(case.mesh.file)
-    text = json.dumps(data, indent=2) + "\n"
-    on_rank0(comm, lambda: replace_file(folder / "case.json", text.encode()))
-
-
-def _step_error(case: Case, comm: MPI.Intracomm) -> StepError | None:
+def _make_step_error(case: Case, comm: MPI.Intracomm) -> StepError | None:
     """The error estimate that steps follow, if the case asks for it."""
     angle, displacement = case.time.angle_tolerance, case.time.displacement_tolerance
     if angle is None and displacement is None:

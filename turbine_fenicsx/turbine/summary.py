@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.rotations import E3
-from turbine_fenicsx.foundation.versions import versions
+from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.versions import list_versions
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.flexible_blades import BODY
@@ -42,11 +41,11 @@ class Statistics:
         self.last: Snapshot | None = None
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Take in the first state."""
+        """Count the first state."""
         self._take_worst(snapshot)
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Take in a step."""
+        """Count a step."""
         self._take_worst(snapshot)
         assert snapshot.report is not None
         self.steps += 1
@@ -67,7 +66,7 @@ class Statistics:
         return RestartData({name: getattr(self, name) for name in self._SUMS})
 
     def restore(self, data: RestartData) -> None:
-        """Take in what was seen before the run went on."""
+        """Go on from what was seen in an earlier run."""
         for name in self._SUMS:
             setattr(self, name, data.numbers[name])
         self.steps_before = self.steps
@@ -76,7 +75,7 @@ class Statistics:
         """There is no file to close."""
 
 
-def masses(turbine: Turbine) -> dict[str, float]:
+def list_masses(turbine: Turbine) -> dict[str, float]:
     """Masses of all bodies [kg]. Collective."""
     system = turbine.system
     found = {body.name: float(body.mass) for body in system.rigid_bodies}
@@ -88,27 +87,30 @@ def masses(turbine: Turbine) -> dict[str, float]:
 def rotor_inertia(turbine: Turbine) -> float:
     """Moment of inertia of hub and blades about the shaft [kg m^2]. Collective.
 
-    It is the angular momentum about the shaft of the rotor that turns once a radian per second.
+    It is the angular momentum about the shaft of the rotor that turns at one radian per second.
     """
     system = turbine.system
     state = system.initial_state()
-    centre = np.asarray(turbine.part(HUB).position, dtype=float)
+    layout = turbine.rotor.layout
+    centre, axis = np.asarray(layout.centre), layout.axes[2]
     state.q_dot[:] = 0.0
     for body, first in system.first_coordinate.items():
         if body.name in _TURNING:
             q = state.q[first : first + 12].reshape(4, 3).copy()
             q[0] = np.asarray(body.position) - centre
-            state.q_dot[first : first + 12] = np.cross(E3, q).ravel()
+            state.q_dot[first : first + 12] = np.cross(axis, q).ravel()
     for block, v in zip(system.flexible_models, state.v, strict=True):
         v.array[:] = 0.0
         if block.body.name in _TURNING:
-            v.array[:] = np.cross(E3, block.positions - centre).ravel()
-    inertia = float(system.balance(state).angular[2])
+            v.array[:] = np.cross(axis, block.positions - centre).ravel()
+    balance = system.balance(state)
+    about_centre = balance.angular - np.cross(centre, balance.linear)
+    inertia = float(about_centre @ axis)
     state.destroy()
     return inertia
 
 
-def unknowns(turbine: Turbine) -> dict[str, int]:
+def count_unknowns(turbine: Turbine) -> dict[str, int]:
     """Numbers of unknowns of each block."""
     system, rigid = turbine.system, turbine.system.rigid_model
     return {
@@ -117,12 +119,12 @@ def unknowns(turbine: Turbine) -> dict[str, int]:
         ),
         "coupling_multipliers": sum(c.C.getSize()[0] for c in system.coupling_blocks),
         "rigid_coordinates": rigid.n_q,
-        "joint_angles": rigid.n_angles,
-        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_angles + rigid.n_relations,
+        "joint_angles": rigid.n_T,
+        "rigid_and_joint_multipliers": rigid.n_constraints + rigid.n_T + rigid.n_relations,
     }
 
 
-def summary(
+def summarise(
     turbine: Turbine,
     statistics: Statistics,
     seconds: float,
@@ -145,17 +147,17 @@ def summary(
     parts["other"] = max(seconds - sum(parts.values()), 0.0)
     last = statistics.last
     assert last is not None
-    mass = masses(turbine)
+    mass = list_masses(turbine)
     allowed = {}
     if tolerance is not None:
         allowed[names.ALLOWED_ENERGY_ERROR] = allowed_energy_error(
             statistics.largest_energy, min(mass.values()), statistics.steps, tolerance
         )
     return {
-        names.VERSIONS: versions(),
+        names.VERSIONS: list_versions(),
         "components": turbine.component_names,
         "ranks": turbine.system.comm.size,
-        "unknowns": unknowns(turbine),
+        "unknowns": count_unknowns(turbine),
         **_mesh_sizes(turbine),
         "masses_[kg]": mass,
         "rotor_inertia_[kgm2]": rotor_inertia(turbine),
@@ -170,7 +172,9 @@ def summary(
         "angular_momentum_[Nms]": [float(x) for x in last.balance.angular],
         "angles_[rad]": {
             name: float(angle)
-            for name, angle in zip(turbine.system.angle_names, last.state.angles, strict=True)
+            for name, angle in zip(
+                turbine.system.joint_coordinate_names, last.state.joint_coordinates, strict=True
+            )
         },
         "mean_newton_iterations": statistics.newton / steps,
         "mean_krylov_iterations": statistics.krylov / steps,
@@ -196,7 +200,7 @@ def _mesh_sizes(turbine: Turbine) -> dict[str, dict[str, float] | None]:
     }
 
 
-def table(s: dict[str, Any]) -> str:
+def format_table(s: dict[str, Any]) -> str:
     """The summary as a few lines to read."""
     scale = max(s[names.LARGEST_ENERGY], 1e-300)
     momentum = ", ".join(f"{x / 1e3:.6g}" for x in s["angular_momentum_[Nms]"])
@@ -217,14 +221,15 @@ def table(s: dict[str, Any]) -> str:
         ("angles [rad]", angles),
         (
             "iterations per step",
-            f"{s['mean_newton_iterations']:.2f} Newton" + _fallbacks(s["solver_fallbacks"]),
+            f"{s['mean_newton_iterations']:.2f} Newton"
+            + _describe_fallbacks(s["solver_fallbacks"]),
         ),
         ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
     ]
     return "\n".join(f"  {name:<22}{text}" for name, text in rows)
 
 
-def _fallbacks(number: int) -> str:
+def _describe_fallbacks(number: int) -> str:
     """How often another linear solver or start took over, if it did."""
     times = "once" if number == 1 else f"{number} times"
     return f", another solver or start took over {times}" if number else ""

@@ -7,16 +7,15 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
-from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.meshing.blade import BladeGeometry
+from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
 
 
 def tube(rings: Array, closed_ends: bool = True) -> tuple[Array, npt.NDArray[np.int64]]:
     """Surface through closed rings of points.
 
     Args:
-        rings: Points, shape (rings, points a ring, 3) [m].
+        rings: Points, shape (rings, points per ring, 3) [m].
         closed_ends: Whether to close the two ends by shrinking the end rings to their centres.
 
     Returns:
@@ -32,62 +31,63 @@ def tube(rings: Array, closed_ends: bool = True) -> tuple[Array, npt.NDArray[np.
     return rings.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4)
 
 
-def nacelle_surface(body: RigidBody, hub_distance: float, size: float, part: int) -> RigidSurface:
-    """A box with rounded edges from behind the hub over the tower axis, longer to the lee.
+def nacelle_surface(body: RigidBody, layout: RotorLayout, size: float, part: int) -> RigidSurface:
+    """A box along the shaft with rounded edges, from behind the hub over the tower axis.
 
     Args:
         body: The nacelle.
-        hub_distance: Distance of the hub centre from the tower axis, to the side of -e3 [m].
+        layout: Where the rotor stands.
         size: Radius of the hub [m].
         part: Number of the part.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     radius = 0.85 * size * (np.abs(np.cos(angle)) ** 6 + np.abs(np.sin(angle)) ** 6) ** (-1.0 / 6.0)
     outline = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-    front, back = -max(hub_distance - 0.7 * size, 0.5 * hub_distance), 1.3 * hub_distance
+    over_tower = -layout.centre[2] / layout.axes[2, 2]  # from the hub along the shaft
+    front, back = min(0.7 * size, 0.5 * over_tower), 2.3 * over_tower
     stations = ((front, 0.8), (front + 0.2 * size, 1.0), (back - 0.6 * size, 1.0), (back, 0.7))
-    rings = [s * outline + z * E3 for z, s in stations]
+    centre, shaft = np.asarray(layout.centre), layout.axes[2]
+    rings = [centre + s * outline @ layout.axes + z * shaft for z, s in stations]
     return RigidSurface(body, *tube(np.array(rings)), part)
 
 
-def hub_surface(body: RigidBody, radius: float, part: int) -> RigidSurface:
-    """A spinner around the hub centre: a half sphere behind, a longer nose in front (-e3).
+def hub_surface(body: RigidBody, layout: RotorLayout, radius: float, part: int) -> RigidSurface:
+    """A spinner around the hub centre: a half sphere behind, a longer nose in front.
 
     Args:
         body: The hub.
+        layout: Where the rotor stands.
         radius: Distance of the outermost points of the blade roots from the hub centre [m].
         part: Number of the part.
     """
     polar = np.linspace(0.02, np.pi - 0.02, 25)
     angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     circle = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-    centre = np.asarray(body.position, dtype=float)
+    centre, shaft = np.asarray(layout.centre), layout.axes[2]
     length = np.where(polar < 0.5 * np.pi, 0.8 * radius, 1.4 * radius)
     rings = [
-        centre + radius * np.sin(p) * circle + a * np.cos(p) * E3
+        centre + radius * np.sin(p) * circle @ layout.axes + a * np.cos(p) * shaft
         for p, a in zip(polar, length, strict=True)
     ]
     return RigidSurface(body, *tube(np.array(rings)), part)
 
 
 def blade_surface(
-    body: RigidBody, blade: BladeGeometry, centre: Array, span: Array, part: int
+    body: RigidBody, blade: BladeGeometry, layout: RotorLayout, number: int, part: int
 ) -> RigidSurface:
     """Skin of a rigid blade with elliptic sections.
 
     Args:
         body: The rigid blade.
         blade: Its shape.
-        centre: Hub centre [m], shape (3,).
-        span: Direction of the span, shape (3,).
+        layout: Where the blades stand.
+        number: Number of the blade, from 1.
         part: Number of the part.
     """
-    chord = np.cross(E3, span) if abs(span @ E3) < 0.9 else E2
     angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    rings = []
-    for s in np.linspace(0.0, 1.0, 25):
-        across = 0.5 * blade.chord_at(s) * np.cos(angle)
-        through = 0.5 * blade.thickness_at(s) * np.sin(angle)
-        offset = np.outer(across, chord) + np.outer(through, E3)
-        rings.append(centre + (blade.hub_radius + s * blade.length) * span + offset)
-    return RigidSurface(body, *tube(np.array(rings)), part)
+    s = np.linspace(0.0, 1.0, 25)[:, None]
+    across = 0.5 * blade.chord_at(s) * np.cos(angle)
+    through = 0.5 * blade.thickness_at(s) * np.sin(angle)
+    span = np.broadcast_to(blade.hub_radius + s * blade.length, across.shape)
+    rings = blade.turn(np.stack([span, across, through], axis=-1))
+    return RigidSurface(body, *tube(layout.place(rings, number)), part)

@@ -18,7 +18,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.lame import lame_constants
-from turbine_fenicsx.meshing import TowerGeometry, tower_arrays
+from turbine_fenicsx.meshing import TowerGeometry, mesh_tower
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import TOWER
@@ -42,7 +42,10 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
     Raises:
         ModelError: for a wall that leaves no hollow.
     """
-    return TowerGeometry(tower.height, tower.bottom_diameter, tower.top_diameter, tower.wall)
+    t = tower
+    if t.stations is None:
+        return TowerGeometry.cone(t.height, t.bottom_diameter, t.top_diameter, t.wall)
+    return TowerGeometry(t.height, t.stations, t.diameters or (), t.walls or ())
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Tower(Component):
         t = assembly.case.tower
         geometry = tower_geometry(t)
         mesh = assembly.load_mesh(
-            TOWER, "mesh of the tower", lambda: tower_arrays(geometry, t.elements, t.degree)
+            TOWER, "mesh of the tower", lambda: mesh_tower(geometry, t.elements, t.degree)
         )
         material = StVenantKirchhoff(*lame_constants(t.young, t.poisson))
         body = FlexibleBody(TOWER, mesh.mesh, material, t.density, t.degree)

@@ -63,7 +63,7 @@ class Deflection:
         self.values.append(line[0] * away[1] - line[1] * away[0])
 
     def finish(self):
-        """Nothing to close."""
+        """There is no file to close."""
 
 
 class Balance:
@@ -115,7 +115,7 @@ class Balance:
         return state.time, P, L, np.array([q[c.rigid][:3] for c in self._couplings])
 
     def finish(self):
-        """Nothing to close."""
+        """There is no file to close."""
 
 
 def solid(elements, steps=STEPS, comm=MPI.COMM_WORLD):

@@ -80,7 +80,7 @@ class Momenta:
         self.rows.append([*row, *b.linear, *b.angular])
 
     def finish(self):
-        """Nothing to close."""
+        """There is no file to close."""
 
 
 def simulate(steps, step=STEP, stress=None, comm=MPI.COMM_WORLD):

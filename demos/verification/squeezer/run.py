@@ -118,7 +118,7 @@ def solve(steps, comm=MPI.COMM_WORLD):
     """All angles at the end, for a number of steps."""
     system = MultibodySystem(comm, mechanism())
     last = Simulation(system, END / steps, END).run()
-    turned = dict(zip(system.angle_names, last.state.angles, strict=True))
+    turned = dict(zip(system.joint_coordinate_names, last.state.joint_coordinates, strict=True))
     found = {name: angle + turned[name] for name, angle in START.items()}
     return found | {f"{name}_by_quadrature": angle for name, angle in found.items()}
 

@@ -43,7 +43,7 @@ def recorder(comm, path):
     """Observer that writes the angle of the directors beside the joint angle."""
 
     def values(snapshot):
-        return [snapshot.state.time, snapshot.state.angles[1], hub_angle(snapshot)]
+        return [snapshot.state.time, snapshot.state.joint_coordinates[1], hub_angle(snapshot)]
 
     columns = ("time_[s]", "joint_angle_[rad]", "director_angle_[rad]")
     return History(comm, path, [Channel(columns, values)])

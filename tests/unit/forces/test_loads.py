@@ -6,14 +6,14 @@ import pytest
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import (
     FollowerForce,
-    Forces,
+    ForceSum,
     Gravity,
     JointTorque,
-    Load,
     PointForce,
+    PrescribedForce,
     Torque,
 )
-from turbine_fenicsx.forces.element import Element, Layout, StepTimes
+from turbine_fenicsx.forces.force import Force, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import Hat, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute
@@ -35,15 +35,15 @@ all_followers = pytest.mark.parametrize("load", FOLLOWERS.values(), ids=FOLLOWER
 
 def forces(*bodies):
     q = {b: np.zeros(12) for b in bodies}
-    return Forces(coordinates=q, torques={"yaw": 0.0, "rotor": 0.0})
+    return ForceSum(coordinates=q, torques={"yaw": 0.0, "rotor": 0.0})
 
 
 def test_loads_are_loads():
-    assert isinstance(Gravity(), Load)
-    assert isinstance(JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0)), Load)
-    assert isinstance(PointForce("f", A, P, F), Load)
-    assert not isinstance(Hat(1.0), Load)
-    assert all(isinstance(x, Element) and x.kind == "external" for x in FOLLOWERS.values())
+    assert isinstance(Gravity(), PrescribedForce)
+    assert isinstance(JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0)), PrescribedForce)
+    assert isinstance(PointForce("f", A, P, F), PrescribedForce)
+    assert not isinstance(Hat(1.0), PrescribedForce)
+    assert all(isinstance(x, Force) and x.kind == "external" for x in FOLLOWERS.values())
 
 
 def test_gravity_points_down_along_e2_by_default():

@@ -11,7 +11,13 @@ import pytest
 from dolfinx import mesh
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import NodeForce, Pressure, SurfaceLoad, SurfaceTraction
+from turbine_fenicsx.forces import (
+    NodeForce,
+    Pressure,
+    StepTimes,
+    SurfaceForce,
+    SurfaceTraction,
+)
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -58,7 +64,7 @@ class Loaded:
 
     def residual(self, u, du, time=1.0):
         R = self.model.new_vector()
-        self.step.begin(u, 0 * u, DT, np.zeros(3), time)
+        self.step.begin(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
         self.step.residual(du, R)
         return R
 
@@ -75,7 +81,7 @@ class Loaded:
         return self.comm.allreduce(np.asarray(values).sum(axis=0))
 
     def works(self, u, du, time=1.0):
-        self.step.begin(u, 0 * u, DT, np.zeros(3), time)
+        self.step.begin(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
         return self.comm.allreduce(self.step.midpoint.works(du)[0])
 
 
@@ -104,8 +110,8 @@ def affine(H, shift=(0.0, 0.0, 0.0)):
 @all_kinds
 def test_surface_loads_are_surface_loads(make, cell, degree):
     x = make(cell, degree)
-    assert isinstance(x.traction, SurfaceLoad) and isinstance(x.pressure, SurfaceLoad)
-    assert x.model.loads == (x.traction, x.pressure)
+    assert isinstance(x.traction, SurfaceForce) and isinstance(x.pressure, SurfaceForce)
+    assert x.model.forces == (x.traction, x.pressure)
 
 
 @all_kinds
@@ -183,7 +189,8 @@ def test_work_of_pressure_is_pressure_times_loss_of_volume_to_second_order(make,
 def test_tangent_with_loads_agrees_with_finite_differences(make, cell, degree):
     x = make(cell, degree)
     u, du, w = (x.nodal(wild(k, s)) for k, s in ((9, 0.02), (10, 0.02), (11, 1.0)))
-    x.step.begin(u, 0 * u, DT, np.zeros(3), 50.0)  # so that the loads count
+    late = StepTimes.from_start(50.0, DT)  # so that the loads count
+    x.step.begin(u, 0 * u, late, np.zeros(3))
     x.step.assemble_tangent(du)
     exact, ends, h = x.model.new_vector(), [], 1e-6
     x.step.tangent.mult(w, exact)
@@ -192,7 +199,7 @@ def test_tangent_with_loads_agrees_with_finite_differences(make, cell, degree):
         x.step.residual(du + sign * h * w, ends[-1])
     difference = (ends[0] - ends[1]) * (0.5 / h)
     assert (difference - exact).norm() <= 2e-7 * exact.norm()
-    x.step.begin(u, 0 * u, DT, np.zeros(3), 0.0)
+    x.step.begin(u, 0 * u, StepTimes(DT, 0.0, 0.5 * DT), np.zeros(3))
     x.step.assemble_tangent(du)
     unloaded = x.model.new_vector()
     x.step.tangent.mult(w, unloaded)
@@ -229,7 +236,7 @@ def test_a_load_without_facets_is_refused_on_all_ranks(comm, machine):
         SurfaceTraction("wind", m.beam, nowhere, FORCE),
         Pressure("wind", m.beam, nowhere, P),
     ):
-        refused(comm, ValueError, "load 'wind' has no facets on 'beam'", [*m.parts, load])
+        refused(comm, ValueError, "force 'wind' has no facets on 'beam'", [*m.parts, load])
 
 
 def test_loads_need_a_flexible_body_of_the_system(comm, machine):
@@ -281,7 +288,7 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
         model = FlexibleModel(m.beam, [load])
         step = FlexibleStep(model)
         u, R = model.new_vector(), model.new_vector()
-        step.begin(u, u, DT, np.zeros(3), 1.5)
+        step.begin(u, u, StepTimes(DT, 1.5, 1.5 + 0.5 * DT), np.zeros(3))
         step.residual(u, R)
         forces = -R.array_r.reshape(-1, 3) / HALF_DT2
         at = comm.allgather(model.positions[np.linalg.norm(forces, axis=1) > 1e-12])

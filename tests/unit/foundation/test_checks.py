@@ -1,6 +1,7 @@
 """Claims about wrong input in Python: a sentence that says what was given and what is wanted."""
 
 import re
+from fractions import Fraction
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,7 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, Pressure
+from turbine_fenicsx.forces import Gravity, JointSpring, Pressure
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
@@ -23,7 +24,8 @@ SVK = StVenantKirchhoff(1.0, 1.0)
 
 
 @pytest.mark.parametrize(
-    "acceleration", [9.81, (0.0, -9.81), (0.0, np.nan, 0.0), (np.inf, 0, 0), "down", None, [1, [2]]]
+    "acceleration",
+    [9.81, (0.0, -9.81), (0.0, np.nan, 0.0), (np.inf, 0, 0), "down", None, [1, [2]], list("100")],
 )
 def test_gravity_is_a_vector(acceleration):
     words = (
@@ -47,11 +49,23 @@ def test_euler_values_are_finite_numbers(euler):
         RigidBody("b", 1.0, euler)
 
 
-@pytest.mark.parametrize("mass", ["heavy", (1.0, 2.0), None])
+@pytest.mark.parametrize("mass", ["heavy", "1", b"1", 1j, (1.0, 2.0), None])
 def test_a_mass_is_a_number(mass):
     words = f"mass of rigid body 'b' must be positive, got {re.escape(repr(mass))}"
     with pytest.raises(ValueError, match=words):
         RigidBody("b", mass, (1, 1, 1))
+
+
+@pytest.mark.parametrize("rest", ["1", np.array("1"), 1j, np.nan, (0.5,), None])
+def test_a_rest_angle_is_a_number(rest):
+    words = f"rest of 's' must be a number, got {re.escape(repr(rest))}"
+    with pytest.raises(ValueError, match=words):
+        JointSpring("s", "hinge", 1.0, rest)
+
+
+@pytest.mark.parametrize("rest", [1, 0.5, np.float32(0.5), np.array(2), Fraction(1, 2)])
+def test_numbers_of_all_kinds_are_numbers(rest):
+    assert JointSpring("s", "hinge", 1.0, rest).rest == rest
 
 
 def box(comm, cells=(2, 1, 1)):

@@ -61,7 +61,9 @@ def test_a_signal_that_has_come_already_ends_it_before_it_begins():
 def test_afterwards_signals_are_only_noted_again():
     with catch_signals() as interrupt:
         with end_at_once():
-            pass
+            with end_at_once():
+                pass
+            assert interrupt.at_once
         os.kill(os.getpid(), signal.SIGTERM)
         assert interrupt()
     with end_at_once():  # where nobody catches signals

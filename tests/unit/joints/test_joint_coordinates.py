@@ -1,11 +1,11 @@
-"""Claims about joint coordinates of both kinds in one step, with relations and force elements."""
+"""Claims about joint coordinates of both kinds in one step, with relations and forces."""
 
 import numpy as np
 import pytest
 from rigid_models import ELEMENTS, N_Q, RELATIONS, SLIDES, A, B, constraint_values, sliding
 
 from turbine_fenicsx.forces import JointSpring, JointTorque
-from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Cylindrical, Revolute
 from turbine_fenicsx.joints.augmented_angle import FORMS
@@ -30,7 +30,7 @@ def arbitrary(m, seed, size=1.0):
     rng = np.random.default_rng(seed)
     data = RigidData(
         q=np.concatenate([A.coordinates, B.coordinates]) + 0.3 * rng.normal(size=N_Q),
-        angles=rng.uniform(-7, 7, N_T),
+        T=rng.uniform(-7, 7, N_T),
         dt_q_dot=rng.normal(size=N_Q),
         impulse_q=rng.normal(size=N_Q),
         impulse_T=rng.normal(size=N_T),
@@ -44,7 +44,7 @@ def arbitrary(m, seed, size=1.0):
 
 def test_both_kinds_are_numbered_in_the_order_of_the_joints():
     _, m = block()
-    assert (m.n_q, m.n_angles, m.n_constraints, m.n_relations) == (N_Q, N_T, N_G, 2)
+    assert (m.n_q, m.n_T, m.n_constraints, m.n_relations) == (N_Q, N_T, N_G, 2)
     assert np.array_equal(m.is_angle, IS_ANGLE)
     assert [x.size for x in m.split(np.arange(float(m.size)))] == [N_Q, N_T, N_G, N_T, 2]
 
@@ -74,9 +74,9 @@ def test_residual_along_the_increment_is_the_balance_of_energy(form, size):
     v1 = 2 * x.dq / DT - v0
     kinetic = 0.5 * (v1 @ (m.masses * v1) - v0 @ (m.masses * v0))
     work = (data.impulse_q @ x.dq + data.impulse_T @ x.dT) / (0.5 * DT**2)
-    work += b.element_works(data, r).sum() - x.pi @ RELATIONS @ x.dT / (0.5 * DT**2)
-    before = constraint_values(m, FORMS[form], data.q, data.angles)
-    after = constraint_values(m, FORMS[form], data.q + x.dq, data.angles + x.dT)
+    work += b.motion_works(data, r).sum() - x.pi @ RELATIONS @ x.dT / (0.5 * DT**2)
+    before = constraint_values(m, FORMS[form], data.q, data.T)
+    after = constraint_values(m, FORMS[form], data.q + x.dq, data.T + x.dT)
     balance = 0.5 * DT**2 * (kinetic - work) + np.concatenate([x.mu, x.nu]) @ (after - before)
     n = N_Q + N_T
     terms = np.abs(r[:n]) @ scale[:n] + m.masses @ data.dt_q_dot**2
@@ -86,8 +86,8 @@ def test_residual_along_the_increment_is_the_balance_of_energy(form, size):
 def test_works_of_springs_are_the_loss_of_their_energy():
     b, m = block()
     data, r = arbitrary(m, 5)
-    x, works = m.split(r), b.element_works(data, r)
-    energies = [m.element_energy(data.q + s * x.dq, data.angles + s * x.dT) for s in (0.0, 1.0)]
+    x, works = m.split(r), b.motion_works(data, r)
+    energies = [m.spring_energy(data.q + s * x.dq, data.T + s * x.dT) for s in (0.0, 1.0)]
     springs = [e.kind == "conservative" for e in ELEMENTS]
     assert works[springs].sum() == pytest.approx(energies[0] - energies[1], rel=1e-13)
     assert np.all(works[[e.kind == "dissipative" for e in ELEMENTS]] < 0.0)
@@ -136,7 +136,7 @@ def test_a_displacement_may_grow_by_any_length_in_a_step_and_an_angle_may_not():
     for k in range(N_T):
         r = np.zeros(m.size)
         m.split(r).dT[k] = 1.6  # more than a quarter of a revolution
-        assert b.acceptable(data, r) == (not IS_ANGLE[k])
+        assert b.is_acceptable(data, r) == (not IS_ANGLE[k])
 
 
 def test_a_screw_motion_is_followed_over_several_turns(comm):
@@ -156,7 +156,7 @@ def test_a_screw_motion_is_followed_over_several_turns(comm):
     for _ in range(100):
         solver.advance(state, 0.05, other)
         state, other = other, state
-        angle, way = state.angles
+        angle, way = state.joint_coordinates
         R = rotation_about(n, angle)
         expected = R @ (np.asarray(A.position) - joint.point) + joint.point + way * n
         assert np.allclose(state.q[:3], expected, rtol=0, atol=1e-11)

@@ -4,15 +4,28 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
+from dolfinx.mesh import CellType, create_unit_cube
+from walls import load_wall, wall_arrays
 
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.linear_solvers import LARGEST_FACTOR, Elimination, choose_solver, sections
+from turbine_fenicsx.linear_solvers import (
+    LARGEST_FACTOR,
+    Elimination,
+    choose_solver,
+    is_for_iteration,
+    sections,
+)
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
+from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
@@ -219,13 +232,49 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
         assert abs(ends[name][1] - ends["lu"][1]) < 1e-10 * abs(ends["lu"][1])
 
 
-def test_solver_is_chosen_by_size(machine, monkeypatch):
+def test_solver_is_chosen_by_size_and_shape(machine, monkeypatch, comm):
     system = machine().system()
     assert choose_solver("auto", system) == "frozen"
     monkeypatch.setattr("turbine_fenicsx.linear_solvers.LARGEST_FACTOR", 10)
-    assert choose_solver("auto", system) == "iterative"
+    # two cells: a rod, whose factor is small at any length
+    assert choose_solver("auto", system) == "frozen"
     assert choose_solver("lu", system) == "lu"
+    cube = create_unit_cube(comm, 12, 12, 12, CellType.hexahedron)
+    body = FlexibleBody("cube", cube, StVenantKirchhoff(1.0, 1.0), 1.0)
+    assert choose_solver("auto", MultibodySystem(comm, [body])) == "iterative"
     assert LARGEST_FACTOR > 300_000
+
+
+@pytest.mark.parametrize(
+    ("cell", "section", "layers", "expected"),
+    [
+        ("hexahedron", (8, 8), 10**4, True),
+        ("hexahedron", (8, 8), 10, False),  # small
+        ("hexahedron", (1, 400), 10**3, False),  # a wall
+        ("tetrahedron", (8, 8), 10**4, True),
+        ("tetrahedron", (1, 400), 10**3, False),
+    ],
+)
+def test_iteration_is_for_large_solids(cell, section, layers, expected):
+    cells = np.prod(section) * layers * {"hexahedron": 1, "tetrahedron": 6}[cell]
+    vertices = np.prod(np.add(section, 1)) * (layers + 1)
+    assert is_for_iteration(3 * vertices, cell, cells, vertices) == expected
+
+
+def test_iterative_solver_refuses_thin_walls_in_words(comm):
+    def tube(s, a, zeta):
+        r = 1.0 + 2e-3 * zeta
+        return np.stack([30.0 * s, r * np.cos(2 * np.pi * a), -r * np.sin(2 * np.pi * a)], axis=-1)
+
+    loaded, _ = load_wall(comm, wall_arrays(tube, 10, 16, closed=True))
+    body = FlexibleBody("tube", loaded.mesh, StVenantKirchhoff(1e9, 1e9), 1e3, 2)
+    root = Coupling("root", body, loaded.facets("root"), None)
+    system = MultibodySystem(comm, [body, root])
+    solver = EnergyMomentum(system, options=SolverOptions("iterative"))
+    state = system.initial_state()
+    with pytest.raises(ModelError, match=r"body 'tube'.*thin walls; use solver.linear_solver = "):
+        solver.advance(state, 0.01, state.copy())
+    solver.destroy()
 
 
 def test_rotation_helper_turns_the_beam(machine):

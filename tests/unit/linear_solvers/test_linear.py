@@ -135,7 +135,7 @@ def test_solving_twice_gives_the_same_and_leaves_the_right_hand_side(machine, so
 def at_rest(state):
     """The state without velocities, where the tangent is symmetric."""
     state.q_dot[:] = 0.0
-    state.angle_rates[:] = 0.0
+    state.joint_rates[:] = 0.0
     for vector in state.v:
         vector.set(0.0)
     return state

@@ -8,8 +8,13 @@ from dolfinx.mesh import CellType, create_box
 from test_factor import error_of_solution, tridiagonal
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.linear_solvers import substructures
-from turbine_fenicsx.linear_solvers.substructures import Substructures, interface_rows, worthwhile
+from turbine_fenicsx.linear_solvers.substructures import (
+    Substructures,
+    find_interface_rows,
+    is_worthwhile,
+)
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
@@ -25,7 +30,7 @@ def stiffness(comm, layers=32, width=2, length=8.0):
     mesh = create_box(comm, corners, [width, width, layers], cell_type=CellType.hexahedron)
     block = FlexibleModel(FlexibleBody("bar", mesh, StVenantKirchhoff(1e9, 1e9), 1e3))
     step, rest = FlexibleStep(block), block.new_vector()
-    step.begin(rest, rest, 0.02, np.zeros(3))
+    step.begin(rest, rest, StepTimes.from_start(0.0, 0.02), np.zeros(3))
     step.assemble_tangent(rest)
     step.tangent.setOption(PETSc.Mat.Option.SPD, True)
     return step.tangent, np.repeat(block.positions[:, 2], 3)
@@ -34,7 +39,7 @@ def stiffness(comm, layers=32, width=2, length=8.0):
 def interface_of(A, z):
     """Where ranks meet; a section in the middle if there is one rank only."""
     if A.getComm().getSize() > 1:
-        return interface_rows(A)
+        return find_interface_rows(A)
     return np.flatnonzero(np.abs(z - 0.5 * z.max()) < 1e-9).astype(np.int32)
 
 
@@ -102,8 +107,8 @@ def test_ranks_that_do_not_meet(comm):
     for i in range(*A.getOwnershipRange()):
         A[i, i] = 2.0 + i
     A.assemble()
-    assert worthwhile(A, interface_rows(A))
-    factor = Substructures(A, interface_rows(A), "test_")
+    assert is_worthwhile(A, find_interface_rows(A))
+    factor = Substructures(A, find_interface_rows(A), "test_")
     factor.update()
     assert error_of_solution(factor, A) < 1e-14
     factor.destroy()
@@ -113,13 +118,13 @@ def test_interface_rows_are_those_coupled_to_higher_ranks(comm):
     A = tridiagonal(comm, 60, 2.5)
     last = A.getLocalSize()[0] - 1
     expected = [last] if comm.rank < comm.size - 1 else []
-    assert interface_rows(A).tolist() == expected
+    assert find_interface_rows(A).tolist() == expected
 
 
 def test_worthwhile_for_slender_bodies_only(comm):
     bar, _ = stiffness(comm)
-    rows = interface_rows(bar)
-    assert worthwhile(bar, rows)
+    rows = find_interface_rows(bar)
+    assert is_worthwhile(bar, rows)
     everything = np.arange(bar.getLocalSize()[0], dtype=np.int32)
-    assert not worthwhile(bar, everything)
-    assert not worthwhile(bar, everything[: everything.size // 2])
+    assert not is_worthwhile(bar, everything)
+    assert not is_worthwhile(bar, everything[: everything.size // 2])

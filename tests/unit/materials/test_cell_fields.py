@@ -165,6 +165,19 @@ def test_values_are_those_of_the_cells(comm):
     assert total == pytest.approx(0.25 + 0.75 + 1.25 + 1.75)
 
 
+def test_rows_of_values_are_the_components_of_a_vector(comm):
+    cells = box(comm)
+    rows = cell_field(cells, lambda X: X[:, [0, 2]] ** [1, 2])
+    dx = ufl.dx(domain=cells, metadata={"quadrature_degree": 2})
+    for k, expected in enumerate((0.25 + 0.75 + 1.25 + 1.75, 4 * 0.25**2)):
+        form = fem.form(rows[k] * dx)
+        assert comm.allreduce(fem.assemble_scalar(form)) == pytest.approx(0.125 * expected)
+    short = np.zeros((cells.topology.index_map(3).size_local, 2 + comm.rank))
+    if comm.size > 1:
+        with pytest.raises(ValueError, match="rows of a cell field differ in length between ranks"):
+            cell_field(cells, short)
+
+
 def test_mistakes_are_refused_in_a_sentence(comm):
     cells = box(comm)
     with pytest.raises(ValueError, match=r"a value for each of the \d+ cells of this rank"):

@@ -5,7 +5,7 @@ import pytest
 
 from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.parts import Part, Parts
-from turbine_fenicsx.postprocessing.scene import coloured_parts
+from turbine_fenicsx.postprocessing.scene import colour_parts
 
 PARTS = Parts(
     (
@@ -40,8 +40,8 @@ def test_colours_darken_from_light_to_dark_and_never_turn_back():
 
 
 def test_numbers_are_shown_in_the_unit_of_the_legend():
-    assert colours.scalars(STRESS, np.array([2e6])).tolist() == [2.0]
-    assert colours.scalars("velocity", np.array([[3.0, 4.0, 0.0]])).tolist() == [5.0]
+    assert colours.to_scalars(STRESS, np.array([2e6])).tolist() == [2.0]
+    assert colours.to_scalars("velocity", np.array([[3.0, 4.0, 0.0]])).tolist() == [5.0]
     assert colours.label(STRESS, "blades") == "von Mises stress\nblades [MPa]"
     assert colours.label("my_field") == "my field"
 
@@ -59,9 +59,9 @@ def test_numbers_are_shown_in_the_unit_of_the_legend():
     ],
 )
 def test_stress_has_a_scale_for_each_body(field, patterns, common, groups):
-    assert coloured_parts(PARTS, field, patterns, common) == groups
+    assert colour_parts(PARTS, field, patterns, common) == groups
 
 
 def test_pattern_that_fits_nothing_is_an_error():
     with pytest.raises(ValueError, match="no part 'nose', but hub, blade_1, blades, blade_2, tow"):
-        coloured_parts(PARTS, STRESS, ["nose"], False)
+        colour_parts(PARTS, STRESS, ["nose"], False)

@@ -7,11 +7,11 @@ from outputs import history, turbine, write
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import (
-    field_times,
+    make_target_folder,
+    read_field_times,
     read_histories,
     read_history,
     read_tables,
-    target_folder,
 )
 
 
@@ -74,7 +74,11 @@ def test_runs_are_named_so_that_their_names_differ(tmp_path):
 
 
 def test_times_of_the_fields_are_those_written(tmp_path):
-    assert field_times(turbine(tmp_path / "fields.xdmf", (0.0, 0.25, 1.0))).tolist() == [0, 0.25, 1]
+    assert read_field_times(turbine(tmp_path / "fields.xdmf", (0.0, 0.25, 1.0))).tolist() == [
+        0,
+        0.25,
+        1,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -91,7 +95,7 @@ def test_damaged_fields_are_one_sentence(tmp_path, damage, message):
     path = turbine(tmp_path / "fields.xdmf")
     damage(tmp_path)
     with pytest.raises(InputError, match=message) as caught:
-        field_times(path)
+        read_field_times(path)
     assert "\n" not in str(caught.value)
 
 
@@ -110,5 +114,5 @@ def test_folder_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     for folder in (tmp_path / "file", tmp_path / "file" / "below", "/proc/nothing"):
         with pytest.raises(InputError, match="cannot write to"):
-            target_folder(folder)
-    assert target_folder(tmp_path / "new" / "one").is_dir()
+            make_target_folder(folder)
+    assert make_target_folder(tmp_path / "new" / "one").is_dir()

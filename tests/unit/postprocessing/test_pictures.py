@@ -71,23 +71,23 @@ def test_bending_is_scaled_but_neither_turning_nor_pitch(tmp_path, pitch):
 
 def test_nearest_time_is_taken_and_others_are_refused():
     times = np.array([0.0, 0.1, 0.2])
-    assert [pictures.nearest_step(times, t) for t in (0.0, 0.04, 0.06, 0.2)] == [0, 0, 1, 2]
+    assert [pictures.find_nearest_step(times, t) for t in (0.0, 0.04, 0.06, 0.2)] == [0, 0, 1, 2]
     for t in (-0.1, 0.21):
         with pytest.raises(InputError, match=r"is outside of the run, .* from 0 s to 0\.2 s"):
-            pictures.nearest_step(times, t)
+            pictures.find_nearest_step(times, t)
 
 
 @pytest.mark.parametrize(
     ("speed", "steps", "rate"), [(1.0, 101, 10.0), (6.0, 101, 60.0), (9.0, 51, 45.0)]
 )
 def test_movie_runs_at_its_speed_with_at_most_60_frames_a_second(speed, steps, rate):
-    found = pictures.movie_steps(np.linspace(0.0, 10.0, 101), speed)
+    found = pictures.choose_movie_steps(np.linspace(0.0, 10.0, 101), speed)
     assert (len(found[0]), found[1]) == (steps, pytest.approx(rate))
 
 
 def test_movie_needs_two_times():
     with pytest.raises(InputError, match="two times or more"):
-        pictures.movie_steps([0.0], 1.0)
+        pictures.choose_movie_steps([0.0], 1.0)
 
 
 @needs_pyvista
@@ -167,7 +167,7 @@ def test_movie_has_a_frame_for_every_time(tmp_path):
             "no field 'heat', but cauchy_stress_norm, coupling, displacement, part, von",
         ),
         (Look(coloured=("nose",)), "no part 'nose', but nacelle, hub, blade_1, blades, blade_2"),
-        (Look(view="above"), "there is no view 'above', but oblique, front, side$"),
+        (Look(view="above"), "there is no view 'above', but oblique, corner, front, side$"),
     ],
 )
 def test_what_cannot_be_drawn_is_one_sentence(tmp_path, look, message):

@@ -46,7 +46,7 @@ def lines(figure, title: str) -> dict:
 
 
 def draw_all(runs, tmp_path, **options) -> None:
-    panels = [panel for panels in plots.figures(runs).values() for panel in panels]
+    panels = [panel for panels in plots.choose_figures(runs).values() for panel in panels]
     plots.draw(runs, panels, [tmp_path / "all.png"], **options)
 
 
@@ -167,7 +167,7 @@ def test_rigid_run_has_five_angles_and_no_tips_and_all_blades_pitch_alike(tmp_pa
     for k, sign in enumerate(PITCH_SIGNS, start=1):
         columns[f"angle_pitch_{k}_[rad]"] = -sign * np.linspace(0.0, 1.4, 61)
     run = read_history(write(tmp_path / "history.csv", columns))
-    assert list(plots.figures([run])) == ["energy", "angular_momentum", "angles"]
+    assert list(plots.choose_figures([run])) == ["energy", "angular_momentum", "angles"]
     draw_all([run], tmp_path)
     shown = lines(drawn[0], "Yaw and pitch")
     assert list(shown) == ["yaw", "pitch 1", "pitch 2", "pitch 3"]
@@ -179,7 +179,12 @@ def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
     columns = history(n_tips=0, angles=("shoulder", "elbow"))
     columns["displacement_slide_[m]"] = columns["time_[s]"]
     run = read_history(write(tmp_path / "history.csv", columns))
-    assert list(plots.figures([run])) == ["energy", "angular_momentum", "angles", "displacements"]
+    assert list(plots.choose_figures([run])) == [
+        "energy",
+        "angular_momentum",
+        "angles",
+        "displacements",
+    ]
     draw_all([run], tmp_path)
     shown = lines(drawn[0], "Joint angles")
     assert np.allclose(shown["elbow"][1], np.degrees(columns["angle_elbow_[rad]"]))
@@ -189,7 +194,7 @@ def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
 def test_joints_of_new_components_stand_apart_from_yaw_and_pitch(drawn, tmp_path):
     angles = (*ANGLES, "pitch_1", "pitch_2", "pitch_3", "shaft", "generator")
     run = read_history(write(tmp_path / "history.csv", history(angles=angles)))
-    plots.draw([run], plots.figures([run])["angles"], [tmp_path / "angles.png"])
+    plots.draw([run], plots.choose_figures([run])["angles"], [tmp_path / "angles.png"])
     found = {axes.get_title("left"): axes.get_legend_handles_labels()[1] for axes in drawn[0].axes}
     assert found["Yaw and pitch"] == ["yaw", "pitch 1", "pitch 2", "pitch 3"]
     assert found["Joint angles"] == ["shaft", "generator"]
@@ -207,7 +212,7 @@ def test_legends_do_not_cover_titles(tmp_path):
 
         return draw
 
-    for panels in plots.figures([run]).values():
+    for panels in plots.choose_figures([run]).values():
         plots.draw([run], [watch(panel) for panel in panels], [tmp_path / "a.svg"])
     checked = [axes for axes in checked if axes.get_legend()]
     assert len(checked) > 6
@@ -224,7 +229,7 @@ def test_tower_is_shown(tmp_path, drawn):
         for axis in "xyz":
             columns["tower_" + name.format(axis)] = columns["time_[s]"]
     run = read_history(write(tmp_path / "history.csv", columns))
-    assert "tower" in plots.figures([run])
+    assert "tower" in plots.choose_figures([run])
     draw_all([run], tmp_path)
     assert list(lines(drawn[0], "Tower top")) == ["fore-aft", "side to side"]
     assert list(lines(drawn[0], "Tower base")) == ["fore-aft", "side to side"]
@@ -295,7 +300,7 @@ def test_single_row_is_drawn_as_points(tmp_path, drawn):
 
 def test_files_are_what_their_suffix_says(tmp_path):
     run = read_history(write(tmp_path / "history.csv", history()))
-    (panels,) = [p for name, p in plots.figures([run]).items() if name == "angles"]
+    (panels,) = [p for name, p in plots.choose_figures([run]).items() if name == "angles"]
     png, pdf = plots.draw([run], panels, [tmp_path / "angles.png", tmp_path / "angles.pdf"])
     assert is_png(png)
     assert pdf.read_bytes().startswith(b"%PDF")
@@ -305,7 +310,7 @@ def test_figure_that_cannot_be_written_is_one_sentence(tmp_path):
     run = read_history(write(tmp_path / "history.csv", history()))
     (tmp_path / "angles.png").mkdir()
     with pytest.raises(InputError, match=r"cannot write .*angles.png': Is a directory"):
-        plots.draw([run], plots.figures([run])["angles"], [tmp_path / "angles.png"])
+        plots.draw([run], plots.choose_figures([run])["angles"], [tmp_path / "angles.png"])
 
 
 @pytest.mark.parametrize("n", [1, 61])

@@ -3,6 +3,7 @@
 import base64
 import importlib.util
 import json
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,6 +12,8 @@ from outputs import history, turbine, write
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import report as module
+from turbine_fenicsx.postprocessing.fatigue import find_fatigue
+from turbine_fenicsx.postprocessing.output_folder import read_history
 from turbine_fenicsx.postprocessing.report import report
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_case
@@ -73,7 +76,7 @@ def folder(tmp_path):
 @pytest.fixture
 def no_diagrams(monkeypatch):
     """Leave out what takes time."""
-    monkeypatch.setattr(module, "_diagrams", lambda run, tolerance: "")
+    monkeypatch.setattr(module, "_draw_diagrams", lambda run, tolerance: "")
 
 
 def test_page_needs_nothing_but_itself(folder):
@@ -98,7 +101,7 @@ def test_page_shows_case_mesh_and_versions(folder, no_diagrams):
     (folder / "case.json").write_text(json.dumps(CASE))
     text = report(folder, pictures=False)
     page = Page(text)
-    assert page.headings == ["Key figures", "Case", "Model and results", "Versions"]
+    assert page.headings == ["Key figures", "Case", "Fatigue", "Model and results", "Versions"]
     rows = page.rows()
     assert rows["euler"] == "1, 2.5"
     assert rows["balanced"] == "yes"
@@ -190,3 +193,14 @@ def test_broken_file_is_one_sentence(folder, no_diagrams, name):
     (folder / name).write_text("{")
     with pytest.raises(InputError, match=name):
         report(folder)
+
+
+def test_page_shows_equivalent_loads(folder, no_diagrams, monkeypatch):
+    found = {each.column: each for each in find_fatigue(read_history(folder / "history.csv"))}
+    page = Page(report(folder))
+    assert "Fatigue" in page.headings
+    flap = found["root_moment_1_y_[Nm]"].equivalent[10.0]
+    assert page.rows()["root moment 1 y [Nm]"] == f"{flap:.6g}"
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    notes = Page(report(folder)).notes
+    assert any("Fatigue is left out: counting cycles needs rainflow" in note for note in notes)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
-from turbine_fenicsx.system.restart_data import RestartData
 
 
 class Caller:

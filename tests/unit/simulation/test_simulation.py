@@ -7,11 +7,11 @@ import pytest
 
 from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
-from turbine_fenicsx.time_stepping.stepper import StepFailure
 from turbine_fenicsx.turbine.summary import Statistics
 
 
@@ -95,7 +95,9 @@ def test_the_last_step_is_shortened_to_meet_the_end(rotor, end):
 def test_an_end_before_the_first_step_is_met_in_one_short_step(rotor):
     last, recorder, _ = simulate(rotor, 0.02, 0.001)
     assert recorder.times == [0.0, 0.001]
-    assert last.state.angles[1] == pytest.approx(2 * np.arctan(3.0 * 0.001 / 2), rel=1e-4)
+    assert last.state.joint_coordinates[1] == pytest.approx(
+        2 * np.arctan(3.0 * 0.001 / 2), rel=1e-4
+    )
 
 
 def test_an_end_at_zero_shows_the_initial_state_only(rotor):
@@ -205,20 +207,20 @@ def test_observers_are_finished_when_one_of_them_fails(rotor):
 
 @pytest.mark.parametrize("step", [0.0, -0.02, float("nan")])
 def test_the_step_must_be_positive(rotor, step):
-    with pytest.raises(ValueError, match=f"time.step must be positive, got {step:g} s"):
+    with pytest.raises(ValueError, match=f"^dt must be positive, got {step:g} s"):
         Simulation(rotor, step, 1.0)
 
 
 @pytest.mark.parametrize("end", [-1e-9, -12.0, float("nan")])
 def test_the_end_must_not_be_negative(rotor, end):
-    with pytest.raises(ValueError, match=f"time.end must not be negative, got {end:g} s"):
+    with pytest.raises(ValueError, match=f"^end must not be negative, got {end:g} s"):
         Simulation(rotor, 0.02, end)
 
 
 @pytest.mark.parametrize(("step", "end"), [(np.inf, 1.0), (0.02, np.inf)])
 def test_times_must_be_finite(rotor, step, end):
-    """An infinite step ends the run at t = 0, an infinite end with an OverflowError."""
-    with pytest.raises(ValueError, match="time"):
+    """Not refused, an infinite step ends the run at t = 0, an infinite end in an OverflowError."""
+    with pytest.raises(ValueError, match=r"^(dt|end) must"):
         Simulation(rotor, step, end)
 
 

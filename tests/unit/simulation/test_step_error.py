@@ -7,12 +7,12 @@ import pytest
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity, JointTorque
+from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 END = 1.2
 TOLERANCES = (4e-4, 5e-5, 6.25e-6)

@@ -14,7 +14,7 @@ from turbine_fenicsx.study.convergence import (
     richardson,
     write_series,
 )
-from turbine_fenicsx.study.results import find_quantity, lines_of, read_results
+from turbine_fenicsx.study.results import find_quantity, format_lines, read_results
 
 H = np.array([0.4, 0.2, 0.1, 0.05])
 
@@ -79,7 +79,7 @@ def test_size_of_numbers_of_elements_ignores_those_that_stay():
 
 
 def test_table_for_people_shows_what_there_is():
-    lines = list(lines_of(report(made(2.0 + H**2, "finest"))))
+    lines = list(format_lines(report(made(2.0 + H**2, "finest"))))
     assert len(lines) == 5
     assert lines[0].split() == ["run", "size", "q_[m]", "error", "order"]
     assert lines[1].split() == ["run0", "0.4", "2.16", "1.575e-01", "-"]

@@ -7,7 +7,7 @@ import pytest
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.file import Study
-from turbine_fenicsx.study.plan import case_text, plan, series
+from turbine_fenicsx.study.plan import format_case, group_series, plan
 from turbine_fenicsx.study.results import is_finished
 from turbine_fenicsx.turbine.case.case import Case
 
@@ -157,7 +157,7 @@ def test_key_that_varies_cannot_be_set_for_all_runs(make):
 
 def test_runs_that_differ_in_the_refined_key_only_are_one_series(make):
     runs = plan(make("[grid]\ntime.step = [0.1, 0.05]\nloads.gravity = [0, 1]"))
-    found = series(runs, "time.step")
+    found = group_series(runs, "time.step")
     assert list(found) == ["loads.gravity=0", "loads.gravity=1"]
     assert [r.value("time.step") for r in found["loads.gravity=1"]] == [0.1, 0.05]
 
@@ -197,12 +197,12 @@ def test_change_of_a_default_or_of_a_mesh_file_changes_the_text(tmp_path, monkey
     (tmp_path / "rigid").write_text("a file that nobody means")
     monkeypatch.chdir(tmp_path)
     case = Case.parse({"turbine": {"model": "rigid"}, "mesh": {"file": "blade.msh"}})
-    before = case_text(case)
+    before = format_case(case)
     assert f'mesh.file = "{path.resolve()}"' in before
     assert 'turbine.model = "rigid"' in before
-    assert case_text(case) == before
+    assert format_case(case) == before
     path.write_text("two")
-    assert case_text(case) != before
+    assert format_case(case) != before
     stiffer = case.model_copy(update={"solver": case.solver.model_copy(update={"tolerance": 1e-9})})
     path.write_text("one")
-    assert case_text(stiffer) != before  # not set in the file, so only the hash can tell
+    assert format_case(stiffer) != before  # not set in the file, so only the hash can tell

@@ -8,7 +8,7 @@ import scipy.linalg
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import Gravity, JointDamper, PointDamper
+from turbine_fenicsx.forces import Gravity, JointDamper, PointDamper, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -88,7 +88,7 @@ def test_a_rigid_motion_is_not_damped(comm, machine):
         u = block.new_vector()
         u.array[:] = (X @ (rotation_about(axis, angle) - np.eye(3)).T + 2.0 * angle).ravel()
         ends.append(u)
-    step.begin(ends[0], 0 * ends[0], DT, np.zeros(3))
+    step.begin(ends[0], 0 * ends[0], StepTimes.from_start(0.0, DT), np.zeros(3))
     taken = comm.allreduce(step.midpoint.works(ends[1] - ends[0])[1])
     assert taken.size == 2
     assert np.max(np.abs(taken)) <= 1e-20 * LAMBDA * 10.0 / DT

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from rigid_models import ELEMENTS, N_Q, A, B, hinged, sliding
 
-from turbine_fenicsx.forces.element import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 
 N_T, N_G = 2, 22
 
 
 def test_unknowns_are_increments_then_multipliers():
     m = hinged()
-    assert (m.n_q, m.n_angles, m.n_constraints, m.size) == (N_Q, N_T, N_G, 50)
+    assert (m.n_q, m.n_T, m.n_constraints, m.size) == (N_Q, N_T, N_G, 50)
     r = np.arange(50.0)
     x = m.split(r)
     assert [part.size for part in x] == [N_Q, N_T, N_G, N_T, 0]
@@ -37,8 +37,8 @@ def anywhere(m, seed):
     """A configuration near the initial one, angles of several turns, multipliers."""
     rng = np.random.default_rng(seed)
     q = np.concatenate([A.coordinates, B.coordinates]) + 0.3 * rng.normal(size=N_Q)
-    angles = rng.uniform(-7, 7, m.n_angles)
-    return q, angles, rng.normal(size=m.size - N_Q - m.n_angles)
+    angles = rng.uniform(-7, 7, m.n_T)
+    return q, angles, rng.normal(size=m.size - N_Q - m.n_T)
 
 
 def slopes(function, y, h=1e-5):
@@ -52,7 +52,7 @@ def slopes(function, y, h=1e-5):
 def test_stiffness_is_the_derivative_of_the_static_forces(make, seed):
     m = make()
     q, angles, multipliers = anywhere(m, seed)
-    loads = np.linspace(-1.0, 1.0, N_Q + m.n_angles)
+    loads = np.linspace(-1.0, 1.0, N_Q + m.n_T)
 
     def forces(y):
         return m.static_forces(y[:N_Q], y[N_Q:], multipliers, 0.4, loads)
@@ -75,7 +75,7 @@ def test_constraint_jacobian_is_the_derivative_of_the_constraint_values(make, se
         return np.concatenate([m.constraint_values(y[:N_Q], y[N_Q:]), relations])
 
     found = m.constraint_jacobian(q, angles)
-    assert found.shape == (m.n_constraints + m.n_angles + m.n_relations, N_Q + m.n_angles)
+    assert found.shape == (m.n_constraints + m.n_T + m.n_relations, N_Q + m.n_T)
     expected = slopes(values, np.concatenate([q, angles]))
     assert np.allclose(found, expected, rtol=0, atol=1e-8)
 
@@ -91,11 +91,11 @@ def test_static_forces_without_multipliers_are_the_slope_of_the_energy_of_spring
     """And dampers do not act; the follower loads are what is left, whatever the configuration."""
     m = sliding()
     q, angles, multipliers = anywhere(m, 6)
-    y, n = np.concatenate([q, angles]), N_Q + m.n_angles
+    y, n = np.concatenate([q, angles]), N_Q + m.n_T
     found = m.static_forces(q, angles, 0 * multipliers, 0.0, np.zeros(n))
-    slope = slopes(lambda y: np.array([m.element_energy(y[:N_Q], y[N_Q:])]), y)[0]
+    slope = slopes(lambda y: np.array([m.spring_energy(y[:N_Q], y[N_Q:])]), y)[0]
     followers = np.zeros(n)
-    for e, kind in zip(m.elements, (e.kind for e in ELEMENTS), strict=True):
+    for e, kind in zip(m.forces, (e.kind for e in ELEMENTS), strict=True):
         if kind == "external":
             followers[e.index] += e.force(y[e.index], y[e.index], StepTimes.at_rest(0.0))[0]
     assert np.max(np.abs(slope)) > 1.0

@@ -55,7 +55,7 @@ def test_what_hangs_on_a_joint_turns_with_it(comm):
     assert np.allclose([v, w], [1.0 * E2, 2.0 * E3], rtol=0, atol=ROUND_OFF)
     v, w = rates_of(state, system, "lower")
     assert np.allclose([v, w], [(2.0 + 0.75) * E2, 1.5 * E3], rtol=0, atol=ROUND_OFF)
-    assert np.allclose(state.angle_rates, [2.0, -0.5], rtol=0, atol=ROUND_OFF)
+    assert np.allclose(state.joint_rates, [2.0, -0.5], rtol=0, atol=ROUND_OFF)
     assert worst_gap(system, state) < ROUND_OFF
 
 
@@ -63,7 +63,7 @@ def test_joints_without_a_rate_take_the_motion_of_least_energy(comm):
     system = rods(comm)
     state = initial_motion(system, {"shoulder": 2.0})
     least = system.balance(state).kinetic
-    (elbow,) = state.angle_rates[1:]
+    (elbow,) = state.joint_rates[1:]
     assert abs(elbow) > 0.1
     for change in (-1e-3, 1e-3):
         other = initial_motion(system, {"shoulder": 2.0, "elbow": elbow + change})
@@ -116,7 +116,7 @@ def test_a_closed_loop_follows_one_rate(comm):
     system = four_bar(comm)
     assert sum(system.redundant.values()) == 3
     state = initial_motion(system, {"pin_0": 1.0})
-    assert np.allclose(state.angle_rates, [1, -1, 1, -1], rtol=0, atol=10 * ROUND_OFF)
+    assert np.allclose(state.joint_rates, [1, -1, 1, -1], rtol=0, atol=10 * ROUND_OFF)
     assert worst_gap(system, state) < 10 * ROUND_OFF
     again = initial_motion(system, {"pin_0": 1.0, "pin_2": 1.0})  # says the same twice
     assert np.allclose(again.q_dot, state.q_dot, rtol=0, atol=10 * ROUND_OFF)
@@ -157,7 +157,7 @@ def test_mass_of_flexible_bodies_counts(machine):
     system = machine().system()
     state = initial_motion(system, {"rotor": 3.0})
     least = system.balance(state).kinetic
-    (yaw,) = state.angle_rates[:1]
+    (yaw,) = state.joint_rates[:1]
     assert abs(yaw) > 1e-2
     for change in (-1e-3, 1e-3):
         other = initial_motion(system, {"rotor": 3.0, "yaw": yaw + change})
@@ -187,7 +187,7 @@ def test_carriers_of_one_body_move_together(comm):
     with pytest.raises(ValueError, match=words):
         initial_motion(linkage(comm, tie=False), {"pin_l": 1.0})
     state = initial_motion(linkage(comm, tie=False), {"pin_r": 1.0})
-    assert np.allclose(state.angle_rates, [0.0, 1.0], rtol=0, atol=ROUND_OFF)
+    assert np.allclose(state.joint_rates, [0.0, 1.0], rtol=0, atol=ROUND_OFF)
 
 
 def test_a_velocity_field_that_does_not_fit_is_refused(comm, machine):
@@ -211,7 +211,7 @@ def test_a_run_starts_with_the_rates(machine):
             self.observe(snapshot)
 
         def observe(self, snapshot):
-            seen.append(snapshot.state.angle_rates[1])
+            seen.append(snapshot.state.joint_rates[1])
 
         def finish(self):
             pass

@@ -4,7 +4,7 @@ import numpy as np
 
 from turbine_fenicsx.system.state import State
 
-ARRAYS = ("q", "q_dot", "angles", "angle_rates", "multipliers")
+ARRAYS = ("q", "q_dot", "joint_coordinates", "joint_rates", "multipliers")
 FIELDS = ("u", "v", "coupling")
 
 

@@ -30,7 +30,7 @@ def refused(comm, error, message, parts, **options):
 
 @pytest.mark.parametrize("part", ["steel", None, 3.0, object()])
 def test_a_part_of_unknown_kind_is_a_type_error(comm, machine, part):
-    message = "is no body, joint, coupling, force element or load"
+    message = "is no body, joint, relation, coupling or force"
     refused(comm, TypeError, message, [*machine().parts, part])
 
 
@@ -108,11 +108,11 @@ def test_parts_are_numbered_in_the_order_given_whatever_their_kinds(comm, machin
     assert system.rigid_bodies == (m.hub, m.nacelle)
     assert system.first_coordinate == {m.hub: 0, m.nacelle: 12}
     assert system.joints == (m.rotor, m.yaw)
-    assert system.angle_names == ("rotor", "yaw")
-    assert m.system().angle_names == ("yaw", "rotor")
+    assert system.joint_coordinate_names == ("rotor", "yaw")
+    assert m.system().joint_coordinate_names == ("yaw", "rotor")
     assert system.flexible_bodies == (m.beam,)
     assert system.couplings == (m.root,)
-    assert len(system.loads) == 1
+    assert len(system.prescribed_forces) == 1
     # two bodies with six internal constraints, two joints with five, each with an angle
     assert system.rigid_model.size == 24 + 2 + 22 + 2
 
@@ -124,7 +124,7 @@ def test_initial_state_is_what_the_bodies_say_and_fulfils_all_constraints(machin
     assert state.time == 0.0
     assert np.array_equal(state.q, np.concatenate([m.nacelle.coordinates, m.hub.coordinates]))
     assert np.array_equal(state.q_dot, np.concatenate([m.nacelle.rates, m.hub.rates]))
-    assert state.angles.tolist() == state.angle_rates.tolist() == [0.0, 0.0]
+    assert state.joint_coordinates.tolist() == state.joint_rates.tolist() == [0.0, 0.0]
     assert state.multipliers.tolist() == [0.0] * 24
     assert state.u[0].norm() == state.coupling[0].norm() == 0.0
     assert system.constraint_error(state) <= 2e-15  # sums of four products of order one
@@ -149,7 +149,7 @@ def test_loads_are_collected_with_gravity_apart(machine):
     system = m.system(
         Gravity((0.0, -2.0, 1.0)), JointTorque("torque on yaw", "yaw", 1.0, lambda t: 3.0 * t)
     )
-    forces = system.forces(2.0)
+    forces = system.sum_prescribed_forces(2.0)
     assert forces.torques == {"yaw": 6.0, "rotor": 0.0}
     assert forces.acceleration.tolist() == [0.0, -2.0, 1.0]
     assert all(np.array_equal(f, np.zeros(12)) for f in forces.coordinates.values())
@@ -229,7 +229,7 @@ def test_constraint_error_is_the_largest_violation_of_any_kind_on_all_ranks(comm
     coupling = system.coupling_blocks[0]
     states = {name: state.copy() for name in ("joint", "angle", "coupling")}
     states["joint"].q[2] += 1e-3
-    states["angle"].angles[1] = np.arcsin(1e-3)
+    states["angle"].joint_coordinates[1] = np.arcsin(1e-3)
     states["coupling"].u[0].array[coupling.dofs[:2]] = 1e-3
     for name, changed in states.items():
         errors = comm.allgather(system.constraint_error(changed))

@@ -42,6 +42,13 @@ def test_an_iteration_ends_at_round_off_once_a_step_gains_little():
     assert ends(falling, round_off=1e-5) == (REASONS.CONVERGED_SNORM_RELATIVE, 4)
 
 
+def test_an_approximate_tangent_ends_at_round_off_once_nothing_is_gained():
+    """Its residual falls by a digit per step on the way: that is no sign of round-off."""
+    falling = [1.0, 1e-1, 1e-3, 1e-4, 6e-6, 5e-6, 1e-7]
+    assert ends(falling, round_off=1e-3, approximate=True) == (REASONS.CONVERGED_SNORM_RELATIVE, 5)
+    assert ends(falling, round_off=1e-3)[1] == 3
+
+
 def test_an_iteration_that_grows_is_given_up():
     growing = [1e-3, 1e-2, 0.5 * DIVERGENCE * 1e-3, 2.0 * DIVERGENCE * 1e-3]
     assert ends(growing) == (REASONS.DIVERGED_DTOL, 3)

@@ -4,6 +4,8 @@ The identities hold for arbitrary states and unknowns, so they are checked far f
 where nothing vanishes by accident.
 """
 
+from functools import partial
+
 import numpy as np
 import pytest
 from rigid_models import constraint_values
@@ -14,6 +16,7 @@ from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
+from turbine_fenicsx.time_stepping.turning_guess import mean_turns
 
 HALF_DT2 = 0.5 * DT**2
 EPS = np.finfo(float).eps
@@ -91,7 +94,7 @@ def test_rows_of_constraints_are_their_values_at_the_end_of_the_step(machine):
     (R_c,) = step.split(R)[1]
     gap = system.coupling_blocks[0].gap(system.coordinates_of(after.q), after.u[0])
     found = np.concatenate(rigid_part(step, R)[2:])
-    expected = system.rigid_model.constraint_values(after.q, after.angles)
+    expected = system.rigid_model.constraint_values(after.q, after.joint_coordinates)
     assert R_c.norm() > 0.1
     assert np.allclose(found, expected, rtol=0, atol=1e-14)
     assert np.allclose(R_c.array_r, gap, rtol=0, atol=1e-14)  # sums of numbers up to two
@@ -115,7 +118,9 @@ def test_residual_along_the_unknowns_is_the_balance_of_energy(machine, form, cel
     lhs = du.dot(step.split(R)[0][0]) + dq @ R_q + dT @ R_T
     ends = [system.balance(s) for s in (state, after)]
     model = system.rigid_model
-    values = [constraint_values(model, FORMS[form], s.q, s.angles) for s in (state, after)]
+    values = [
+        constraint_values(model, FORMS[form], s.q, s.joint_coordinates) for s in (state, after)
+    ]
     gaps = [gap_power(step, s, mu_c) for s in (state, after)]
     rhs = HALF_DT2 * (ends[1].total - ends[0].total - work)
     rhs += np.concatenate([mu, nu]) @ (values[1] - values[0]) + gaps[1] - gaps[0]
@@ -179,14 +184,19 @@ def test_guess_extrapolates_all_coordinates_and_keeps_the_forces(machine):
     guesses = []
     for extrapolate, factor in ((True, DT), (False, 0.0)):
         step.guess(extrapolate)
-        guesses.append((factor, step.x.copy(), rigid_part(step, step.x)))
-    for factor, x, (dq, dT, mu, nu, _) in guesses:
+        guesses.append((extrapolate, factor, step.x.copy(), rigid_part(step, step.x)))
+    for extrapolate, factor, x, (dq, dT, mu, nu, _) in guesses:
         (du,), (mu_c,), _ = step.split(x)
-        # one product each
-        assert np.allclose(du.array_r, factor * state.v[0].array_r, rtol=2 * EPS, atol=0)
-        assert np.allclose(mu_c.array_r, HALF_DT2 * state.coupling[0].array_r, rtol=2 * EPS, atol=0)
-        assert np.allclose(dq, factor * state.q_dot, rtol=2 * EPS, atol=0)
-        assert np.allclose(dT, factor * state.angle_rates, rtol=2 * EPS, atol=0)
+        P = mean_turns(state.q, state.q_dot, factor)
+        of_hub, one = P[1], np.eye(3)
+        v, held = (y.array_r.reshape(-1, 3) for y in (state.v[0], state.coupling[0]))
+        close = partial(np.allclose, rtol=0, atol=8 * EPS * np.max(np.abs(held), initial=1.0))
+        assert np.max(np.abs(of_hub - one)) > 1e-4 or not extrapolate
+        assert close(du.array_r, factor * (v @ of_hub.T).ravel())
+        assert close(mu_c.array_r, HALF_DT2 * (held @ (2.0 * of_hub - one).T).ravel())
+        rates = state.q_dot.reshape(-1, 4, 3)
+        assert close(dq, factor * np.einsum("bij,bkj->bki", P, rates).ravel())
+        assert np.allclose(dT, factor * state.joint_rates, rtol=2 * EPS, atol=0)
         forces = np.concatenate([mu, nu])
         assert np.allclose(forces, HALF_DT2 * state.multipliers, rtol=4 * EPS, atol=0)
 
@@ -201,8 +211,8 @@ def test_finish_writes_the_state_that_belongs_to_the_unknowns(machine):
     for found, expected in (
         (out.q, state.q + dq),
         (out.q_dot, 2 * dq / DT - state.q_dot),
-        (out.angles, state.angles + dT),
-        (out.angle_rates, dT / DT),
+        (out.joint_coordinates, state.joint_coordinates + dT),
+        (out.joint_rates, dT / DT),
         (out.multipliers, np.concatenate([mu, nu]) / HALF_DT2),
         (out.u[0].array_r, state.u[0].array_r + du.array_r),
         (out.v[0].array_r, 2 * du.array_r / DT - state.v[0].array_r),
@@ -229,10 +239,10 @@ def test_a_step_with_guess_beyond_a_quarter_turn_is_not_accepted_on_any_rank(com
     step = EnergyMomentumStep(loaded(machine))
     step.begin(step.system.initial_state(), DT)
     step.x.set(0.0)
-    answers = [comm.allgather(step.accepted())]
+    answers = [comm.allgather(step.is_accepted())]
     if comm.rank == 0:
         step.system.rigid_model.split(step.split(step.x)[2].array).dT[1] = 1.6
-    answers.append(comm.allgather(step.accepted()))
+    answers.append(comm.allgather(step.is_accepted()))
     assert answers == [[True] * comm.size, [False] * comm.size]
 
 
@@ -241,7 +251,13 @@ def test_nothing_but_finish_writes_to_a_state(machine):
     step, state = begun(system)
 
     def values():
-        arrays = (state.q, state.q_dot, state.angles, state.angle_rates, state.multipliers)
+        arrays = (
+            state.q,
+            state.q_dot,
+            state.joint_coordinates,
+            state.joint_rates,
+            state.multipliers,
+        )
         fields = (v.array_r for f in (state.u, state.v, state.coupling) for v in f)
         return [state.time, *(np.copy(a) for a in (*arrays, *fields))]
 

@@ -58,7 +58,7 @@ def loaded(machine, driven=False):
 def begun(system):
     """A step begun with arbitrary state, accelerations and unknowns."""
     step, state = GeneralisedAlphaStep(system, 0.8), wild_state(system)
-    rng, n = np.random.default_rng(5), state.q.size + state.angles.size
+    rng, n = np.random.default_rng(5), state.q.size + state.joint_coordinates.size
     values = []
     for seed in (30, 40):
         vectors = [u.duplicate() for u in state.u]
@@ -83,7 +83,7 @@ def advance(stepper, dt, end=END):
 
 def unknowns(state):
     """Positions, joint coordinates and multipliers of a state, and the displacements."""
-    return state.q, state.angles, state.multipliers, *(u.array.copy() for u in state.u)
+    return state.q, state.joint_coordinates, state.multipliers, *(u.array.copy() for u in state.u)
 
 
 def test_coefficients_are_those_of_chung_and_hulbert():
@@ -141,7 +141,7 @@ def test_order_is_two_for_positions_and_joint_coordinates(machine, rho):
     errors = []
     for n in (100, 200, 400):
         state = advance(GeneralisedAlpha(system, rho), END / n)
-        pairs = [(state.q, exact.q), (state.angles, exact.angles)]
+        pairs = [(state.q, exact.q), (state.joint_coordinates, exact.joint_coordinates)]
         errors.append([np.max(np.abs(a - b)) for a, b in pairs])
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(orders[-1] > 1.9) and np.all(orders[-1] < 2.2)
@@ -151,7 +151,7 @@ def test_constraints_and_motions_hold_at_the_ends_of_steps(machine):
     system = loaded(machine, driven=True)
     state = advance(GeneralisedAlpha(system), 0.02)
     assert system.constraint_error(state) < 1e-13
-    rotor = state.angles[system.angle_names.index("rotor")]
+    rotor = state.joint_coordinates[system.joint_coordinate_names.index("rotor")]
     assert rotor == pytest.approx(2.0 * state.time + state.time**2, abs=1e-12)
 
 

@@ -25,7 +25,7 @@ def arbitrary(seed, size=1.0):
     rng = np.random.default_rng(seed)
     data = RigidData(
         q=rng.normal(size=N_Q),
-        angles=rng.uniform(-7, 7, N_T),
+        T=rng.uniform(-7, 7, N_T),
         dt_q_dot=rng.normal(size=N_Q),
         impulse_q=rng.normal(size=N_Q),
         impulse_T=rng.normal(size=N_T),
@@ -41,8 +41,8 @@ def test_residual_is_the_step_written_down_term_by_term(form):
     angles = list(coordinates.values())
     rows = (constraints, [a.cosine for a in angles], [a.sine for a in angles])
     g, c, s = (QuadraticMap(f, N_Q) for f in rows)
-    q1, T1, q_mid = data.q + dq, data.angles + dT, data.q + 0.5 * dq
-    a = FORMS[form](data.angles, T1, c.value(data.q), c.value(q1), s.value(data.q), s.value(q1))
+    q1, T1, q_mid = data.q + dq, data.T + dT, data.q + 0.5 * dq
+    a = FORMS[form](data.T, T1, c.value(data.q), c.value(q1), s.value(data.q), s.value(q1))
     joint = c.jacobian(q_mid).T @ (a.g_c * nu) + s.jacobian(q_mid).T @ (a.g_s * nu)
     expected = np.concatenate(
         [
@@ -70,8 +70,8 @@ def test_residual_along_the_increment_is_the_balance_of_energy(form, size):
     v1 = 2 * x.dq / DT - v0
     kinetic = 0.5 * (v1 @ (m.masses * v1) - v0 @ (m.masses * v0))
     work = (data.impulse_q @ x.dq + data.impulse_T @ x.dT) / (0.5 * DT**2)
-    before = constraint_values(m, FORMS[form], data.q, data.angles)
-    after = constraint_values(m, FORMS[form], data.q + x.dq, data.angles + x.dT)
+    before = constraint_values(m, FORMS[form], data.q, data.T)
+    after = constraint_values(m, FORMS[form], data.q + x.dq, data.T + x.dT)
     balance = 0.5 * DT**2 * (kinetic - work) + np.concatenate([x.mu, x.nu]) @ (after - before)
     lhs = x.dq @ R[:N_Q] + x.dT @ R[N_Q : N_Q + N_T]
     # round-off of every term that entered, and of the velocities' squares
@@ -98,8 +98,8 @@ def test_constraints_do_not_depend_on_what_was_evaluated_before(form):
     """They are taken from the last evaluation only if configuration and angles are the same."""
     b, m, (data, r) = *block(form), arbitrary(6)
     x = m.split(r)
-    q, T = data.q + x.dq, data.angles + x.dT
-    for q_seen, T_seen in ((q, T), (q, T + 0.1), (data.q, T), (q, data.angles)):
+    q, T = data.q + x.dq, data.T + x.dT
+    for q_seen, T_seen in ((q, T), (q, T + 0.1), (data.q, T), (q, data.T)):
         b.residual(data, r)
         expected = hinged().constraint_values(q_seen, T_seen)
         assert np.array_equal(m.constraint_values(q_seen, T_seen), expected)
@@ -107,11 +107,11 @@ def test_constraints_do_not_depend_on_what_was_evaluated_before(form):
 
 def test_evaluations_are_pure():
     b, _, (data, r) = *block("regular"), arbitrary(4)
-    before = [np.copy(x) for x in (data.q, data.angles, data.dt_q_dot, r)]
+    before = [np.copy(x) for x in (data.q, data.T, data.dt_q_dot, r)]
     first = [*b.residual(data, r), b.tangent(data, r)]
     again = [*b.residual(data, r), b.tangent(data, r)]
     assert all(np.array_equal(x, y) for x, y in zip(first, again, strict=True))
-    after = (data.q, data.angles, data.dt_q_dot, r)
+    after = (data.q, data.T, data.dt_q_dot, r)
     assert all(np.array_equal(x, y) for x, y in zip(before, after, strict=True))
 
 
@@ -121,12 +121,12 @@ def test_a_solution_on_the_wrong_branch_is_not_acceptable():
     zero = np.zeros(N_Q)
     data = RigidData(q, np.zeros(N_T), zero, zero, np.zeros(N_T))
     r = np.zeros(m.size)
-    assert b.acceptable(data, r)
+    assert b.is_acceptable(data, r)
     for k in range(N_T):
         r[:] = 0.0
         m.split(r).dT[k] = np.pi  # another root of the constraint
         assert np.max(np.abs(b.residual(data, r)[0])) <= 1e-15
-        assert not b.acceptable(data, r)
+        assert not b.is_acceptable(data, r)
 
 
 def test_a_step_without_bodies_or_angles_is_empty():
@@ -137,4 +137,4 @@ def test_a_step_without_bodies_or_angles_is_empty():
     assert m.size == 0
     assert b.residual(data, nothing)[0].shape == (0,)
     assert b.tangent(data, nothing).shape == (0, 0)
-    assert b.acceptable(data, nothing)
+    assert b.is_acceptable(data, nothing)

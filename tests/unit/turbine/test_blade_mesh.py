@@ -9,18 +9,18 @@ import pytest
 from turbine_fenicsx.meshing import BladeGeometry, MeshOptions, RotorLayout
 from turbine_fenicsx.meshing.cells import reference_cell
 from turbine_fenicsx.meshing.hexahedra import mesh_blade
-from turbine_fenicsx.meshing.rotor import rotor_arrays
+from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.meshing.topology import (
-    coincident_nodes,
-    connected_parts,
+    count_coincident_nodes,
     count_nodes,
     faces_of,
+    number_connected_parts,
 )
 from turbine_fenicsx.turbine.blade_mesh import examine_blades
 
 BLADE = BladeGeometry()
 ROTOR = RotorLayout(centre=(0.0, 0.0, -5.0))
-HEXAHEDRA = rotor_arrays(BLADE, ROTOR, MeshOptions())
+HEXAHEDRA = mesh_rotor(BLADE, ROTOR, MeshOptions())
 CENTRE = np.array(ROTOR.centre)
 
 
@@ -64,7 +64,7 @@ def outer(mesh, radius, blade=2):
 @pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
 @pytest.mark.parametrize("degree", [1, 2])
 def test_built_in_meshes_are_good(cell, degree):
-    mesh = rotor_arrays(BLADE, ROTOR, MeshOptions(cell, degree, elements=(2, 1, 8)))
+    mesh = mesh_rotor(BLADE, ROTOR, MeshOptions(cell, degree, elements=(2, 1, 8)))
     assert examine(mesh) == ([], [])
     assert mesh.examine().mistakes == mesh.examine().warnings == []
 
@@ -189,6 +189,10 @@ def test_a_root_may_follow_the_hub(shape):
     assert examine(moved(motion)) == ([], [])
 
 
+def test_a_flat_root_may_lie_beside_the_axis_of_the_span():
+    assert examine(moved(lambda X: X + np.array([0.15, 0.0, 0.1]))) == ([], [])
+
+
 def test_a_mesh_in_millimetres_is_recognised():
     millimetres = HEXAHEDRA
     for k in (1, 2, 3):
@@ -252,19 +256,19 @@ def test_connected_parts_are_those_of_a_search(n):
         for _ in range(n):
             for a, b in pairs:
                 label[[a, b]] = min(label[a], label[b])
-        np.testing.assert_array_equal(connected_parts(n, pairs), label)
+        np.testing.assert_array_equal(number_connected_parts(n, pairs), label)
 
 
 def test_a_long_chain_is_one_part():
     order = np.random.default_rng(0).permutation(100_000)
-    assert not connected_parts(len(order), np.stack([order[:-1], order[1:]], axis=1)).any()
+    assert not number_connected_parts(len(order), np.stack([order[:-1], order[1:]], axis=1)).any()
 
 
 def test_nodes_on_top_of_others_are_counted():
     points = np.random.default_rng(0).random((1000, 3))
-    assert coincident_nodes(points, 1e-6) == 0
+    assert count_coincident_nodes(points, 1e-6) == 0
     doubled = np.concatenate([points, points[:7] + 1e-9, points[:2]])
-    assert coincident_nodes(doubled, 1e-6) == 9
+    assert count_coincident_nodes(doubled, 1e-6) == 9
 
 
 @pytest.mark.parametrize("geometry_degree", [1, 2])
@@ -279,7 +283,7 @@ def test_nodes_of_hexahedra_are_counted(elements, geometry_degree):
 
 @pytest.mark.parametrize("geometry_degree", [1, 2])
 def test_nodes_of_tetrahedra_are_counted(geometry_degree):
-    mesh = rotor_arrays(BLADE, ROTOR, MeshOptions("tetrahedron", geometry_degree, size=2.0))
+    mesh = mesh_rotor(BLADE, ROTOR, MeshOptions("tetrahedron", geometry_degree, size=2.0))
     vertices = count_nodes(mesh.cells, mesh.reference, 3, 1)
     nodes = count_nodes(mesh.cells, mesh.reference, 3, 2)
     assert vertices == len(np.unique(mesh.cells[:, :4]))

@@ -23,6 +23,7 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.bodies.rigid_surface import inertia_box
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.meshing import load
 from turbine_fenicsx.turbine.case.pitch import PitchCase
 from turbine_fenicsx.turbine.case.tower import TowerCase
@@ -55,9 +56,11 @@ class Disc(Component):
         return [disc, shaft, JointSpring("torsion", "shaft", self.stiffness)]
 
     def channels(self, turbine):
-        k = turbine.system.angle_names.index("shaft")
-        torque = Channel(("shaft_torque_[Nm]",), lambda s: [-self.stiffness * s.state.angles[k]])
-        speed = Channel(("ShftTwist_[rad]",), lambda s: [s.state.angles[k]])
+        k = turbine.system.joint_coordinate_names.index("shaft")
+        torque = Channel(
+            ("shaft_torque_[Nm]",), lambda s: [-self.stiffness * s.state.joint_coordinates[k]]
+        )
+        speed = Channel(("ShftTwist_[rad]",), lambda s: [s.state.joint_coordinates[k]])
         return Channels(history=[torque], openfast=[speed])
 
     def surfaces(self, turbine):
@@ -74,6 +77,47 @@ class Spring(Component):
         return [top, guide, JointSpring("pile", "heave", 1e8)]
 
 
+@dataclass(frozen=True)
+class Counter(Component):
+    """Counts steps in an observer of its own, and shows their number in a column."""
+
+    log: "CountingLog"
+
+    def parts(self, assembly):
+        return []
+
+    def channels(self, turbine):
+        return Channels(history=[Channel(("counted_[-]",), lambda s: [self.log.steps])])
+
+    def observers(self, turbine, folder):
+        assert turbine.part("hub") and folder.is_dir()
+        return [self.log]
+
+
+class CountingLog:
+    """An observer that survives a restart."""
+
+    name = "counting log"
+
+    def __init__(self):
+        self.steps = 0
+
+    def start(self, snapshot, resumed):
+        assert resumed == (self.steps > 0)
+
+    def observe(self, snapshot):
+        self.steps += 1
+
+    def finish(self):
+        pass
+
+    def save(self):
+        return RestartData({"steps": self.steps})
+
+    def restore(self, data):
+        self.steps = data.numbers["steps"]
+
+
 def with_disc(case, **values):
     return [*list_components(case), Disc(**values)]
 
@@ -81,7 +125,7 @@ def with_disc(case, **values):
 def test_parts_columns_and_pictures_of_a_new_component_are_there(comm):
     case = Case.parse(RIGID)
     turbine = build_turbine(case, comm, with_disc(case))
-    assert turbine.system.angle_names[-1] == "shaft"
+    assert turbine.system.joint_coordinate_names[-1] == "shaft"
     surfaces = turbine.surfaces()
     assert [s.body.name for s in surfaces][-1] == "disc"
     numbers = [s.part for s in surfaces]
@@ -154,3 +198,17 @@ def test_a_run_with_a_new_component_goes_on_only_with_the_same(comm, shared_tmp_
     assert rows[0] == rows[1] and len(rows[0]) == 6
     torque, twist = (names.index(n) for n in ("shaft_torque_[Nm]", "angle_shaft_[rad]"))
     assert float(rows[0][-1][torque]) == -8e8 * float(rows[0][-1][twist]) != 0.0
+
+
+def test_observers_of_a_component_see_a_step_before_it_is_written_and_survive_a_restart(
+    comm, shared_tmp_path
+):
+    case, log = Case.parse(RIGID | {"time": {"end": 0.04}}), CountingLog()
+    run_case(case, shared_tmp_path, comm, "none", components=[*list_components(case), Counter(log)])
+    assert log.steps == 2
+    again = [*list_components(case), Counter(CountingLog())]
+    restart_case(shared_tmp_path, comm, ["time.end=0.1"], "none", components=again)
+    comm.barrier()
+    with (shared_tmp_path / "history.csv").open(newline="") as file:
+        counts = [row["counted_[-]"] for row in csv.DictReader(file)]
+    assert counts == ["0", "1", "2", "3", "4", "5"]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import turbine_channels
@@ -84,7 +85,7 @@ def test_pitch_counts_towards_feather(rows):
     _, values, R = rows
     layout = plan_rotor(Case.parse({})).layout
     for k in (1, 2, 3):
-        x, y, span = blade_axes(layout.frame(k)[0], E3)
+        x, y, span = blade_axes(layout, k)
         relative = np.array([r[1].T @ r[1 + k] for r in R])
         pitch = values[:, 2 + k]
         assert np.max(np.abs(pitch)) > 0.1
@@ -96,8 +97,10 @@ def test_pitch_counts_towards_feather(rows):
 def test_a_rotor_that_turns_backwards_has_azimuths_below_360():
     from types import SimpleNamespace
 
-    state = SimpleNamespace(angles=np.array([0.1, -0.5]), angle_rates=np.array([0.0, -np.pi]))
-    system = SimpleNamespace(angle_names=("yaw", "rotor"))
+    state = SimpleNamespace(
+        joint_coordinates=np.array([0.1, -0.5]), joint_rates=np.array([0.0, -np.pi])
+    )
+    system = SimpleNamespace(joint_coordinate_names=("yaw", "rotor"))
     turbine = SimpleNamespace(system=system)
     channels = [c for part in (Nacelle(), Pitch()) for c in part.channels(turbine).openfast]
     values = [x for channel in channels for x in channel.values(SimpleNamespace(state=state))]
@@ -106,6 +109,7 @@ def test_a_rotor_that_turns_backwards_has_azimuths_below_360():
 
 def test_frame_of_the_upright_blade():
     """x downwind, z to the tip, y to the trailing edge: where blade 2 comes from."""
-    assert np.array_equal(blade_axes(E2, E3), [E3, E1, E2])
+    axes = blade_axes(RotorLayout(), 2)
+    assert np.array_equal(axes, [E3, E1, E2])
     velocity = np.cross(E3, E2)  # of its tip, when the rotor turns clockwise
-    assert velocity @ blade_axes(E2, E3)[1] == -1.0
+    assert velocity @ axes[1] == -1.0

@@ -1,4 +1,4 @@
-"""Shared by several commands: exit codes, case arguments, errors."""
+"""Exit codes, case arguments and errors of several commands."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from math import isfinite
 from turbine_fenicsx.foundation.errors import InputError
 
 
-def numbers(option: str, text: str) -> list[float]:
+def parse_numbers(option: str, text: str) -> list[float]:
     """Finite numbers separated by commas.
 
     Args:

@@ -33,12 +33,11 @@ def carry_out(
     Returns:
         The exit code.
     """
-    from turbine_fenicsx.foundation.errors import FileError
+    from turbine_fenicsx.foundation.errors import FileError, StepFailure
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing import names
-    from turbine_fenicsx.time_stepping.stepper import StepFailure
-    from turbine_fenicsx.turbine.summary import table
+    from turbine_fenicsx.turbine.summary import format_table
 
     out = options.out
     resume = f"`turbine-fenicsx restart {shlex.quote(out)}` goes on from there"
@@ -55,24 +54,24 @@ def carry_out(
     if result[names.INTERRUPTED]:
         t = result[names.END_TIME]
         return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)
-    pictures = on_rank0(comm, lambda: _picture(out))
+    pictures = on_rank0(comm, lambda: _draw_history(out))
     if comm.rank == 0 and not options.quiet:
         files = ["history.csv", "history.out", "summary.json", *pictures]
         if case.output.fields_every > 0.0:
             files.insert(1, "fields.xdmf")
         print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
-        print(table(result))
+        print(format_table(result))
         print(f"  {'results':<22}{out}/: {', '.join(files)}", flush=True)
     wrong = "\n".join(result[names.WARNINGS])
     return fail(comm, wrong, UNBALANCED) if wrong else OK
 
 
-def style(options: argparse.Namespace) -> str:
+def choose_style(options: argparse.Namespace) -> str:
     """Style of the progress."""
     return "none" if options.quiet else str(options.progress)
 
 
-def _picture(out: str) -> list[str]:
+def _draw_history(out: str) -> list[str]:
     """Draw energies and angles; without matplotlib say so."""
     try:
         from turbine_fenicsx.postprocessing.plots import plot_summary

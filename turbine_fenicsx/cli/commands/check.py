@@ -28,6 +28,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.postprocessing.output_folder import holds_run
     from turbine_fenicsx.turbine.case.case import Draft
     from turbine_fenicsx.turbine.case.estimate import estimate
+    from turbine_fenicsx.turbine.case.turbine_file import describe_file
+    from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
     from turbine_fenicsx.turbine.inspection import TOO_LARGE, inspect_mesh
     from turbine_fenicsx.turbine.machine import machine_memory
     from turbine_fenicsx.turbine.refusal import size_of_blades
@@ -45,14 +47,21 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if mistakes:
         raise InputError("\n".join(dict.fromkeys(mistakes)))
 
-    size = own.size if own else size_of_blades(case)
+    size = own.size if own else size_of_blades(case, comm)
     expected = estimate(case, size, options.ranks or comm.size)
     here, warnings = machine_memory(comm), list(case.warnings)
     if options.ranks in (None, comm.size):  # others run on other machines
-        warnings += filter(None, [expected.too_large(here)])
+        warnings += filter(None, [expected.describe_shortage(here)])
+    if case.turbine.file:
+        from turbine_fenicsx.windio.validation import list_schema_mistakes
+
+        file = case.turbine.file
+        warnings += on_rank0(comm, lambda: list_schema_mistakes(file))
     if options.out and on_rank0(comm, lambda: holds_run(options.out)):
         warnings.append(f"{options.out!r} holds a run already")
     _warn(comm, warnings)
+    _print(comm, "\n".join(on_rank0(comm, lambda: describe_file(case))))
+    _print(comm, "\n".join(on_rank0(comm, lambda: describe_aerodynamics(case))))
     _print(comm, str(expected))
     if not hybrid:
         _print(comm, "rigid turbine, no mesh of blades")

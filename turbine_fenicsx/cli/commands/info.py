@@ -16,11 +16,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Print the versions, and where DOLFINx is or how to get it."""
-    from turbine_fenicsx.foundation.versions import dolfinx_folder, how_to_install, versions
+    from turbine_fenicsx.foundation.versions import dolfinx_folder, how_to_install, list_versions
 
     if comm is not None and comm.rank != 0:
         return OK
-    for name, number in versions().items():
+    for name, number in list_versions().items():
         print(f"{name:<21}{number}")
     try:
         import dolfinx  # noqa: F401

@@ -22,20 +22,19 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     case = load_case(options, comm)
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
-    from turbine_fenicsx.meshing import build_rotor
+    from turbine_fenicsx.meshing import write_rotor
     from turbine_fenicsx.turbine.refusal import refuse_mesh
     from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
         raise InputError(f"{options.out!r} is there already: --overwrite replaces it")
-    plan = plan_rotor(case)
+    made = case.mesh.model_copy(update={"file": None})  # the built-in one, also beside a file
+    plan = plan_rotor(case.model_copy(update={"mesh": made}), comm)
     if not options.force:
         refuse_mesh(case, comm)
     try:
-        report = on_rank0(
-            comm,
-            lambda: build_rotor(plan.blade, plan.layout, plan.options, options.out),
-        )
+        _, make = plan.mesh_source(comm)
+        report = on_rank0(comm, lambda: write_rotor(make, options.out))
     except OSError as error:
         raise InputError(str(error)) from None
     if comm.rank == 0:

@@ -60,18 +60,18 @@ def _draw(options: argparse.Namespace) -> list[str]:
     """Draw all figures."""
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.postprocessing.output_folder import (
+        make_target_folder,
         read_histories,
-        solver_tolerance,
-        target_folder,
+        read_solver_tolerance,
     )
-    from turbine_fenicsx.postprocessing.plots import draw, figures
+    from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 
     if options.tolerance is not None and not 0.0 < options.tolerance < float("inf"):
         raise InputError(f"--tolerance {options.tolerance:g}: must be greater than 0")
     runs = read_histories(options.folders)
-    relative = solver_tolerance(options.folders[0])
-    out = target_folder(options.out or options.folders[0])
-    wanted = figures(runs)
+    relative = read_solver_tolerance(options.folders[0])
+    out = make_target_folder(options.out or options.folders[0])
+    wanted = choose_figures(runs)
     if options.together:
         wanted = {"diagrams": tuple(panel for panels in wanted.values() for panel in panels)}
     try:

@@ -1,4 +1,4 @@
-"""Write one HTML page about a run that opens from disk without a network.
+"""Write one HTML page about a run, or about modes, that opens from disk without a network.
 
 Case, mesh, diagrams, pictures, tables and versions, all from the output folder and all inside the
 page. What a run has not written, or cannot be drawn here, is left out with a sentence in the page.
@@ -46,20 +46,30 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
 def _write(options: argparse.Namespace) -> str:
     """Write the page."""
-    from turbine_fenicsx.cli.commands._numbers import numbers
+    from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.output_folder import need_folder, target_folder
+    from turbine_fenicsx.postprocessing.mode_report import report_modes
+    from turbine_fenicsx.postprocessing.output_folder import (
+        holds_modes,
+        make_target_folder,
+        need_folder,
+    )
     from turbine_fenicsx.postprocessing.report import report
     from turbine_fenicsx.turbine.case.description import describe_case
 
-    times = None if options.times is None else numbers("--times", options.times)
+    times = None if options.times is None else parse_numbers("--times", options.times)
     if not 0.0 <= options.scale < float("inf"):
         raise InputError(f"--scale {options.scale:g}: must be a positive number")
     if options.out is not None and Path(options.out).suffix != ".html":
         raise InputError(f"--out {options.out}: the name of a page ends in .html")
     path = Path(options.out or need_folder(options.folder) / "report.html")
-    target_folder(path.parent)
-    page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)
+    make_target_folder(path.parent)
+    if holds_modes(options.folder):
+        if times is not None:
+            raise InputError(f"--times {options.times}: modes have none")
+        page = report_modes(options.folder, options.scale, not options.no_pictures, describe_case)
+    else:
+        page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:

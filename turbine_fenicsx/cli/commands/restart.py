@@ -11,7 +11,7 @@ from turbine_fenicsx.cli.commands._common import (
     add_progress,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._running import carry_out, style
+from turbine_fenicsx.cli.commands._running import carry_out, choose_style
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +31,6 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         options,
         comm,
         lambda stop: restart_case(
-            options.out, comm, options.overrides, style(options), stop, options.force
+            options.out, comm, options.overrides, choose_style(options), stop, options.force
         ),
     )

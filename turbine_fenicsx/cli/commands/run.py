@@ -12,7 +12,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._running import carry_out, style
+from turbine_fenicsx.cli.commands._running import carry_out, choose_style
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
                 case,
                 options.out,
                 comm,
-                style(options),
+                choose_style(options),
                 stop=stop,
                 force=options.force,
                 overwrite=options.overwrite,

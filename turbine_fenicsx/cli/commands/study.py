@@ -15,7 +15,7 @@ from turbine_fenicsx.cli.commands._common import (
     fail,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._running import style
+from turbine_fenicsx.cli.commands._running import choose_style
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,10 +56,12 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if options.list:
         _list(study, out, options.overrides)
         return OK
-    result = run_study(study, out, options.overrides, style(options), options.overwrite)
+    result = run_study(study, out, options.overrides, choose_style(options), options.overwrite)
     names = ["study.csv"]
     if study.convergence is not None:
-        names += ["convergence.csv", *_picture(study, result, out)]
+        names += ["convergence.csv", *_draw_errors(study, result, out)]
+    if study.curve is not None:
+        names += _draw_curve(study, result, out)
     if not options.quiet:
         _print_orders(result.series)
         done, total = len(result.results), len(result.runs)
@@ -87,12 +89,12 @@ def _print_orders(series: list[Any]) -> None:
     import numpy as np
 
     from turbine_fenicsx.study.convergence import report
-    from turbine_fenicsx.study.results import lines_of
+    from turbine_fenicsx.study.results import format_lines
 
     for s in series:
         if s.label:
             print(s.label)
-        print("\n".join(lines_of(report(s))))
+        print("\n".join(format_lines(report(s))))
         if not np.isfinite(s.order):
             print("observed order: cannot be told, the errors follow no power of the size\n")
             continue
@@ -100,7 +102,19 @@ def _print_orders(series: list[Any]) -> None:
         print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}\n")
 
 
-def _picture(study: Any, result: Any, out: Path) -> list[str]:
+def _draw_curve(study: Any, result: Any, out: Path) -> list[str]:
+    """Draw the curve; without matplotlib say so."""
+    from turbine_fenicsx.study.curve import plot_curve
+
+    try:
+        plot_curve(study, result.runs, result.results, out / "curve.png")
+    except ImportError:
+        print("no picture: matplotlib is not installed", file=sys.stderr)
+        return []
+    return ["curve.png"]
+
+
+def _draw_errors(study: Any, result: Any, out: Path) -> list[str]:
     """Draw the errors; without matplotlib say so."""
     from turbine_fenicsx.study.picture import plot_convergence
 

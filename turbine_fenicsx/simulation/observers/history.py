@@ -12,11 +12,12 @@ from mpi4py import MPI
 
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.restart_data import RestartData
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.stepper import Stepper
 
@@ -92,7 +93,7 @@ class History:
         Raises:
             FileError: if it cannot be written, on all ranks.
         """
-        row = self._row(snapshot)
+        row = self._format_row(snapshot)
         head = ",".join(self._columns)
 
         def make_first_lines() -> list[str]:
@@ -108,10 +109,12 @@ class History:
     def observe(self, snapshot: Snapshot) -> None:
         """Append a row."""
         assert self._file is not None
-        self._file.write(self._row(snapshot))
+        self._file.write(self._format_row(snapshot))
 
-    def _row(self, snapshot: Snapshot) -> str:
-        return ",".join(_text(x) for channel in self._channels for x in channel.row(snapshot))
+    def _format_row(self, snapshot: Snapshot) -> str:
+        return ",".join(
+            _format_number(x) for channel in self._channels for x in channel.row(snapshot)
+        )
 
     def save(self) -> RestartData:
         """Bring the rows to the disk; their number and the columns. Collective."""
@@ -139,6 +142,18 @@ class History:
         self._file.close()
 
 
+def read_columns(path: str | os.PathLike[str]) -> list[str]:
+    """Names of the columns of a ``history.csv``; none if there is no such file.
+
+    Raises:
+        FileError: if it is there but cannot be read.
+    """
+    if not Path(path).exists():
+        return []
+    with name_file_in_errors("read", path), Path(path).open("rb") as file:
+        return file.readline().decode("utf-8", "replace").strip().split(",")
+
+
 def read_history_rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[str]:
     """The whole rows of a ``history.csv``; none if there is no such file or its columns differ.
 
@@ -155,7 +170,7 @@ def _has_head(path: str | os.PathLike[str], head: str) -> bool:
         return file.readline() == f"{head}\n".encode()
 
 
-def _text(x: float) -> str:
+def _format_number(x: float) -> str:
     """A number without loss: whole numbers plain, others so that they read back exactly."""
     return str(x) if isinstance(x, int) else repr(float(x))
 
@@ -195,20 +210,20 @@ def energy_channel() -> Channel:
 
 def angle_channel(system: MultibodySystem) -> Channel:
     """All joint coordinates: angles, and displacements under names of their own."""
-    kinds = zip(system.angle_names, system.rigid_model.is_angle, strict=True)
+    kinds = zip(system.joint_coordinate_names, system.rigid_model.is_angle, strict=True)
     columns = tuple((names.ANGLE if a else names.DISPLACEMENT)(joint=n) for n, a in kinds)
-    return Channel(columns, lambda s: list(s.state.angles))
+    return Channel(columns, lambda s: list(s.state.joint_coordinates))
 
 
 def work_channel(stepper: Stepper) -> Channel:
-    """Energy of springs, work of each load, drive and damper, and viscous dissipation so far.
+    """Energy of springs, work of each force and drive, and what each damper dissipated so far.
 
     What does not occur in the system has no column. Total energy is initial energy plus all works
     minus everything dissipated.
     """
     system = stepper.system
-    springs = any(e.kind == "conservative" for e in system.elements)
-    gravity = [isinstance(load, Gravity) for load in system.loads]
+    springs = any(e.kind == "conservative" for e in system.motion_forces)
+    gravity = [isinstance(force, Gravity) for force in system.prescribed_forces]
     places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]
     works = [system.work_names[k] for k in places]
     columns = (

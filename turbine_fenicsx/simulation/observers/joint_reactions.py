@@ -12,7 +12,7 @@ A step is a mean over its length, so that for each body, with L about the origin
     (p_{n+1} - p_n)/dt = weight + sum F,
     (L_{n+1} - L_n)/dt = moment of the weight + sum (M + r x F)
 
-exactly, besides other loads.
+exactly, besides other forces.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class JointReactions(StepLoads):
         self._slots = np.zeros((2, n), dtype=np.int64)  # the body that f acts on, that of the axes
         ground = len(system.rigid_bodies)
         for k, reaction in enumerate(self.reactions):
-            check_among_parts(f"joint {reaction.joint.name!r}", reaction.joint, system.joints)
+            check_among_parts("joint", reaction.joint, system.joints)
             self._rows[k, system.joint_rows[reaction.joint.name]] = True
             first, second = reaction.joint.bodies
             place = np.asarray(reaction.place, dtype=float)
@@ -110,7 +110,7 @@ class JointReactions(StepLoads):
 
     def at_rest(self, state: State) -> Array:
         """Loads in a static equilibrium, shape (n, 2, 3), as in `at`."""
-        forces = self._model.constraint_forces(state.q, state.angles, state.multipliers)
+        forces = self._model.constraint_forces(state.q, state.joint_coordinates, state.multipliers)
         return self._in_axes(*self._loads_of(*forces, state.q))
 
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:

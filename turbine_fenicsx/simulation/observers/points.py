@@ -80,9 +80,7 @@ class Points:
         self._comm = system.comm
         bodies = [*system.rigid_bodies, *system.flexible_bodies]
         for point in self.points:
-            check_among_parts(
-                f"body {point.body.name!r} of point {point.name!r}", point.body, bodies
-            )
+            check_among_parts("body", point.body, bodies, f"point {point.name!r}")
         X = np.array([point.position for point in self.points], dtype=float).reshape(-1, 3)
         rows = [k for k, p in enumerate(self.points) if isinstance(p.body, RigidBody)]
         self._rigid = np.array(rows, dtype=np.int64)

@@ -75,7 +75,7 @@ class Reactions(StepLoads):
         self._slots = np.full(len(reactions), len(system.rigid_bodies))  # the ground is the last
         for k, reaction in enumerate(reactions):
             coupling = reaction.coupling
-            check_among_parts(f"coupling {coupling.name!r}", coupling, system.couplings)
+            check_among_parts("coupling", coupling, system.couplings)
             index = system.flexible_bodies.index(coupling.flexible)
             block = system.coupling_blocks[index]
             rows = block.slices[block.couplings.index(coupling)]

@@ -46,7 +46,7 @@ class StepLog:
         )
 
     def finish(self) -> None:
-        """Nothing is open."""
+        """There is no file to close."""
 
 
 class _Handler(logging.FileHandler):

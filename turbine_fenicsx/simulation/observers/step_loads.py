@@ -56,7 +56,7 @@ class StepLoads(ABC):
             Collective.
         """
         if snapshot is not self._snapshot:
-            end = snapshot.state.q.copy(), snapshot.state.angles.copy()
+            end = snapshot.state.q.copy(), snapshot.state.joint_coordinates.copy()
             if self._start is None or snapshot.report is None:
                 self._loads = np.zeros_like(self._loads)
             else:

@@ -69,15 +69,10 @@ class Tips:
         self.tips = tuple(tips)
         self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []
         for k, tip in enumerate(self.tips):
-            check_among_parts(
-                f"body {tip.body.name!r} of tip {tip.name!r}", tip.body, system.flexible_bodies
-            )
+            whose = f"tip {tip.name!r}"
+            check_among_parts("body", tip.body, system.flexible_bodies, whose)
             if tip.carrier is not None:
-                check_among_parts(
-                    f"body {tip.carrier.name!r} of tip {tip.name!r}",
-                    tip.carrier,
-                    system.rigid_bodies,
-                )
+                check_among_parts("body", tip.carrier, system.rigid_bodies, whose)
             index = system.flexible_bodies.index(tip.body)
             block = system.flexible_models[index]
             node = nearest_node(comm, block.positions, tip.point)

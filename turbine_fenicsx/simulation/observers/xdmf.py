@@ -78,7 +78,7 @@ class XdmfSeries:
             n_points: Number of points of this rank.
             point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
                 shown at every time.
-            cell_data: The same in the cells, shapes (m,) or (m, 3); m is the number of cells of
+            cell_data: Such fields in the cells, shapes (m,) or (m, 3); m is the number of cells of
                 this rank.
             information: Texts about the series by name, which readers of XDMF pass over.
             precision: Of the real fields. Coordinates are always float64, integers int32.
@@ -92,7 +92,7 @@ class XdmfSeries:
         """
         self._comm, self._path = comm, Path(path)
         self._dtype = np.dtype(precision)
-        self._head = _head(information or {})
+        self._head = _format_head(information or {})
         self._tail_at: int | None = None
         connectivity = self._count(cells, n_points)
         self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
@@ -103,7 +103,7 @@ class XdmfSeries:
             f'<Topology TopologyType="Mixed" NumberOfElements="{self._rows["Cell"][2]}">'
             f"{items[0]}</Topology>\n"
         )
-        self._static = _attributes(static, items[1:])
+        self._static = _format_attributes(static, items[1:])
 
     def _count(self, cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
         """Count points and cells of all ranks; the cells of this rank as a mixed topology."""
@@ -151,7 +151,7 @@ class XdmfSeries:
         grid = (
             f'<Grid Name="mesh" GridType="Uniform"><Time Value="{t!r}"/>\n'
             f'{self._topology}<Geometry GeometryType="XYZ">{geometry}</Geometry>\n'
-            f"{_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
+            f"{_format_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
         )
         on_rank0(self._comm, lambda: self._extend_xml(grid))
         self._times += 1
@@ -254,7 +254,7 @@ class XdmfSeries:
         self._tail_at += len(grid.encode())
 
 
-def _head(information: Mapping[str, str]) -> str:
+def _format_head(information: Mapping[str, str]) -> str:
     """What stands before the grids."""
     about = "".join(
         f'<Information Name="{escape(name)}" Value="{escape(text)}"/>\n'
@@ -263,7 +263,9 @@ def _head(information: Mapping[str, str]) -> str:
     return f"{_HEAD}{about}{_SERIES}"
 
 
-def _attributes(arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]) -> str:
+def _format_attributes(
+    arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]
+) -> str:
     """``Attribute`` elements of fields and their ``DataItem`` elements."""
     return "".join(
         f'<Attribute Name="{escape(name)}" Center="{kind}" '

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.consistency import contradictions, describe_idle_keys
-from turbine_fenicsx.turbine.case.doubts import doubts
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, quote, remove_keys
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.consistency import describe_idle_keys, find_contradictions
+from turbine_fenicsx.turbine.case.control import place_control_files
+from turbine_fenicsx.turbine.case.doubts import find_doubts
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, remove_keys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
+from turbine_fenicsx.turbine.case.turbine_file import FILE, add_file, find_file
 
 
 class Case(Tables):
@@ -31,7 +35,7 @@ class Case(Tables):
             overrides: Changes such as ``"time.end=1.0"``.
 
         Returns:
-            The case; ``mesh.file`` is made relative to the case file.
+            The case; the files that it names are made relative to the case file.
 
         Raises:
             InputError: with one sentence for every mistake.
@@ -39,21 +43,23 @@ class Case(Tables):
         return Draft.load(path, overrides).require_valid()
 
     @staticmethod
-    def parse(data: Mapping[str, Any]) -> Case:
+    def parse(data: Mapping[str, Any], folder: str | os.PathLike[str] | None = ".") -> Case:
         """Make a case from nested tables.
 
         Args:
             data: The tables.
+            folder: Where ``turbine.file`` is looked for; None leaves it unread, for tables that
+                are complete.
 
         Raises:
             InputError: with one sentence for every mistake.
         """
-        return Draft.parse(data).require_valid()
+        return Draft.parse(data, folder).require_valid()
 
     @property
     def warnings(self) -> list[str]:
         """One sentence for every key that is set but has no effect, and for every likely slip."""
-        return [*describe_idle_keys(self), *doubts(self)]
+        return [*describe_idle_keys(self), *find_doubts(self)]
 
 
 @dataclass(frozen=True)
@@ -90,26 +96,52 @@ class Draft:
         found = []
         for override in overrides:
             try:
-                _override(data, override)
+                _apply_override(data, override)
             except InputError as error:
                 found.append(Mistake((), str(error)))
-        mesh = data.get("mesh")
-        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
-            mesh["file"] = str(Path(path).parent / mesh["file"])
-        draft = Draft.parse(data)
+        _find_files(data, Path(path).parent)
+        place_control_files(data, Path(path).parent)
+        draft = Draft.parse(data, Path(path).parent)
         return Draft(draft.case, (*found, *draft.mistakes, *_mesh_file(draft.case)))
 
     @staticmethod
-    def parse(data: Mapping[str, Any]) -> Draft:
-        """Make a draft from nested tables."""
+    def parse(data: Mapping[str, Any], folder: str | os.PathLike[str] | None = ".") -> Draft:
+        """Make a draft from nested tables, see `Case.parse`."""
         found: list[Mistake] = []
+        file: list[Mistake] = []
+        if find_file(data) is not None and folder is not None:
+            try:
+                data = add_file(data, folder)
+            except InputError as error:
+                file = [Mistake(FILE, f"turbine.file: {line}") for line in str(error).splitlines()]
+                data = remove_keys(data, {FILE})
         try:
             case = Case.model_validate(data)
         except ValidationError as error:
             found = find_mistakes(error, data, Tables)
             wrong = {mistake.key for mistake in found}
             case = Case() if () in wrong else Case.model_validate(remove_keys(data, wrong))
-        return Draft(case, (*found, *contradictions(case, {m.key for m in found})))
+        unread = {FILE} if file or folder is None else set()
+        wrong = {mistake.key for mistake in found} | unread
+        return Draft(case, (*file, *found, *find_contradictions(case, wrong)))
+
+
+def _find_files(data: dict[str, Any], folder: Path) -> None:
+    """Make the files that tables name relative to a folder; ``turbine.file`` is found later."""
+    for name in ("mesh", "wind", "aero"):
+        table = data.get(name)
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            table["file"] = _find_beside(table["file"], folder, name == "aero")
+
+
+def _find_beside(name: str, folder: Path, windio: bool) -> str:
+    """A file in a folder, or one of windIO's examples, which are known by their names alone."""
+    if windio and Path(name).suffix.lower() in (".yaml", ".yml"):
+        from turbine_fenicsx.windio import find_turbine_file
+
+        with suppress(InputError):
+            return str(find_turbine_file(name, folder))
+    return str(folder / name)
 
 
 def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
@@ -120,11 +152,11 @@ def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
     """
     tables = copy.deepcopy(dict(data))
     for override in overrides:
-        _override(tables, override)
+        _apply_override(tables, override)
     return Case.parse(tables)
 
 
-def _override(data: dict[str, Any], override: str) -> None:
+def _apply_override(data: dict[str, Any], override: str) -> None:
     """Apply one ``key=value`` to nested tables."""
     key, separator, text = override.partition("=")
     names = [name.strip() for name in key.split(".")]

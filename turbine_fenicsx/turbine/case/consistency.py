@@ -10,22 +10,35 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from math import pi, prod, tan
+from math import cos, pi, prod, tan
+from typing import Any
 
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, quote
-from turbine_fenicsx.turbine.case.pitch import check_pitch, idle_pitch_keys
-from turbine_fenicsx.turbine.case.section import MAX_UNKNOWNS, IdleKeys, Section
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_idle_wall_keys
+from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_idle_control_keys
+from turbine_fenicsx.turbine.case.gauges import check_gauges
+from turbine_fenicsx.turbine.case.generator import check_generator, find_idle_generator_keys
+from turbine_fenicsx.turbine.case.mistakes import Key, Mistake
+from turbine_fenicsx.turbine.case.pitch import check_pitch, find_idle_pitch_keys
+from turbine_fenicsx.turbine.case.rigid_parts import check_inertia
+from turbine_fenicsx.turbine.case.section import MAX_UNKNOWNS, IdleKeys
 from turbine_fenicsx.turbine.case.tables import Tables
-from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, TowerCase, idle_tower_keys
+from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, TowerCase, find_idle_tower_keys
+from turbine_fenicsx.turbine.case.turbine_file import (
+    FILE_CHECKS,
+    find_idle_file_keys,
+    load_turbine,
+)
+from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS, find_idle_wind_keys
 
 MAX_STEPS = 1e9
 """Steps of a run; a million times as many as the paper's."""
 
 
-def contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
+def find_contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
     """Mistakes that take more than one key to see.
 
     Args:
@@ -35,7 +48,7 @@ def contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
     found = []
     for names, check in _CHECKS:
         keys = [tuple(name.split(".")) for name in names]
-        if any(_overlap(key, bad) for key in keys for bad in wrong):
+        if any(_do_overlap(key, bad) for key in keys for bad in wrong):
             continue
         sentence = check(case)
         if sentence:
@@ -44,12 +57,12 @@ def contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
     return found
 
 
-def _overlap(a: Key, b: Key) -> bool:
+def _do_overlap(a: Key, b: Key) -> bool:
     """Whether one of two keys is, or is inside of, the other."""
     return all(x == y for x, y in zip(a, b, strict=False))
 
 
-def _stations(case: Tables) -> str:
+def _check_stations(case: Tables) -> str:
     """Stations increase from 0 to 1."""
     s = case.blade.stations
     if len(s) >= 2 and (s[0], s[-1]) == (0.0, 1.0) and all(a < b for a, b in pairwise(s)):
@@ -60,17 +73,17 @@ def _stations(case: Tables) -> str:
     )
 
 
-def _chord(case: Tables) -> str:
+def _check_chord(case: Tables) -> str:
     """One chord per station."""
-    return _widths("chord", case.blade.chord, case)
+    return _check_widths("chord", case.blade.chord, case)
 
 
-def _thickness(case: Tables) -> str:
+def _check_thickness(case: Tables) -> str:
     """One thickness per station."""
-    return _widths("thickness", case.blade.thickness, case)
+    return _check_widths("thickness", case.blade.thickness, case)
 
 
-def _widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
+def _check_widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
     """As many widths as stations."""
     n = len(case.blade.stations)
     if len(widths) == n:
@@ -81,12 +94,17 @@ def _widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
     )
 
 
-def _clearance(case: Tables) -> str:
+def _has_solid_blades(case: Tables) -> bool:
+    """Whether the blades are flexible and described by the case alone."""
+    return case.turbine.model == "hybrid" and case.turbine.file is None
+
+
+def _check_clearance(case: Tables) -> str:
     """The roots of three built-in blades do not overlap."""
     b = case.blade
     width = max(b.chord[0], b.thickness[0])
-    needed = width / 2.0 / tan(pi / 3.0)
-    if case.turbine.model == "rigid" or case.mesh.file or b.hub_radius >= needed:
+    needed = width / 2.0 / tan(pi / 3.0) / cos(case.turbine.precone)
+    if not _has_solid_blades(case) or case.mesh.file or b.hub_radius >= needed:
         return ""
     return (
         f"blade.hub_radius = {b.hub_radius:g}: three blades that are {width:g} m wide at the root "
@@ -97,15 +115,19 @@ def _clearance(case: Tables) -> str:
 def _size(case: Tables) -> str:
     """The mesh is not too large to be counted."""
     m, b = case.mesh, case.blade
-    if case.turbine.model == "rigid" or m.file:
+    if case.turbine.file:
+        return "" if m.file else _check_hollow_size(case)
+    if not _has_solid_blades(case) or m.file:
         return ""
+    if b.wall:
+        return _check_hollow_size(case)
     if m.cell == "tetrahedron":
         # imported here, so that no other case needs MPI
-        from turbine_fenicsx.meshing import BladeGeometry, MeshOptions
+        from turbine_fenicsx.meshing import MeshOptions
         from turbine_fenicsx.turbine.case.size import size_of_options
 
         options = MeshOptions(m.cell, elements=m.elements, size=m.size)
-        nodes = float(size_of_options(BladeGeometry(**b.model_dump()), options, m.degree).nodes)
+        nodes = float(size_of_options(b.geometry(), options, m.degree).nodes)
     else:
         widths = (max(b.chord), max(b.thickness), b.length)
         numbers = [w / m.size for w in widths] if m.size else m.elements
@@ -119,10 +141,26 @@ def _size(case: Tables) -> str:
     )
 
 
-def _curved(case: Tables) -> str:
+def _check_hollow_size(case: Tables) -> str:
+    """The mesh of hollow blades is not too large to be counted."""
+    from turbine_fenicsx.turbine.case.size import size_of_hollow
+
+    m = case.mesh
+    displacements = 3.0 * size_of_hollow(m.span, m.around, ()).nodes
+    if displacements < MAX_UNKNOWNS:
+        return ""
+    return (
+        f"mesh.span = {m.span} and mesh.around = {m.around}: give some {displacements:.1e} "
+        f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
+    )
+
+
+def _check_curved_cells(case: Tables) -> str:
     """Displacements can follow the shape of the cells, or a rotation would store energy."""
     m = case.mesh
-    if case.turbine.model == "rigid" or m.file or m.geometry_degree <= m.degree:
+    if not _has_solid_blades(case) or m.file or case.blade.wall:
+        return ""
+    if m.geometry_degree <= m.degree:
         return ""
     return (
         f"mesh.geometry_degree = {m.geometry_degree}: expected at most mesh.degree = "
@@ -130,7 +168,7 @@ def _curved(case: Tables) -> str:
     )
 
 
-def _steps(case: Tables) -> str:
+def _check_steps(case: Tables) -> str:
     """The number of steps is not absurd."""
     t = case.time
     if t.end <= MAX_STEPS * t.step:
@@ -140,9 +178,20 @@ def _steps(case: Tables) -> str:
     )
 
 
-def _material(case: Tables) -> str:
+def _check_start(case: Tables) -> str:
+    """Static equilibrium does not turn."""
+    speed = case.turbine.rotor_speed
+    if case.time.start != "equilibrium" or speed == 0.0:
+        return ""
+    return (
+        f'time.start = "equilibrium": expected turbine.rotor_speed = 0, got {speed:g}; "turning" '
+        "is the equilibrium of a rotor that turns"
+    )
+
+
+def _check_material(case: Tables) -> str:
     """The material is positive definite."""
-    if case.turbine.model == "rigid":
+    if case.turbine.model == "rigid" or case.material.law == "windio":
         return ""
     try:
         with np.errstate(all="raise"):
@@ -155,30 +204,57 @@ def _material(case: Tables) -> str:
     return ""
 
 
-def _of_tower(check: Callable[[TowerCase], str], case: Tables) -> str:
+def _check_tower(check: Callable[[TowerCase], str], case: Tables) -> str:
     """A check of the tower alone."""
     return check(case.tower)
 
 
-def _of_pitch(case: Tables) -> str:
+def _check_pitch(case: Tables) -> str:
     """The check of the pitch bearings."""
     return check_pitch(case.pitch, case.turbine.model)
+
+
+def _check_gauges(case: Tables) -> str:
+    """The strain gauges lie on the blades."""
+    if case.turbine.model == "rigid":
+        return ""
+    file = case.turbine.file
+    panels = load_turbine(file).blade.panels if file else ()
+    return check_gauges(case.output.gauges, case.blade.length, panels)
+
+
+def _check_generator(case: Tables) -> str:
+    """The check of the generator."""
+    speed, control = case.turbine.rotor_speed, case.control.kind
+    return check_generator(case.generator, case.wind, speed, control)
 
 
 _MATERIAL = ("law", "young", "shear", "poisson", "first_lame", "shear_modulus")
 """Keys of the stiffness."""
 
+_ROOTS = ("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file", "turbine.precone")
+"""Keys that say how near to each other the roots are."""
+
 _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
-    (("blade.stations",), _stations),
-    (("blade.chord", "blade.stations"), _chord),
-    (("blade.thickness", "blade.stations"), _thickness),
-    (("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file"), _clearance),
+    *FILE_CHECKS,
+    (("blade.stations",), _check_stations),
+    (("blade.chord", "blade.stations"), _check_chord),
+    (("blade.thickness", "blade.stations"), _check_thickness),
+    *WALL_CHECKS,
+    (_ROOTS, _check_clearance),
+    (("turbine.nacelle",), lambda case: check_inertia("turbine.nacelle", case.turbine.nacelle)),
+    (("turbine.hub",), lambda case: check_inertia("turbine.hub", case.turbine.hub)),
     (("mesh", "blade"), _size),
-    (("mesh.geometry_degree", "mesh.degree"), _curved),
-    *((keys, partial(_of_tower, check)) for keys, check in TOWER_CHECKS),
-    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _of_pitch),
-    (("time.step", "time.end"), _steps),
-    (tuple(f"material.{name}" for name in _MATERIAL), _material),
+    (("mesh.geometry_degree", "mesh.degree"), _check_curved_cells),
+    *((keys, partial(_check_tower, check)) for keys, check in TOWER_CHECKS),
+    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _check_pitch),
+    (("time.step", "time.end"), _check_steps),
+    (("time.start", "turbine.rotor_speed"), _check_start),
+    (tuple(f"material.{name}" for name in _MATERIAL), _check_material),
+    *CONTROL_CHECKS,
+    (("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
+    *WIND_CHECKS,
+    (("generator", "wind", "turbine.rotor_speed", "control"), _check_generator),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
@@ -187,6 +263,7 @@ _CONSTANTS = {
     "transversely_isotropic_finite": ("young", "shear", "poisson"),
     "st_venant_kirchhoff": ("first_lame", "shear_modulus"),
     "neo_hooke": ("first_lame", "shear_modulus"),
+    "windio": (),
 }
 
 
@@ -197,16 +274,16 @@ def describe_idle_keys(case: Tables) -> list[str]:
         case: A valid case.
     """
     sentences = []
-    for table, names, reason in idle_keys(case):
-        section: Section = case
+    for table, names, reason in find_idle_keys(case):
+        section: Any = case
         for name in filter(None, table.split(".")):
-            section = getattr(section, name)
+            section = section[name] if isinstance(section, dict) else getattr(section, name)
         for name in sorted(section.model_fields_set & set(names)):
             sentences.append(f"{f'{table}.{name}'.lstrip('.')} has no effect {reason}")
     return sentences
 
 
-def idle_keys(case: Tables) -> IdleKeys:
+def find_idle_keys(case: Tables) -> IdleKeys:
     """Table, its keys without effect, and the reason.
 
     Args:
@@ -215,17 +292,24 @@ def idle_keys(case: Tables) -> IdleKeys:
     m, law = case.mesh, case.material.law
     if case.turbine.model == "rigid":
         yield "", ("mesh", "material"), 'with turbine.model = "rigid"'
+        yield "output", ("gauges",), 'with turbine.model = "rigid"'
     else:
         yield "turbine", ("blade", "blade_arm"), 'with turbine.model = "hybrid"'
         idle = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])
         yield "material", tuple(idle), f'with material.law = "{law}"'
         if m.file:
-            names = ("cell", "elements", "size", "geometry_degree")
-            yield "mesh", names, "beside mesh.file"
-            yield "blade", ("stations", "chord", "thickness"), "on the run beside mesh.file"
-        elif m.size:
+            made = ("cell", "elements", "size", "geometry_degree", "span", "around")
+            yield "mesh", made, "beside mesh.file"
+            shape = ("stations", "chord", "thickness", "wall", "twist")
+            yield "blade", shape, "on the run beside mesh.file"
+        elif m.size and case.blade.wall is None:
             yield "mesh", ("elements",), "beside mesh.size"
-    yield from idle_pitch_keys(case.pitch, case.turbine.model)
+    for name in ("nacelle", "hub"):
+        if getattr(case.turbine, name).inertia is not None:
+            yield f"turbine.{name}", ("euler",), f"beside turbine.{name}.inertia"
+    yield from find_idle_file_keys(case)
+    yield from find_idle_wall_keys(case)
+    yield from find_idle_pitch_keys(case.pitch, case.turbine.model)
     if case.time.scheme == "generalised_alpha":
         keys = ("numerical_dissipation", "angle_form")
         yield "turbine", keys, 'with time.scheme = "generalised_alpha"'
@@ -233,7 +317,11 @@ def idle_keys(case: Tables) -> IdleKeys:
         yield "time", ("spectral_radius",), f'with time.scheme = "{case.time.scheme}"'
     if case.turbine.model == "rigid" and not case.tower.flexible:
         yield "turbine", ("numerical_dissipation",), "without flexible parts"
-    yield from idle_tower_keys(case.tower)
+    yield from find_idle_tower_keys(case.tower)
+    yield from find_idle_wind_keys(case)
+    yield from find_idle_control_keys(case)
+    yield from find_idle_generator_keys(case.generator)
     loads = case.loads
     if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
         yield "loads", ("duration",), "without a torque"
+        yield "time", ("ramp",), "without a torque"

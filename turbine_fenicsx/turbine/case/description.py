@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.consistency import idle_keys
+from turbine_fenicsx.turbine.case.consistency import find_idle_keys
 from turbine_fenicsx.turbine.case.quantities import unit_of
 from turbine_fenicsx.turbine.case.section import Section
+
+_OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
+"""Tables of what a turbine has only if its case says so."""
 
 
 def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -23,9 +26,12 @@ def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         InputError: if it is no valid case.
     """
-    case = Case.parse(data)
-    idle = {f"{table}.{key}".lstrip(".") for table, keys, _ in idle_keys(case) for key in keys}
-    return _describe(case, idle, "")
+    case = Case.parse(data, None)
+    idle = {f"{table}.{key}".lstrip(".") for table, keys, _ in find_idle_keys(case) for key in keys}
+    absent = {
+        name for name in _OPTIONAL if not getattr(case, name).model_dump(exclude_defaults=True)
+    }
+    return _describe(case, idle | absent, "")
 
 
 def _describe(section: Section, idle: set[str], above: str) -> dict[str, Any]:
@@ -34,6 +40,13 @@ def _describe(section: Section, idle: set[str], above: str) -> dict[str, Any]:
     for key, field in type(section).model_fields.items():
         value = getattr(section, key)
         if f"{above}{key}" in idle or value in ("", None):
+            continue
+        if isinstance(value, dict):
+            tables = {
+                name: _describe(table, idle, f"{above}{key}.{name}.")
+                for name, table in value.items()
+            }
+            found.update({key: tables} if tables else {})
             continue
         if isinstance(value, Section):
             found[key] = _describe(value, idle, f"{above}{key}.")

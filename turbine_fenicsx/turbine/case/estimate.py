@@ -15,7 +15,7 @@ from turbine_fenicsx.turbine.case.tables import Tables
 MACHINE = "cores of an AMD EPYC"
 
 MEASURED_RANKS = 2
-"""Times of more ranks than this are only carried on."""
+"""Times of more ranks than this are extrapolated."""
 
 COST = {
     "frozen": (0.005, 4.0e-7, 1.22),
@@ -23,30 +23,46 @@ COST = {
     "lu": (0.06, 2.8e-7, 1.57),
     "monolithic": (0.06, 3.1e-7, 1.57),
 }
-"""Seconds of a step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
+"""Seconds per step are a + b N^c for N displacements and a tolerance of 1e-12: a, b, c.
 
 Fitted to measurements on the machine above with 1053, 11025, 70713 and 220545 displacements: 0.006,
 0.035, 0.33 and 1.3 s ("frozen"); -, 0.06, 0.59 and 2.2 s ("iterative"); 0.07, 0.6, 11 s and -
 ("lu"). Fields are written every fifth step.
 """
 
+START = {"undeformed": 0.0, "equilibrium": 3.0, "turning": 9.0}
+"""How long the start takes, in steps of the solver "lu", which factorises as often."""
+
 RIGID_STEP = 0.0026
-"""Seconds of a step of the rigid turbine."""
+"""Seconds per step of the rigid turbine."""
 
 PROGRAM = 0.17e9
 """Memory of a rank without unknowns [B]."""
 
 QUADRATIC_HEXAHEDRA = 1.8
-"""Memory of theirs in that of as many displacements of other cells: their rows are longer."""
+"""Their memory over that of other cells with as many displacements: their rows are longer."""
+
+WALLS = 2.9
+"""Time of a step of hollow blades over that of other cells: longer rows, and twice as many
+iterations. Measured with 19 287, 37 755 and 80 199 displacements of the IEA 15 MW turbine: 0.14,
+0.22 and 0.54 s of the processor at rated speed with 4 iterations per step; 0.5 s with 37 755 and 9
+while its blades pitch."""
+
+WALLS_MEMORY = 2.0
+"""Their memory over that of other quadratic hexahedra, by the factors of the start, measured
+with as many displacements: 0.55, 1.0 and 2.1 GB."""
 
 SHARED = 1.35
-"""Memory of several ranks in that of one: two ranks take it at 302 000 displacements."""
+"""Memory of several ranks over that of one; measured on two with 302 000 displacements."""
 
 ALONE = 0.09
 """Share of a step that several ranks do not share, from 1.83 times the speed on two ranks."""
 
 VERTEX = 400.0
 """Memory of a vertex, or a cell, while a mesh is made [B]."""
+
+BASES = 5.0
+"""Vectors that are kept for each mode: of the iteration, and of the modes at two speeds."""
 
 CHECKPOINT = 5.0
 """Numbers that a checkpoint keeps for each displacement."""
@@ -64,7 +80,7 @@ class Estimate:
         exact: Whether these are counted.
         linear_solver: The linear solver that will be used.
         steps: Number of steps.
-        step_seconds: Wall time of a step [s].
+        step_seconds: Wall time per step [s].
         set_up_seconds: Wall time before the first step [s].
         memory: Memory of all ranks [B].
         disk: Size of the output folder [B].
@@ -86,7 +102,7 @@ class Estimate:
         """Wall time of the run [s]."""
         return self.set_up_seconds + self.steps * self.step_seconds
 
-    def too_large(self, available: float) -> str:
+    def describe_shortage(self, available: float) -> str:
         """A sentence if the run needs more memory than there is, else nothing.
 
         Args:
@@ -110,27 +126,27 @@ class Estimate:
         each = f", {in_bytes(self.memory / self.ranks)} on each rank" if self.ranks > 1 else ""
         sure = f"within a factor of {factor} on {MACHINE}"
         if self.ranks > MEASURED_RANKS:
-            sure = f"carried on from measurements on {MEASURED_RANKS} ranks"
+            sure = f"extrapolated from measurements on {MEASURED_RANKS} ranks"
         return "\n".join(
             [
                 f"unknowns: {about}{sum(self.unknowns.values())} ({blocks})",
                 f"linear solver: {self.linear_solver}",
-                f"run time: about {_time(self.seconds)} for {self.steps:.7g} steps of "
-                f"{_time(self.step_seconds)} on {ranks}, {sure}",
+                f"run time: about {_format_time(self.seconds)} for {self.steps:.7g} steps of "
+                f"{_format_time(self.step_seconds)} on {ranks}, {sure}",
                 f"memory: about {in_bytes(self.memory)}{each}; disk: about {in_bytes(self.disk)}",
             ]
         )
 
 
 def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
-    """Estimate what a case will take.
+    """Estimate what a case will take; what components of a user's own add is not counted.
 
     Args:
         case: The case.
         size: Size of the mesh of its blades; None for the rigid turbine.
         ranks: Number of ranks.
     """
-    from turbine_fenicsx.linear_solvers import LARGEST_FACTOR
+    from turbine_fenicsx.linear_solvers import is_for_iteration
 
     tower = size_of_tower(case.tower) if case.tower.flexible else None
     meshes = [mesh for mesh in (size, tower) if mesh]
@@ -140,15 +156,20 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
     displacements = sum(3 * mesh.nodes for mesh in meshes)
     name = case.solver.linear_solver
     if name == "auto":
-        largest = max((3 * mesh.nodes for mesh in meshes), default=0)
-        name = "iterative" if largest >= LARGEST_FACTOR else "frozen"
+        sizes = ((3 * mesh.nodes, mesh.cell, mesh.cells, mesh.vertices) for mesh in meshes)
+        name = "iterative" if any(is_for_iteration(*size) for size in sizes) else "frozen"
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
+    hollow = size is not None and bool(case.turbine.file or case.blade.wall)
     step = (constant + factor * displacements**power) * (0.7 + 0.3 * max(digits - 8.0, 0.0) / 4.0)
+    step *= WALLS if hollow else 1.0
     set_up = 1.5 + 4.0 * (displacements / 7e4) ** 1.2
+    a, b, c = COST["lu"]
+    set_up += START[case.time.start] * (a + b * displacements**c)
     share = ALONE + (1.0 - ALONE) / ranks
     if not meshes:
         step, set_up, share = RIGID_STEP, 1.0, 1.0
+    at_once = case.time.start == "undeformed"  # else a factor is needed
     steps = float(ceil(case.time.end / case.time.step * (1.0 - 1e-9)))
     outputs, one, always = _field_bytes(case, "hybrid" if size else "rigid", meshes, steps)
     return Estimate(
@@ -164,7 +185,10 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
         steps,
         step * share,
         set_up * share,
-        ranks * PROGRAM + _memory(name, meshes) * (SHARED if ranks > 1 else 1.0),
+        ranks * PROGRAM
+        + _memory(name if at_once else "lu", meshes)
+        * (WALLS_MEMORY if hollow else 1.0)
+        * (SHARED if ranks > 1 else 1.0),
         outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
         ranks,
     )
@@ -178,6 +202,22 @@ def checkpoint_bytes(displacements: int) -> float:
 def mesh_memory(size: MeshSize) -> float:
     """Memory of the rank that makes a mesh [B]."""
     return PROGRAM + VERTEX * max(size.vertices, size.cells)
+
+
+def estimate_modes_memory(case: Tables, size: MeshSize | None, ranks: int, count: int) -> float:
+    """Memory of all ranks that modes of a case need, with their direct solver [B].
+
+    Args:
+        case: The case.
+        size: Size of the mesh of its blades; None for the rigid turbine.
+        ranks: Number of ranks.
+        count: Number of modes.
+    """
+    direct = case.model_copy(
+        update={"solver": case.solver.model_copy(update={"linear_solver": "lu"})}
+    )
+    needed = estimate(direct, size, ranks)
+    return needed.memory + 8.0 * needed.unknowns["displacements"] * BASES * (count + 20)
 
 
 def _memory(solver: str, meshes: list[MeshSize]) -> float:
@@ -209,7 +249,7 @@ def _field_bytes(
     return outputs, float(points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900), float(topology)
 
 
-def _time(seconds: float) -> str:
+def _format_time(seconds: float) -> str:
     """A time with a unit that suits it."""
     for limit, divisor, unit in (
         (1.0, 1e-3, "ms"),

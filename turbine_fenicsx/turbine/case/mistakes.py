@@ -6,9 +6,11 @@ import difflib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
+
+from turbine_fenicsx.foundation.text_files import quote
 
 Key = tuple[str, ...]
 """Names of the tables and of the key, from the outside in."""
@@ -59,7 +61,7 @@ def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) ->
         names = tuple(str(name) for name in item["loc"])
         if item["type"] == "extra_forbidden":
             for key in _unknown_keys(names, item["input"], tables):
-                text = f"unknown key {quote('.'.join(key))}{_hint(key, tables)}"
+                text = f"unknown key {quote('.'.join(key))}{_find_hint(key, tables)}"
                 found[key, True] = Mistake(names, text)
             continue
         if item["type"] == "missing":
@@ -87,15 +89,6 @@ def remove_keys(data: Any, keys: set[Key]) -> dict[str, Any]:
     }
 
 
-def quote(value: Any) -> str:
-    """A value as it stands in a sentence, on one line and not too long."""
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # whole numbers of thousands of digits, endless nesting
-        return f"a {type(value).__name__} too large to show"
-    return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
-
-
 def _key_of(names: Key, data: Any) -> Key:
     """The part of a location that consists of keys of tables."""
     key: list[str] = []
@@ -109,27 +102,42 @@ def _key_of(names: Key, data: Any) -> Key:
 
 def _unknown_keys(names: Key, value: Any, tables: type[BaseModel]) -> list[Key]:
     """The keys to talk about: those inside of an unknown table unless its name is only misspelt."""
-    if not isinstance(value, dict) or not value or _hint(names, tables).startswith("; did"):
+    if not isinstance(value, dict) or not value or _is_misspelt(names, set(value), tables):
         return [names]
     return [(*names, str(name)) for name in value]
 
 
-def _hint(key: Key, tables: type[BaseModel]) -> str:
-    """Hint at the valid key, in any table, that is nearest to an unknown one."""
-    if key in _RENAMED:
-        return f"; it is called {'.'.join(_RENAMED[key])!r} now"
+def _is_misspelt(key: Key, keys: set[Any], tables: type[BaseModel]) -> bool:
+    """Whether a known table has a similar name, and one of the keys."""
+    nearest, likeness = _find_nearest(key, tables)
+    inside: Any = tables
+    for name in nearest:
+        inside = _step_into(inside, name)
+    return likeness >= _SIMILAR and bool(keys & set(getattr(inside, "model_fields", keys)))
+
+
+def _find_nearest(key: Key, tables: type[BaseModel]) -> tuple[Key, float]:
+    """The valid key, in any table, that is nearest to an unknown one, and how near it is."""
 
     def likeness(other: Key) -> float:
         same_table = 0.1 if other[:-1] == key[:-1] else 0.0
         return difflib.SequenceMatcher(None, key[-1].lower(), other[-1]).ratio() + same_table
 
-    nearest = max(_known_keys(tables), key=likeness)
-    if likeness(nearest) >= _SIMILAR:
+    nearest = max(_known_keys(tables, key), key=likeness)
+    return nearest, likeness(nearest)
+
+
+def _find_hint(key: Key, tables: type[BaseModel]) -> str:
+    """Hint at the valid key, in any table, that is nearest to an unknown one."""
+    if key in _RENAMED:
+        return f"; it is called {'.'.join(_RENAMED[key])!r} now"
+
+    nearest, likeness = _find_nearest(key, tables)
+    if likeness >= _SIMILAR:
         return f"; did you mean {'.'.join(nearest)!r}?"
     inside: Any = tables
     for name in key[:-1]:
-        field = getattr(inside, "model_fields", {}).get(name)
-        inside = field.annotation if field else None
+        inside = _step_into(inside, name)
     fields = getattr(inside, "model_fields", None)
     if fields is None:
         return f"; there is no table {quote('.'.join(key[:-1]))}"
@@ -137,9 +145,20 @@ def _hint(key: Key, tables: type[BaseModel]) -> str:
     return f"; {where} takes {', '.join(sorted(fields))}"
 
 
-def _known_keys(model: Any, above: Key = ()) -> Iterator[Key]:
-    """All valid keys, tables included."""
+def _step_into(kind: Any, name: str) -> Any:
+    """Type of what has a name in a table, or in a table of the user's names; None if unknown."""
+    if get_origin(kind) is dict:
+        return get_args(kind)[1]
+    field = getattr(kind, "model_fields", {}).get(name)
+    return field.annotation if field else None
+
+
+def _known_keys(model: Any, near: Key, above: Key = ()) -> Iterator[Key]:
+    """All valid keys, tables included; with names of the user's own only those near a key."""
     for name, field in model.model_fields.items():
         yield (*above, name)
-        if hasattr(field.annotation, "model_fields"):
-            yield from _known_keys(field.annotation, (*above, name))
+        kind, place = field.annotation, (*above, name)
+        if get_origin(kind) is dict and near[: len(place)] == place and len(near) > len(place):
+            kind, place = get_args(kind)[1], near[: len(place) + 1]
+        if hasattr(kind, "model_fields"):
+            yield from _known_keys(kind, near, place)

@@ -8,7 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from turbine_fenicsx.turbine.case.quantities import (
+    AngularSpeed,
     Kilograms,
+    Number,
     Radians,
     Seconds,
     TorsionalDamping,
@@ -28,19 +30,24 @@ class PitchCase(Section):
     """Pitch bearings: what turns the blades about their spans.
 
     The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
-    ring between hub and root of each blade. With the drive ``"prescribed"`` all blades turn by
-    ``angle`` in ``duration``, smoothly.
+    ring between hub and root of each blade. All blades start at the pitch ``initial``. With the
+    drive ``"prescribed"`` they turn from there by ``angle`` in ``duration``, smoothly; with
+    ``"actuator"`` they follow commands of the controller like an oscillator of ``frequency`` and
+    ``damping_ratio``.
     """
 
     bearings: Flag = False
     ring_mass: Annotated[Kilograms, Positive] = 1000.0
     ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
-    drive: Literal["free", "spring", "prescribed"] = "free"
+    drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
+    initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)] = 0.0
     stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
     damping: Annotated[TorsionalDamping, NotNegative] = 0.0
     angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
     start: Annotated[Seconds, NotNegative] = 0.0
     duration: Annotated[Seconds, Positive] = 5.0
+    frequency: Annotated[AngularSpeed, Positive] = 6.0
+    damping_ratio: Annotated[Number, Positive] = 0.8
 
 
 def has_bearings(pitch: PitchCase, model: str) -> bool:
@@ -61,7 +68,7 @@ def check_pitch(pitch: PitchCase, model: str) -> str:
     return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
 
 
-def idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
+def find_idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
     """Keys without effect, of the pitch torque as well."""
     if not has_bearings(pitch, model):
         others = set(type(pitch).model_fields) - {"bearings"}
@@ -71,11 +78,16 @@ def idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
     if model == "rigid":
         rings = ("bearings", "ring_mass", "ring_euler")
         yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
-    drives = {"spring": ("stiffness", "damping"), "prescribed": ("angle", "start", "duration")}
+    drives = {
+        "spring": ("stiffness", "damping"),
+        "prescribed": ("angle", "start", "duration"),
+        "actuator": ("frequency", "damping_ratio"),
+    }
     for drive, names in drives.items():
         if pitch.drive != drive:
             yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
+    if pitch.drive in ("prescribed", "actuator"):
+        yield "loads", ("pitch_torque",), f'with pitch.drive = "{pitch.drive}"'
     if pitch.drive == "prescribed":
-        yield "loads", ("pitch_torque",), 'with pitch.drive = "prescribed"'
         if pitch.angle == 0.0:
             yield "pitch", ("start", "duration"), "with pitch.angle = 0"

@@ -54,8 +54,13 @@ _KINDS = {
     "Pa s": ("a viscosity", "20 MPa s"),
     "N m": ("a torque", "-36000 kN m"),
     "N m/rad": ("a stiffness against rotation", "50 MN m/rad"),
+    "N m/s": ("a rate of torque", "15 kN m/s"),
+    "N m s^2/rad^2": ("a torque per speed squared", "2.33 N m s^2/rad^2"),
+    "W": ("a power", "5 MW"),
     "N m s/rad": ("a damping of rotation", "500 kN m s/rad"),
     "rad": ("an angle", "90 deg"),
+    "rad/s": ("a speed of rotation", "12 rpm"),
+    "m/s": ("a speed", "10 m/s"),
     "m/s^2": ("an acceleration", "9.81 m/s^2"),
     "": ("a number", "0.3"),
 }
@@ -100,7 +105,7 @@ def _number(text: str, unit: str) -> float:
     if match is None:
         raise ValueError(text)
     (factor, powers), (wanted, wanted_powers) = _parse(match[2]), _parse(unit)
-    if powers != wanted_powers:
+    if powers != wanted_powers or (unit == "rad/s" and "Hz" in match[2]):  # 2 pi rad/s, not 1
         raise ValueError(text)
     return float(match[1]) * float(factor / wanted)
 
@@ -168,7 +173,7 @@ def unit_of(kind: Any) -> str | None:
     return next((unit for unit in found if unit is not None), None)
 
 
-def whole(value: Any) -> Any:
+def require_number(value: Any) -> Any:
     """The number itself, or ValueError for what can be none: `true`, text, lists."""
     if isinstance(value, bool | str) or not isinstance(value, Real):
         raise ValueError("expected a whole number, for example 2")
@@ -185,7 +190,12 @@ Viscosity = Annotated[float, Quantity("Pa s")]
 Torque = Annotated[float, Quantity("N m")]
 TorsionalStiffness = Annotated[float, Quantity("N m/rad")]
 TorsionalDamping = Annotated[float, Quantity("N m s/rad")]
+TorqueRate = Annotated[float, Quantity("N m/s")]
+TorqueGain = Annotated[float, Quantity("N m s^2/rad^2")]
+Power = Annotated[float, Quantity("W")]
 Radians = Annotated[float, Quantity("rad")]
+AngularSpeed = Annotated[float, Quantity("rad/s")]
+Speed = Annotated[float, Quantity("m/s")]
 Acceleration = Annotated[float, Quantity("m/s^2")]
 Number = Annotated[float, Quantity("")]
-Whole = Annotated[int, BeforeValidator(whole)]
+Whole = Annotated[int, BeforeValidator(require_number)]

@@ -8,20 +8,27 @@ is in `turbine_fenicsx.turbine.case.consistency`.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from math import pi
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.turbine.case.parameters import PRINTED_ARMS, Inertia, TurbineParameters
+from turbine_fenicsx.turbine.case.control import ControlCase
+from turbine_fenicsx.turbine.case.drivetrain import DrivetrainCase, YawCase
+from turbine_fenicsx.turbine.case.event import EventCases
+from turbine_fenicsx.turbine.case.gauges import GaugeCases
+from turbine_fenicsx.turbine.case.generator import GeneratorCase
+from turbine_fenicsx.turbine.case.parameters import PRINTED_ARMS, TurbineParameters
 from turbine_fenicsx.turbine.case.pitch import PitchCase, has_bearings
 from turbine_fenicsx.turbine.case.quantities import (
     Acceleration,
+    AngularSpeed,
     Density,
-    Kilograms,
     Metres,
     Number,
     Pascal,
+    Radians,
     Seconds,
     Torque,
     Unit,
@@ -29,19 +36,24 @@ from turbine_fenicsx.turbine.case.quantities import (
     Whole,
     to_si,
 )
+from turbine_fenicsx.turbine.case.rigid_parts import HubCase, NacelleCase, RigidBladeCase
 from turbine_fenicsx.turbine.case.section import (
     HUGE,
     Count,
     Degree,
     Finite,
-    Moment,
     NotNegative,
     Positive,
     Section,
 )
 from turbine_fenicsx.turbine.case.tower import TowerCase
+from turbine_fenicsx.turbine.case.wind import AeroCase, WindCase
 
-_DEFAULTS = TurbineParameters()
+if TYPE_CHECKING:  # no case needs MPI to be read
+    from turbine_fenicsx.meshing import BladeGeometry
+
+MAX_LEAN = pi / 4.0
+"""Largest tilt of the shaft and cone of the blades [rad]."""
 
 
 class TimeCase(Section):
@@ -51,40 +63,24 @@ class TimeCase(Section):
     damps high frequencies but conserves neither energy nor momenta: ``spectral_radius`` is what a
     step leaves of a mode of infinite frequency.
 
+    A run starts from the undeformed turbine, its static equilibrium, or the state in which it turns
+    at ``turbine.rotor_speed``. ``ramp`` is the time in which all loads but weight set in.
+
     With a tolerance, steps whose estimated error exceeds it are halved, and grow again up to
     ``step``: of directions of rigid bodies [rad], of displacements [m].
     """
 
     step: Annotated[Seconds, Positive] = 0.02
     end: Annotated[Seconds, NotNegative] = 12.0
+    start: Literal["undeformed", "equilibrium", "turning"] = "undeformed"
+    ramp: Annotated[Seconds, NotNegative] = 0.0
     angle_tolerance: Annotated[Number, Positive] | None = None
     displacement_tolerance: Annotated[Metres, Positive] | None = None
     scheme: Literal["energy_momentum", "generalised_alpha"] = "energy_momentum"
     spectral_radius: Annotated[Number, Field(ge=0.0, lt=1.0)] = 0.9
 
 
-class NacelleCase(Section):
-    """Mass [kg] and Euler values [kg m^2] of the nacelle."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
-
-
-class HubCase(NacelleCase):
-    """Mass [kg] and Euler values [kg m^2] of the hub."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
-
-
-class RigidBladeCase(NacelleCase):
-    """Mass [kg] and Euler values [kg m^2] of a rigid blade."""
-
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
-
-
-def _arm(value: Any) -> Any:
+def _check_arm(value: Any) -> Any:
     """Either "printed" or a positive length [m]."""
     if value == "printed":
         return value
@@ -100,14 +96,28 @@ def _arm(value: Any) -> Any:
 class TurbineCase(Section):
     """Rigid parts; ``model`` decides whether the blades are rigid or flexible.
 
+    ``file`` is a windIO file, see `turbine_fenicsx.turbine.case.turbine_file`.
+
+    ``rotor_speed`` and ``azimuth`` are those at t = 0, positive about the shaft, downwind. ``tilt``
+    and ``precone`` count as in OpenFAST: a rotor in front of the tower has negative ones if shaft
+    and blades lean away from the tower. The hub centre is ``hub_distance`` in front of the yaw axis
+    and ``hub_rise`` above the tower top.
     ``numerical_dissipation`` damps high frequencies of flexible parts and conserves momenta.
     """
 
     model: Literal["rigid", "hybrid"] = "hybrid"
-    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_arm), Unit("m")] = "printed"
+    file: str | None = None
+    rotor_speed: Annotated[AngularSpeed, Finite] = 0.0
+    azimuth: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_check_arm), Unit("m")] = (
+        "printed"
+    )
     angle_form: Literal["regular", "paper"] = "regular"
     numerical_dissipation: Annotated[Number, NotNegative] = 0.0
-    hub_distance: Annotated[Metres, Positive] = _DEFAULTS.hub_distance
+    hub_distance: Annotated[Metres, Positive] = 5.0
+    hub_rise: Annotated[Metres, Finite] = 0.0
+    tilt: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
+    precone: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
     nacelle: NacelleCase = NacelleCase()
     hub: HubCase = HubCase()
     blade: RigidBladeCase = RigidBladeCase()
@@ -115,31 +125,51 @@ class TurbineCase(Section):
     def parameters(self) -> TurbineParameters:
         """The parameters for the builders."""
         arms = PRINTED_ARMS if self.blade_arm == "printed" else (float(self.blade_arm),) * 3
-        parts = {
-            name: Inertia(part.mass, part.euler)
-            for name, part in (("nacelle", self.nacelle), ("hub", self.hub), ("blade", self.blade))
-        }
-        return TurbineParameters(hub_distance=self.hub_distance, blade_arms=arms, **parts)
+        return TurbineParameters(
+            arms, self.nacelle.inertia_data(), self.hub.inertia_data(), self.blade.inertia_data()
+        )
 
 
 class BladeCase(Section):
-    """Shape of a blade, see `turbine_fenicsx.meshing.BladeGeometry`."""
+    """Shape of a blade, see `turbine_fenicsx.meshing.BladeGeometry`; or layup of that of a file.
+
+    ``"homogenised"`` walls have the stiffness of their plies in the plane, ``"laminate"`` walls
+    also in bending.
+    """
 
     hub_radius: Annotated[Metres, Positive] = 2.25
     length: Annotated[Metres, Positive] = 54.0
     stations: tuple[Annotated[Number, NotNegative], ...] = (0.0, 0.2, 1.0)
     chord: tuple[Annotated[Metres, Positive], ...] = (1.8, 3.0, 0.6)
     thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
+    wall: tuple[Annotated[Metres, Positive], ...] | None = None
+    twist: tuple[Annotated[Radians, Field(ge=-pi, le=pi)], ...] | None = None
+    layup: Literal["homogenised", "laminate"] = "homogenised"
+
+    def geometry(self) -> BladeGeometry:
+        """The shape of a blade with elliptic sections.
+
+        Raises:
+            ModelError: if stations and widths do not fit together.
+        """
+        from turbine_fenicsx.meshing import BladeGeometry
+
+        return BladeGeometry(**self.model_dump(exclude={"layup"}))
 
 
 class MeshCase(Section):
-    """Mesh of the blades; ``file`` takes a mesh of one's own instead."""
+    """Mesh of the blades; ``file`` takes a mesh of one's own instead.
+
+    Hollow blades have ``span`` elements along the span and ``around`` around a section.
+    """
 
     cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
     elements: tuple[Count, Count, Count] = (2, 2, 12)
     size: Annotated[Metres, Positive] | None = None
     degree: Degree = 1
     geometry_degree: Degree = 1
+    span: Count = 40
+    around: Count = 24
     file: str | None = None
 
 
@@ -160,6 +190,7 @@ class MaterialCase(Section):
         "transversely_isotropic_finite",
         "st_venant_kirchhoff",
         "neo_hooke",
+        "windio",
     ] = "transversely_isotropic"
     density: Annotated[Density, Positive] = 1500.0
     young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
@@ -172,9 +203,12 @@ class MaterialCase(Section):
 
     def make(self, frame: tuple[Any, Any, Any]) -> Any:
         """The material with the given axes."""
+        return self.add_viscosity(self._elastic(frame))
+
+    def add_viscosity(self, elastic: Any) -> Any:
+        """A material with the viscosities of this table."""
         from turbine_fenicsx.materials import KelvinVoigt
 
-        elastic = self._elastic(frame)
         if self.shear_viscosity == self.bulk_viscosity == 0.0:
             return elastic
         return KelvinVoigt(elastic, self.shear_viscosity, self.bulk_viscosity)
@@ -228,6 +262,7 @@ class OutputCase(Section):
     fields_every: Annotated[Seconds, NotNegative] = 0.1
     checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
+    gauges: GaugeCases = Field(default_factory=dict)
 
 
 class Tables(Section):
@@ -240,10 +275,23 @@ class Tables(Section):
     mesh: MeshCase = MeshCase()
     material: MaterialCase = MaterialCase()
     pitch: PitchCase = PitchCase()
+    drivetrain: DrivetrainCase = DrivetrainCase()
+    yaw: YawCase = YawCase()
     tower: TowerCase = TowerCase()
+    wind: WindCase = WindCase()
+    aero: AeroCase = AeroCase()
+    control: ControlCase = ControlCase()
+    event: EventCases = Field(default_factory=dict)
+    generator: GeneratorCase = GeneratorCase()
     loads: LoadsCase = LoadsCase()
     solver: SolverCase = SolverCase()
     output: OutputCase = OutputCase()
+
+    @property
+    def hub_height(self) -> float:
+        """Height of the rotor centre above ground [m]."""
+        given = self.wind.hub_height
+        return self.tower.height + self.turbine.hub_rise if given is None else given
 
     @property
     def has_pitch_bearings(self) -> bool:

@@ -1,23 +1,18 @@
-"""TOML files and values from outside: read whole, or refused in one sentence."""
+"""TOML files: read whole, or refused in one sentence."""
 
 from __future__ import annotations
 
 import os
-import stat
 import tomllib
-from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.case.mistakes import quote
+from turbine_fenicsx.foundation.text_files import quote, read_text
 
 DEEPEST = 20
 """Tables in tables in tables."""
 
 _TOO_DEEP = "its lists or tables are nested too deeply"
-
-LARGEST = 10_000_000
-"""Bytes of a file; the cases and studies of this world have a few thousand."""
 
 
 def read_toml(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
@@ -30,29 +25,11 @@ def read_toml(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
     Raises:
         InputError: with one sentence if it cannot be read or is no TOML.
     """
-    name = quote(str(path))
-    try:
-        status = os.stat(path)
-        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):  # would not end
-            raise InputError(f"cannot read the {kind} {name}: it is not a regular file")
-        if status.st_size > LARGEST:
-            raise InputError(
-                f"cannot read the {kind} {name}: it has {status.st_size} bytes, expected at most "
-                f"{LARGEST}"
-            )
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read the {kind} {name}: it is not UTF-8 text") from None
-    except OSError as error:
-        raise InputError(f"cannot read the {kind} {name}: {error.strerror}") from None
-    except InputError:
-        raise
-    except ValueError:  # a null byte, half a character
-        raise InputError(f"cannot read the {kind} {name}: its name is not valid") from None
+    text = read_text(path, kind)
     try:
         return parse_toml(text)
     except ValueError as error:
-        raise InputError(f"{name} is not valid TOML: {error}") from None
+        raise InputError(f"{quote(str(path))} is not valid TOML: {error}") from None
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Annotated
 
 from pydantic import Field
 
-from turbine_fenicsx.turbine.case.mistakes import quote
+from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.quantities import Density, Kilograms, Metres, Number, Pascal
 from turbine_fenicsx.turbine.case.section import (
     MAX_UNKNOWNS,
@@ -16,13 +17,17 @@ from turbine_fenicsx.turbine.case.section import (
     Flag,
     IdleKeys,
     Moment,
+    NotNegative,
     Positive,
     Section,
 )
 
 
 class TowerCase(Section):
-    """Tower: a hollow cone of hexahedra below the yaw bearing, clamped to the ground.
+    """Tower: a hollow tube of hexahedra below the yaw bearing, clamped to the ground.
+
+    It is a cone from ``bottom_diameter`` to ``top_diameter`` with a uniform ``wall``, or linear
+    between ``stations``, fractions of the height, with ``diameters`` and ``walls`` at these.
 
     A rigid body at its top, of the mass and Euler values in e1, e2, e3 given here, carries the yaw
     bearing. With ``flexible = false`` the yaw bearing stands on the ground.
@@ -33,6 +38,9 @@ class TowerCase(Section):
     bottom_diameter: Annotated[Metres, Positive] = 6.0
     top_diameter: Annotated[Metres, Positive] = 4.0
     wall: Annotated[Metres, Positive] = 0.04
+    stations: tuple[Annotated[Number, NotNegative], ...] | None = None
+    diameters: tuple[Annotated[Metres, Positive], ...] | None = None
+    walls: tuple[Annotated[Metres, Positive], ...] | None = None
     elements: tuple[Count, Count, Count] = (8, 1, 8)
     degree: Degree = 2
     young: Annotated[Pascal, Positive] = 210e9
@@ -42,10 +50,44 @@ class TowerCase(Section):
     top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
 
 
+def _check_stations(t: TowerCase) -> str:
+    """Stations rise from 0 to 1, and each has a diameter and a wall."""
+    lists = {"stations": t.stations, "diameters": t.diameters, "walls": t.walls}
+    missing = [name for name, values in lists.items() if values is None]
+    if not t.flexible or len(missing) == len(lists):
+        return ""
+    if missing:
+        return f"tower.{missing[0]}: expected beside {_list_keys(lists, missing)}"
+    s, d, w = (values or () for values in lists.values())
+    if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not all(a < b for a, b in pairwise(s)):
+        return (
+            f"tower.stations = {quote(list(s))}: expected increasing fractions of the height that "
+            "begin with 0 and end with 1"
+        )
+    for name, values in (("diameters", d), ("walls", w)):
+        if len(values) != len(s):
+            return (
+                f"tower.{name} = {quote(list(values))}: expected one for each of the {len(s)} "
+                f"tower.stations, got {len(values)}"
+            )
+    for wall, diameter in zip(w, d, strict=True):
+        if wall >= 0.5 * diameter:
+            return (
+                f"tower.walls: {wall:g} leaves no hollow, expected less than {0.5 * diameter:g} m, "
+                "half of the diameter there"
+            )
+    return ""
+
+
+def _list_keys(lists: Iterable[str], missing: list[str]) -> str:
+    """The keys that are there, in words."""
+    return " and ".join(f"tower.{name}" for name in lists if name not in missing)
+
+
 def _check_wall(t: TowerCase) -> str:
     """The tower is hollow."""
     inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
-    if not t.flexible or t.wall < inner:
+    if not t.flexible or t.stations is not None or t.wall < inner:
         return ""
     return (
         f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
@@ -71,13 +113,16 @@ def _check_size(t: TowerCase) -> str:
 
 TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
     (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _check_wall),
+    (("tower.stations", "tower.diameters", "tower.walls"), _check_stations),
     (("tower.elements", "tower.degree"), _check_size),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def idle_tower_keys(tower: TowerCase) -> IdleKeys:
+def find_idle_tower_keys(tower: TowerCase) -> IdleKeys:
     """Keys without effect."""
     if not tower.flexible:
         others = set(type(tower).model_fields) - {"flexible"}
         yield "tower", tuple(others), "without tower.flexible = true"
+    elif tower.stations is not None:
+        yield "tower", ("bottom_diameter", "top_diameter", "wall"), "beside tower.stations"

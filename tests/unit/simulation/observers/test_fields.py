@@ -23,7 +23,7 @@ from turbine_fenicsx import (
 from turbine_fenicsx.bodies.rigid_surface import inertia_box
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.postprocessing.output_folder import field_parts
+from turbine_fenicsx.postprocessing.output_folder import read_field_parts
 from turbine_fenicsx.postprocessing.parts import Part
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.fields import Fields
@@ -70,12 +70,12 @@ def test_any_system_is_written_with_default_parts(folder):
     comm.Barrier()
     found = read_fields(path)
     assert list(found) == pytest.approx([0.0, 0.06, 0.1])
-    assert field_parts(path).parts == (
+    assert read_field_parts(path).parts == (
         Part(0, "arm", "arm", 0),
         Part(1, "weight", "weight", 2),
         Part(2, "rod", "rod"),
     )
-    assert field_parts(path).roots == {1: 0}  # the arm holds the rod, the rod the weight
+    assert read_field_parts(path).roots == {1: 0}  # the arm holds the rod, the rod the weight
     first, last = found[0.0], found[max(found)]
     assert sorted(last["part"].tolist()) == [0] * 6 + [1] * 6 + [2] * 8
     at = {k: first["Geometry"][first["coupling"] == k][:, 1] for k in (1, 2)}
@@ -108,7 +108,7 @@ def test_surfaces_and_names_of_ones_own(folder):
     writer = Fields(system, path, 1.0, 1.0, surfaces=(), parts=[numbers], names={7: "spring"})
     Simulation(system, 0.01, 0.01, [writer]).run()
     comm.Barrier()
-    assert field_parts(path).parts == (Part(7, "spring", "rod"),)
+    assert read_field_parts(path).parts == (Part(7, "spring", "rod"),)
     with pytest.raises(ValueError, match="2 arrays of parts for 1 flexible bodies"):
         Fields(system, path, 1.0, 1.0, parts=[numbers, numbers])
 

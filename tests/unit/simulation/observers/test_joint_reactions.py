@@ -86,7 +86,7 @@ def test_a_spinning_arm_is_held_by_the_centripetal_force(comm):
     system = MultibodySystem(comm, [arm, hinge])
     reactions = JointReactions(system, [JointReaction(hinge, axes=np.eye(3))])
     start = initial_motion(system, {"hinge": 3.0})
-    loads, angles = run(system, reactions.at, lambda s: s.state.angles, start=start)
+    loads, angles = run(system, reactions.at, lambda s: s.state.joint_coordinates, start=start)
     turn = angles[1, 0]
     # the discrete one: the velocity w r turns by the angle of a step in each step
     speed = 2.0 * 0.5 * np.tan(0.5 * turn) / DT
@@ -163,7 +163,7 @@ def test_axes_turn_with_the_second_body(comm):
     system, hinge = pendulum(comm)
     pair = JointReactions(system, [JointReaction(hinge), JointReaction(hinge, axes=AXES)])
     start = initial_motion(system, {"hinge": 5.0})
-    loads, angles = run(system, pair.at, lambda s: s.state.angles[0], start=start)
+    loads, angles = run(system, pair.at, lambda s: s.state.joint_coordinates[0], start=start)
     for k in range(1, 5):
         turned = AXES @ rotation_about(E3, 0.5 * (angles[k - 1] + angles[k])).T
         assert np.allclose(loads[k, 0] @ turned.T, loads[k, 1], rtol=0, atol=1e-10)

@@ -6,12 +6,11 @@ import re
 import pytest
 
 from turbine_fenicsx.forces import Gravity
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.stepper import StepFailure
 
 PACKAGE = logging.getLogger("turbine_fenicsx")
 

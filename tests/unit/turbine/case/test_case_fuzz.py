@@ -153,12 +153,12 @@ def test_every_valid_case_can_be_estimated(data):
         return
     size = None
     if case.turbine.model == "hybrid" and case.mesh.file is None:
-        size = plan_rotor(case).size
+        size = plan_rotor(case).blades.size
     found = estimate(case, size)
     assert 0.0 < found.seconds < math.inf
     assert 0.0 < found.memory < math.inf
     assert "nan" not in str(found)
-    assert all(isinstance(text, str) for text in [found.too_large(1e9), *case.warnings])
+    assert all(isinstance(text, str) for text in [found.describe_shortage(1e9), *case.warnings])
 
 
 def toml(value, depth=0):

@@ -1,0 +1,94 @@
+"""The command that counts load cycles."""
+
+import csv
+import re
+import sys
+
+import numpy as np
+import pytest
+from outputs import history, write
+
+from turbine_fenicsx.cli.main import main
+
+
+@pytest.fixture
+def out(tmp_path):
+    """An output folder."""
+    return write(tmp_path / "run" / "history.csv", history(n=601)).parent
+
+
+def test_table_is_printed_and_written(out, capfd):
+    assert main(["fatigue", str(out), "--slope", "4", "10"]) == 0
+    head, *lines, path = capfd.readouterr().out.splitlines()
+    assert re.split(" {2,}", head) == [
+        "column",
+        "cycles",
+        "largest range",
+        "equivalent, m = 4",
+        "equivalent, m = 10",
+    ]
+    assert path == f"{out}/fatigue.csv"
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [line.split()[0] for line in lines] == [row["column"] for row in rows]
+    assert len(rows) == 9
+    for line, row in zip(lines, rows, strict=True):
+        assert [float(x) for x in line.split()[1:]] == pytest.approx(
+            [float(x) for x in list(row.values())[1:]], rel=1e-3
+        )
+    # 2 sin(6 t) MNm over 12 s: 11.46 cycles, most of them whole
+    flap = next(row for row in rows if row["column"] == "root_moment_1_y_[Nm]")
+    assert float(flap["largest_range"]) == pytest.approx(6e6, rel=1e-3)
+    assert float(flap["equivalent_range_slope_10"]) == pytest.approx(6e6, rel=0.02)
+
+
+def test_columns_frequency_and_start_are_obeyed(out, capfd):
+    options = ["--columns", "tip_flap_1_[m]", "--frequency", "2", "--start", "6"]
+    assert main(["fatigue", str(out), *options]) == 0
+    _, line, _ = capfd.readouterr().out.splitlines()
+    name, cycles, largest, equivalent = line.split()
+    assert name == "tip_flap_1_[m]"
+    assert (float(cycles), float(largest)) == pytest.approx((6.5, 1.6), rel=1e-2)
+    assert float(equivalent) == pytest.approx(1.6 * (6.5 / 12.0) ** 0.1, rel=0.02)
+
+
+MISTAKES = {
+    "no folder": (["{out}/none"], "no output folder"),
+    "slope": (["{out}", "--slope", "0.5"], "--slope 0.5: must be between 1 and 100"),
+    "slope that is none": (["{out}", "--slope", "nan"], "--slope nan: must be"),
+    "frequency": (["{out}", "--frequency", "0"], "--frequency 0: must be greater than 0"),
+    "column": (["{out}", "--columns", "root"], "has no column 'root'"),
+    "late start": (["{out}", "--start", "12"], "fewer than two numbers from t = 12 s on"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake_is_one_sentence_and_exit_code_2(out, capfd, mistake):
+    arguments, words = MISTAKES[mistake]
+    assert main(["fatigue", *(a.format(out=out) for a in arguments)]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith("error: ") and words in line
+    assert not (out / "fatigue.csv").exists()
+
+
+def test_missing_library_is_one_sentence(out, capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    assert main(["fatigue", str(out)]) == 2
+    assert capfd.readouterr().err == (
+        "error: counting cycles needs rainflow: pip install rainflow\n"
+    )
+
+
+def test_run_without_moments_says_what_to_do(tmp_path, capfd):
+    columns = {"time_[s]": np.arange(3.0)}
+    folder = write(tmp_path / "run" / "history.csv", columns).parent
+    assert main(["fatigue", str(folder)]) == 2
+    assert "choose other columns" in capfd.readouterr().err
+
+
+def test_table_that_cannot_be_written_is_one_sentence(out, capfd):
+    (out / "fatigue.csv").mkdir()
+    assert main(["fatigue", str(out)]) == 2
+    printed = capfd.readouterr()
+    assert printed.err == f"error: cannot write {out}/fatigue.csv: Is a directory\n"
+    assert printed.out == ""

@@ -1,0 +1,128 @@
+"""Cycles are those of ASTM E1049, equivalent loads those of closed forms."""
+
+import csv
+import io
+import sys
+
+import numpy as np
+import pytest
+from outputs import history
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.fatigue import (
+    count_cycles,
+    equivalent_range,
+    find_fatigue,
+    format_fatigue,
+)
+from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+
+# ASTM E1049-85, figure 6 and the table of its rainflow count
+STANDARD = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
+COUNTS = {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
+MOMENT = "root_moment_1_y_[Nm]"
+
+
+def add_up(ranges, counts):
+    return {size: float(counts[ranges == size].sum()) for size in np.unique(ranges)}
+
+
+def sine(amplitude=3.0, cycles=50, duration=100.0, points=5001):
+    """A run with a moment that swings; the points meet its crests."""
+    t = np.linspace(0.0, duration, points)
+    moment = amplitude * np.sin(2.0 * np.pi * cycles * t / duration)
+    return TimeSeries("run", {"time_[s]": t, MOMENT: moment})
+
+
+def test_count_of_the_standard():
+    assert add_up(*count_cycles(np.array(STANDARD, dtype=float))) == COUNTS
+
+
+def test_points_between_the_turning_points_do_not_count():
+    dense = np.interp(np.linspace(0, 8, 801), np.arange(9), STANDARD)
+    assert add_up(*count_cycles(dense)) == COUNTS
+
+
+def test_equivalent_range_of_the_standard():
+    ranges, counts = count_cycles(np.array(STANDARD, dtype=float))
+    damage = sum(n * size**3 for size, n in COUNTS.items())
+    assert equivalent_range(ranges, counts, 3.0, 2.0) == pytest.approx((damage / 2.0) ** (1 / 3))
+
+
+@pytest.mark.parametrize("slope", [1.0, 4.0, 10.0])
+def test_a_sine_has_its_own_range_at_its_own_frequency(slope):
+    (found,) = find_fatigue(sine(), [MOMENT], [slope], frequency=0.5)
+    assert found.largest == pytest.approx(6.0, rel=1e-12)
+    assert found.cycles == pytest.approx(50.0, abs=0.5)  # the ends are quarters of cycles
+    # 49 whole cycles, two halves, a half of half the range at each end; without the first row
+    exact = 6.0 * ((49.5 + 2 * 0.5 * 0.5**slope) / 50.0) ** (1.0 / slope)
+    assert found.equivalent[slope] == pytest.approx(exact, rel=3e-4)
+
+
+def test_more_equivalent_cycles_have_a_smaller_range():
+    one, ten = (find_fatigue(sine(), frequency=f)[0].equivalent[10.0] for f in (1.0, 10.0))
+    assert one / ten == pytest.approx(10.0 ** (1.0 / 10.0))
+
+
+def test_loads_whose_powers_overflow_are_none_the_worse():
+    (found,) = find_fatigue(sine(amplitude=1e9), slopes=[40.0], frequency=0.5)
+    assert found.equivalent[40.0] == pytest.approx(2e9, rel=1e-3)
+
+
+def test_a_load_that_rests_does_no_damage():
+    run = sine(amplitude=0.0)
+    (found,) = find_fatigue(run)
+    assert (found.largest, found.equivalent) == (0.0, {10.0: 0.0})
+
+
+def test_what_is_before_the_start_or_without_a_number_does_not_count():
+    run = sine()
+    run[MOMENT][:300] = 1e3
+    run[MOMENT][1000] = np.nan  # 10 s times 50 points a second is at 20 s
+    (found,) = find_fatigue(run, start=6.0)
+    assert found.largest == pytest.approx(6.0, rel=1e-9)
+    assert found.cycles == pytest.approx(47.0, abs=1.0)
+
+
+def test_moments_of_roots_and_tower_and_gauges_are_chosen():
+    columns = history()
+    columns["strain_flap_[-]"] = columns["tower_base_moment_y_[Nm]"] = columns["tip_flap_1_[m]"]
+    found = find_fatigue(TimeSeries("run", columns))
+    roots = [f"root_moment_{k}_{axis}_[Nm]" for k in (1, 2, 3) for axis in "xyz"]
+    assert [each.column for each in found] == [
+        *roots,
+        "strain_flap_[-]",
+        "tower_base_moment_y_[Nm]",
+    ]
+
+
+def test_the_row_before_the_first_step_does_not_count():
+    """Loads are means over steps, zero before the first: no cycle from there to their mean."""
+    run = sine()
+    run[MOMENT][1:] += 100.0
+    (found,) = find_fatigue(run)
+    assert found.largest == pytest.approx(6.0, rel=3e-4)
+
+
+def test_table_reads_back_exactly():
+    found = find_fatigue(sine(), slopes=[4.0, 10.0])
+    (row,) = csv.DictReader(io.StringIO(format_fatigue(found)))
+    assert row["column"] == MOMENT
+    assert float(row["equivalent_range_slope_4"]) == found[0].equivalent[4.0]
+    assert float(row["equivalent_range_slope_10"]) == found[0].equivalent[10.0]
+
+
+def test_wrong_columns_are_told():
+    run = sine()
+    with pytest.raises(InputError, match=r"no column 'nothing'"):
+        find_fatigue(run, ["nothing"])
+    with pytest.raises(InputError, match="neither root moments nor strain gauges"):
+        find_fatigue(TimeSeries("run", {"time_[s]": run["time_[s]"]}))
+    with pytest.raises(InputError, match="fewer than two numbers from t = 100 s on"):
+        find_fatigue(run, start=100.0)
+
+
+def test_missing_library_is_told(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    with pytest.raises(ImportError, match="needs rainflow: pip install rainflow"):
+        find_fatigue(sine())

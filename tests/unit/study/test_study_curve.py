@@ -1,0 +1,84 @@
+"""Claims about means of runs, and pictures of quantities over a key."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.study.curve import plot_curve, read_reference
+from turbine_fenicsx.study.file import Study
+from turbine_fenicsx.study.plan import plan
+from turbine_fenicsx.study.results import read_results
+
+DEMOS = Path(__file__).parents[3] / "demos"
+STUDY = {"case": str(DEMOS / "paper" / "rigid.toml"), "grid": {"time.end": [1.0, 2.0]}}
+CURVE = {"x": "time.end", "y": ["angle_rotor"]}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    t = np.array([0.0, 1.0, 1.5, 3.0])
+    rows = "\n".join(f"{x!r},{x * x!r}" for x in t.tolist())
+    (tmp_path / "history.csv").write_text(f"time_[s],power_[W]\n{rows}\n")
+    (tmp_path / "summary.json").write_text(json.dumps({"steps": 3}))
+    return tmp_path
+
+
+def test_columns_are_averaged_over_the_end_of_a_run(folder):
+    assert read_results(folder) == {"steps": 3, "time_[s]": 3.0, "power_[W]": 9.0}
+    found = read_results(folder, 2.0)  # trapezoids of 0.5 and 1.5 s
+    assert found["power_[W]"] == pytest.approx((0.5 * 1.625 + 1.5 * 5.625) / 2.0)
+    assert found["time_[s]"] == 3.0 and found["steps"] == 3
+    assert read_results(folder, 0.1)["power_[W]"] == 9.0  # no other row is so late
+
+
+def test_references_are_columns_with_or_without_unit(folder):
+    path = folder / "reference.csv"
+    path.write_text("# published\ntime.end,angle_rotor_[rad],other\n1.0,0.5,7\n3,2.5,8\n")
+    found = read_reference(str(path), "time.end", ["angle_rotor", "thrust"])
+    assert list(found) == ["angle_rotor"]
+    assert [values.tolist() for values in found["angle_rotor"]] == [[1.0, 3.0], [0.5, 2.5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("speed,power\n1,2\n", "needs a column 'time.end' and rows with numbers"),
+        ("time.end,power\n", "needs a column 'time.end' and rows with numbers"),
+        ("time.end,power\n1,x\n", "has a row that is not of numbers"),
+        ("time.end,power\n1,nan\n", "must have a finite number in each column"),
+        ("time.end,power\n1,2,3\n", "must have a finite number in each column"),
+        ("", "needs a column 'time.end' and rows with numbers"),
+    ],
+)
+def test_references_that_are_none_are_refused(folder, text, words):
+    (folder / "reference.csv").write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_reference(str(folder / "reference.csv"), "time.end", ["power"])
+
+
+def test_a_curve_needs_a_key_that_varies():
+    words = "curve.x = 'time.step' is not varied; choose from time.end"
+    with pytest.raises(InputError, match=words):
+        Study.parse({**STUDY, "curve": {**CURVE, "x": "time.step"}})
+
+
+def test_runs_are_drawn_beside_the_references(folder):
+    reference = folder / "reference.csv"
+    reference.write_text("time.end,angle_rotor_[rad]\n1.0,0.5\n3,2.5\n")
+    study = Study.parse({**STUDY, "curve": {**CURVE, "reference": str(reference)}})
+    runs = plan(study)
+    results = {run.name: {"angle_rotor_[rad]": 0.3 * k} for k, run in enumerate(runs, start=1)}
+    plot_curve(study, runs, results, folder / "curve.png")
+    assert (folder / "curve.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_power_curve_covers_the_operation_of_the_turbine():
+    study = Study.load(DEMOS / "studies" / "power_curve.toml")
+    speeds = [changes["wind.speed"] for changes in study.run]
+    assert min(speeds) < 4.1 and max(speeds) == 25.0
+    table = read_reference(study.curve.reference, study.curve.x, study.curve.y)
+    speed, power = table["aero_power"]
+    assert np.interp(12.0, speed, power) == pytest.approx(15.66e6, rel=2e-3)

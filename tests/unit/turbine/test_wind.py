@@ -1,0 +1,190 @@
+"""Claims about the component of the wind: rigid and flexible blades in a case."""
+
+import csv
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+from aero_files import write_aerodyn, write_turbsim
+
+from turbine_fenicsx import ModelError, restart_case, run_case
+from turbine_fenicsx.analysis.turning_frame import turning_frame
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.turbine.aero_blade import load_aero_blade
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.start import make_start
+from turbine_fenicsx.turbine.wind import find_loads
+from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
+
+RPM = np.pi / 30.0
+QUIET = {"output": {"fields_every": 0}, "pitch": {"drive": "prescribed"}}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Aerodynamics and turbulence; equal on all ranks."""
+    comm = MPI.COMM_WORLD
+
+    def write():
+        folder = tmp_path_factory.mktemp("wind")
+        return str(write_aerodyn(folder)), str(write_turbsim(folder / "t.bts"))
+
+    return on_rank0(comm, write)
+
+
+def case(files, model="rigid", wind=None, end=0.2, stations=20, **tables):
+    wind = {"hub_height": 90.0, **(wind or {"speed": 9.0, "shear": 0.0})}
+    turbine = {"model": model, "rotor_speed": "11 rpm", **tables.pop("turbine", {})}
+    if model == "hybrid":
+        tables = {"mesh": {"elements": [1, 1, 8]}, **tables}
+        tables.setdefault("solver", {"tolerance": 1e-10})
+    data = {"turbine": turbine, "wind": wind, "aero": {"file": files[0], "stations": stations}}
+    return Case.parse({**data, "time": {"step": 0.02, "end": end}, **QUIET, **tables})
+
+
+def run(comm, tmp_path_factory, given, name="run", **options):
+    folder = on_rank0(comm, lambda: tmp_path_factory.mktemp(name))
+    return folder, run_case(given, folder, comm, progress="none", **options)
+
+
+def rows(folder):
+    with open(folder / "history.csv") as file:
+        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+@pytest.fixture(scope="module")
+def rigid(files, tmp_path_factory):
+    return run(MPI.COMM_WORLD, tmp_path_factory, case(files, loads={"gravity": 0}))
+
+
+def test_rigid_blades_begin_with_power_and_thrust_of_the_steady_rotor(files, rigid):
+    given = case(files)
+    rotor = Rotor(load_aero_blade(given), hub_height=90.0)
+    steady = find_performance(rotor, Operation(9.0, 11.0 * RPM), sectors=1)
+    first, *_ = rows(rigid[0])
+    assert first["rotor_speed_[rpm]"] == pytest.approx(11.0)
+    assert first["rotor_wind_[m/s]"] == pytest.approx(9.0)
+    assert first["hub_wind_x_[m/s]"] == 9.0
+    # loads fall to zero at the tip in one, the last station has its part of the span in the other
+    assert first["aero_thrust_[N]"] == pytest.approx(steady.thrust, rel=0.02)
+    assert first["aero_torque_[Nm]"] == pytest.approx(steady.torque, rel=0.02)
+    assert first["aero_power_[W]"] == pytest.approx(steady.power, rel=0.02)
+
+
+def test_the_work_of_the_wind_is_its_power_times_the_time(rigid):
+    table = rows(rigid[0])
+    work = sum(0.02 * row["aero_power_[W]"] for row in table[1:])
+    assert table[-1]["work_of_wind_[J]"] == pytest.approx(work, rel=1e-4)
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_the_energy_balance_closes(comm, files, rigid, tmp_path_factory, model):
+    if model == "rigid":
+        _, summary = rigid
+    else:
+        given = case(files, model, end=0.1, stations=6)
+        folder, summary = run(comm, tmp_path_factory, given)
+        if comm.rank == 0:
+            assert rows(folder)[-1]["aero_thrust_[N]"] > 1e5
+    assert summary["worst_energy_error_[J]"] <= 1e-11 * summary["largest_energy_[J]"]
+    assert summary["mean_newton_iterations"] < (4 if model == "rigid" else 12)
+
+
+def test_openfast_reads_the_same(files, rigid):
+    lines = (rigid[0] / "history.out").read_text().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.split()[:1] == ["Time"])
+    names, values = lines[head].split(), lines[-1].split()
+    found = dict(zip(names, map(float, values), strict=True))
+    last = rows(rigid[0])[-1]
+    assert found["RtAeroPwr"] == pytest.approx(last["aero_power_[W]"], rel=1e-5)
+    assert found["RtAeroFxh"] == pytest.approx(last["aero_thrust_[N]"], rel=1e-5)
+    assert found["RtAeroMxh"] == pytest.approx(last["aero_torque_[Nm]"], rel=1e-5)
+    assert found["RtVAvgxh"] == pytest.approx(9.0, rel=1e-2)
+    assert (found["Wind1VelX"], found["Wind1VelY"], found["Wind1VelZ"]) == (9.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_a_run_in_turbulence_goes_on_bit_for_bit(comm, files, tmp_path_factory, model):
+    aero = {"file": files[0], "stations": 6, "dynamic_stall": "oeye", "skewed_wake": True}
+    given = case(files, model, {"file": files[1]}, end=0.12, aero=aero)
+    whole, _ = run(comm, tmp_path_factory, given)
+    half = case(files, model, {"file": files[1]}, end=0.06, aero=aero)
+    folder, _ = run(comm, tmp_path_factory, half)
+    restart_case(folder, comm, ["time.end=0.12"], progress="none")
+    a, b = rows(whole), rows(folder)
+    for row in (*a, *b):
+        del row["wall_time_[s]"]
+    assert len(a) == 7
+    assert a == b
+
+
+def test_blades_that_pitch_take_less(comm, files):
+    thrusts = []
+    for angle in (0.0, 5.0):
+        given = case(files, pitch={"drive": "prescribed", "angle": f"{angle} deg"})
+        turbine = build_turbine(given, comm)
+        state = turbine.system.initial_state()
+        frame = turning_frame(turbine.system, "rotor", 11.0 * RPM, state)
+        frame.set_velocities(state)
+        for name in ("blade_1", "blade_2", "blade_3"):
+            feather(turbine, state, name, np.radians(angle))
+        loads = find_loads(turbine.system, "wind", state)
+        thrusts.append(loads.force[:, 2].sum())
+    assert 0.0 < thrusts[1] < 0.8 * thrusts[0]
+
+
+def feather(turbine, state, name, angle):
+    """Turn a blade about its span, the leading edge upwind."""
+    first = turbine.system.first_coordinate[turbine.part(name)]
+    blade = int(name[-1])
+    Q = rotation_about(turbine.rotor.layout.frame(blade)[0], -angle)
+    q = state.q[first : first + 12].reshape(4, 3)
+    q[1:] = q[1:] @ Q.T
+
+
+def test_turning_blades_begin_with_the_loads_that_bend_them(comm, files):
+    wind, time = {"speed": 9.0, "shear": 0.4}, {"step": 0.02, "end": 0.2, "start": "turning"}
+    given = case(files, "hybrid", wind, stations=6, time=time, generator={"keeps": "speed"})
+    system = build_turbine(given, comm).system
+    start = make_start(given, system)
+    (model,) = system.flexible_models
+    (loads,) = model.section_loads
+    u, v = start.u[0].array_r, start.v[0].array_r
+
+    def forces(times, v):
+        loads.begin_at(times, u)
+        found = np.zeros_like(u)
+        loads.add_forces(u, v, 0.0, 1.0, found)
+        return found
+
+    bending = forces(StepTimes.at_rest(0.0), np.zeros_like(u))
+    jump = forces(StepTimes.from_start(0.0, 0.02), v) - bending
+    jump, size = np.sqrt(comm.allreduce(np.array([jump @ jump, bending @ bending])))
+    # 2e-3 with the velocities of the quasi-static change of shape
+    assert jump < 5e-4 * size
+
+
+def test_too_many_stations_for_a_mesh_are_refused(comm, files):
+    given = case(files, "hybrid", stations=40)
+    with pytest.raises(ModelError, match="has no three nodes of the skin"):
+        build_turbine(given, comm)
+
+
+def test_stall_skew_and_tower_change_loads_and_leave_the_energy_exact(
+    files, comm, tmp_path_factory
+):
+    wind = {"speed": 14.0, "shear": 0.2, "direction": "20 deg"}
+    tower = {"flexible": True, "elements": [4, 1, 2], "degree": 1, "height": 90.0}
+    every = {"dynamic_stall": "oeye", "skewed_wake": True, "tower_shadow": "powles"}
+    thrusts = []
+    for models in ({}, every):
+        aero = {"file": files[0], "stations": 20, **models}
+        given = case(files, wind=wind, aero=aero, tower=tower, end=0.06)
+        folder, summary = run(comm, tmp_path_factory, given)
+        thrusts.append(rows(folder)[-1]["aero_thrust_[N]"])
+        assert summary["worst_energy_error_[J]"] <= 1e-11 * summary["largest_energy_[J]"]
+    assert abs(thrusts[1] / thrusts[0] - 1.0) > 1e-3

@@ -1,0 +1,218 @@
+"""Modes of a quadratic problem: rigid ones told apart, of unit modal mass, by rising frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.analysis.bordered_solver import blocks_of
+from turbine_fenicsx.analysis.canonical_basis import choose_phase
+from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.mode import Mode
+from turbine_fenicsx.analysis.quadratic_problem import Pair, QuadraticProblem
+from turbine_fenicsx.analysis.squared_frequencies import square_of_swelling
+from turbine_fenicsx.analysis.whirl import WhirlMeter
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+
+SLOW = 1e-3
+"""Eigenvalues of rigid motions are below this part of the shift: they are zero and double, and
+round-off moves such ones by the root of its size."""
+
+STRAINED = 1e-13
+"""A motion is rigid if y.K y is round-off, below this part of the sum of K_ii y_i^2 ..."""
+
+ROUND_OFF = 1e-6
+"""... or that of a frequency below this part of the highest that is found."""
+
+NEW = 1e-4
+"""A rigid motion is another one if more than this part of its modal mass is normal to others."""
+
+IN_PHASE = 1e-12
+"""All parts of a mode move in phase if its part b has less than this part of its modal mass."""
+
+CLOSE = 0.05
+"""Shift and lowest frequency may differ by a factor of one over this; digits are lost beyond."""
+
+ATTEMPTS = 8
+
+MORE = 8
+"""So many eigenvalues more are iterated: those of one frequency come together."""
+
+SOFT = 0.02
+"""The first shift is this part of the frequency at which the softest body would swell and shrink:
+of the bending of slender ones, whose lowest frequency is this over their slenderness."""
+
+RANDOM = 1e-3
+"""Without flexible bodies it is this part of the frequency of a motion by random forces."""
+
+
+def check_count(linear: LinearSystem, count: int) -> None:
+    """Raise a ModelError unless a system has as many modes."""
+    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+        raise ModelError(f"the number of modes must be a positive whole number, got {count!r}")
+    if count > linear.degrees_of_freedom:
+        raise ModelError(
+            f"{count} modes are more than the {linear.degrees_of_freedom} degrees of freedom of "
+            "the system"
+        )
+
+
+def complex_modes(
+    problem: QuadraticProblem,
+    count: int,
+    shift: float | None = None,
+    meter: WhirlMeter | None = None,
+) -> tuple[tuple[Mode, ...], float]:
+    """The modes with the lowest eigenvalues. Collective.
+
+    Args:
+        problem: The problem.
+        count: How many; at most the degrees of freedom.
+        shift: First guess of the size of the lowest frequency [rad/s]; None makes one.
+        meter: Measures how the rotor whirls; None for modes without.
+
+    Returns:
+        The modes by rising frequency, rigid ones first, and the lowest frequency for the next guess
+        [rad/s].
+
+    Raises:
+        StepFailure: if the iteration does not converge.
+    """
+    free = problem.linear.degrees_of_freedom
+    number = min(2 * count + MORE, 2 * free)
+    shift = _guess(problem) if shift is None else shift
+    for _ in range(ATTEMPTS):
+        pairs = problem.pairs(number, shift)
+        rigid, elastic = _tell_rigid_ones(problem, pairs, shift)
+        lowest = min((abs(p.eigenvalue) for p in elastic), default=shift)
+        if CLOSE <= lowest / shift <= 1.0 / CLOSE:
+            break
+        for pair in (*rigid, *elastic):
+            pair.destroy()
+        shift = lowest
+    else:
+        raise StepFailure(f"no shift was found for modes, the last one was {shift:.3g} rad/s")
+    elastic.sort(key=lambda p: abs(p.eigenvalue))
+    chosen = [*rigid, *elastic][:count]
+    modes = [_mode(problem, pair, k < len(rigid), meter) for k, pair in enumerate(chosen)]
+    for pair in (*rigid, *elastic):
+        pair.destroy()
+    if len(modes) < count:
+        for mode in modes:
+            mode.destroy()
+        raise StepFailure(f"only {len(modes)} of {count} modes were found; fewer may help")
+    modes.sort(key=lambda mode: (not mode.is_rigid, mode.eigenvalue.imag, abs(mode.eigenvalue)))
+    return tuple(modes), lowest
+
+
+def _guess(problem: QuadraticProblem) -> float:
+    """A first shift [rad/s]. Collective.
+
+    Random forces would shake thin walls a million times as fast as a blade bends.
+    """
+    swelling = square_of_swelling(problem.linear)
+    if swelling > 0.0:
+        return SOFT * float(np.sqrt(swelling))
+    solver = problem.linear.solver(problem.mass, "modes_")
+    solver.factorise()
+    x, y, image = (problem.linear.vectors.new_vector() for _ in range(3))
+    x.setRandom()
+    solver.solve(x, y)
+    solver.destroy()
+    energy, size = _strain(problem, [y])
+    problem.mass.mult(y, image)
+    square = energy / image.dot(y)
+    for vector in (x, y, image):
+        vector.destroy()
+    return RANDOM * float(np.sqrt(square)) if energy > STRAINED * size else 1.0
+
+
+def _tell_rigid_ones(
+    problem: QuadraticProblem, pairs: Sequence[Pair], shift: float
+) -> tuple[list[Pair], list[Pair]]:
+    """Rigid motions, one for each independent shape, and all others; the rest is destroyed."""
+    rigid: list[Pair] = []
+    elastic: list[Pair] = []
+    image = problem.linear.vectors.new_vector()
+    highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
+    for pair in pairs:
+        energy, size = _strain(problem, (pair.real, pair.imaginary))
+        is_slow = abs(pair.eigenvalue) <= SLOW * shift
+        if not is_slow or energy > max(STRAINED * size, (ROUND_OFF * highest) ** 2):
+            elastic.append(pair)
+            continue
+        for x in (pair.real, pair.imaginary):
+            if _make_normal(problem.mass, x, [p.real for p in rigid], image):
+                zero = x.duplicate()
+                zero.set(0.0)
+                rigid.append(Pair(0j, x.copy(), zero))
+        pair.destroy()
+    image.destroy()
+    return rigid, elastic
+
+
+def _strain(problem: QuadraticProblem, parts: Iterable[PETSc.Vec]) -> tuple[float, float]:
+    """The sums of |y.K y|, and of |K_ii| y_i^2, over the parts y of a motion. Collective."""
+    energy = size = 0.0
+    diagonal = _diagonal(problem)
+    image, squares = diagonal.duplicate(), diagonal.duplicate()
+    for y in parts:
+        problem.stiffness.mult(y, image)
+        energy += abs(image.dot(y))
+        squares.pointwiseMult(y, y)
+        size += squares.dot(diagonal)
+    for vector in (image, squares, diagonal):
+        vector.destroy()
+    return energy, size
+
+
+def _diagonal(problem: QuadraticProblem) -> PETSc.Vec:
+    """New flat vector of |K_ii|. Collective."""
+    diagonal, parts = problem.linear.vectors.new_vector(), []
+    for block in blocks_of(problem.stiffness):
+        part = block.getDiagonal()
+        parts.append(np.abs(part.array_r))
+        part.destroy()
+    diagonal.array[:] = np.concatenate(parts)
+    return diagonal
+
+
+def _make_normal(
+    mass: PETSc.Mat, x: PETSc.Vec, others: Sequence[PETSc.Vec], image: PETSc.Vec
+) -> bool:
+    """Make a part of a pair normal to others and of unit modal mass; False if little is left."""
+    for _ in range(2):
+        for y in others:
+            mass.mult(y, image)
+            x.axpy(-image.dot(x), y)
+    mass.mult(x, image)
+    left = image.dot(x)
+    if not left > NEW:
+        return False
+    x.scale(left**-0.5)
+    return True
+
+
+def _mode(problem: QuadraticProblem, pair: Pair, is_rigid: bool, meter: WhirlMeter | None) -> Mode:
+    """The mode of unit modal mass and a phase that does not depend on the iteration."""
+    vectors, a, b = problem.linear.vectors, pair.real, pair.imaginary
+    choose_phase(vectors, a, b)
+    image = a.duplicate()
+    total = 0.0
+    for part in (a, b):
+        problem.mass.mult(part, image)
+        share = image.dot(part)
+        total += share
+    for part in (a, b):
+        part.scale(total**-0.5)
+    image.destroy()
+    return Mode(
+        pair.eigenvalue,
+        vectors.motion(a),
+        None if share <= IN_PHASE * total else vectors.motion(b),
+        is_rigid,
+        None if meter is None else meter.measure(a, b),
+    )

@@ -1,0 +1,162 @@
+"""Modes of equal eigenvalues, told apart; the sign or phase of every mode.
+
+Any orthogonal combination of modes with one eigenvalue is as good as another, and which one a
+solver finds depends on round-off and on the number of ranks. Here they become those that are
+extreme in features of the motion: the first mode of a group has as much of the first feature as is
+possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
+from turbine_fenicsx.foundation.types import Array
+
+EQUAL = 1e-6
+"""Eigenvalues that differ by less than this part of themselves are one and the same."""
+
+APART = 1e-4
+"""Modes are told apart by a feature if the squares of it differ by more than this part of them."""
+
+NOTHING = 1e-9
+"""Features whose squares are below this part of those of all features are round-off."""
+
+Features = Sequence[Array]
+"""Linear functions of a motion a + i b, real or complex arrays."""
+
+
+def separate_equal_modes(
+    modes: Modes,
+    features: Callable[[Mode], Features],
+    inner_product: Callable[[Motion, Motion], float],
+) -> Modes:
+    """Modes that are the same on any number of ranks. Collective.
+
+    Args:
+        modes: The modes; they are destroyed.
+        features: Features of a mode, the most telling one first.
+        inner_product: a . M b of two motions.
+
+    Returns:
+        The modes, with equal ones told apart, and with a sign or phase in which the largest entry
+        of the first feature that they have much of is positive.
+    """
+    found: list[Mode] = []
+    for group in _group_equal(modes.modes):
+        seen = [features(mode) for mode in group]
+        by_feature = [np.array([np.ravel(f[k]) for f in seen]) for k in range(len(seen[0]))]
+        combinations = np.eye(len(group), dtype=by_feature[0].dtype if by_feature else float)
+        if len(group) > 1:
+            least = NOTHING * sum(float(np.linalg.norm(f)) ** 2 for f in by_feature)
+            combinations = _make_orthonormal(_multiply(group, inner_product))
+            combinations = _separate(combinations, by_feature, least)
+        for mode, weights in zip(group, combinations.T, strict=True):
+            turned = weights * _choose_phase([f.T @ weights for f in by_feature])
+            found.append(_combine(mode, group, turned))
+    modes.destroy()
+    return replace(modes, modes=tuple(found))
+
+
+def _group_equal(modes: Sequence[Mode]) -> Iterator[list[Mode]]:
+    """Neighbours with equal eigenvalues."""
+    group: list[Mode] = []
+    for mode in modes:
+        if group and not _are_equal(group[-1], mode):
+            yield group
+            group = []
+        group.append(mode)
+    if group:
+        yield group
+
+
+def _are_equal(a: Mode, b: Mode) -> bool:
+    """Whether two modes have one eigenvalue."""
+    if a.is_rigid or b.is_rigid:
+        return a.is_rigid and b.is_rigid
+    return abs(a.eigenvalue - b.eigenvalue) <= EQUAL * abs(a.eigenvalue)
+
+
+def _multiply(group: Sequence[Mode], inner: Callable[[Motion, Motion], float]) -> Any:
+    """Inner products z_i^* . M z_j of modes z = a + i b."""
+    is_real = all(mode.imaginary is None for mode in group)
+    G = np.zeros((len(group), len(group)), dtype=float if is_real else complex)
+    for i, z in enumerate(group):
+        for j, w in enumerate(group):
+            G[i, j] = inner(z.real, w.real)
+            if z.imaginary is not None and w.imaginary is not None:
+                G[i, j] += inner(z.imaginary, w.imaginary)
+            if w.imaginary is not None:
+                G[i, j] += 1j * inner(z.real, w.imaginary)
+            if z.imaginary is not None:
+                G[i, j] -= 1j * inner(z.imaginary, w.real)
+    return G
+
+
+def _make_orthonormal(G: Any) -> Any:
+    """Combinations Q with Q^* G Q = 1, of unit modal mass, as columns."""
+    values, vectors = np.linalg.eigh(0.5 * (G + G.conj().T))
+    return vectors / np.sqrt(values)
+
+
+def _separate(Q: Any, by_feature: Sequence[Any], least: float) -> Any:
+    """Combinations Q turned among themselves, those with most of the first feature first."""
+    if Q.shape[1] == 1 or not by_feature:
+        return Q
+    F = by_feature[0].T @ Q
+    values, vectors = np.linalg.eigh(F.conj().T @ F)
+    values, Q = values[::-1], Q @ vectors[:, ::-1]
+    starts = 1 + np.flatnonzero(-np.diff(values) > max(APART * values[0], least))
+    pieces = [_separate(piece, by_feature[1:], least) for piece in np.split(Q, starts, axis=1)]
+    return np.concatenate(pieces, axis=1)
+
+
+def _choose_phase(features: Sequence[Any]) -> Any:
+    """What a motion is multiplied by, 1 or -1, or exp(i phi) if it has two parts."""
+    sizes = np.array([np.linalg.norm(f) for f in features])
+    if not np.any(sizes):
+        return 1.0
+    leading = features[int(np.flatnonzero(sizes > 0.5 * sizes.max())[0])]
+    entries = np.abs(leading)
+    largest = leading[int(np.flatnonzero(entries > 0.999 * entries.max())[0])]
+    return np.conj(largest) / abs(largest)
+
+
+def _combine(mode: Mode, group: Sequence[Mode], weights: Any) -> Mode:
+    """The sum of the modes of a group, with the eigenvalue of one of them."""
+    a = [z.real for z in group]
+    if all(z.imaginary is None for z in group):
+        return replace(mode, real=_add_motions(a, np.real(weights)))
+    b = [z.imaginary or z.real for z in group]  # with the weight 0 where there is none
+    has = np.array([z.imaginary is not None for z in group])
+    both, real, imaginary = [*a, *b], np.real(weights), np.imag(weights)
+    return replace(
+        mode,
+        real=_add_motions(both, np.concatenate([real, -imaginary * has])),
+        imaginary=_add_motions(both, np.concatenate([imaginary, real * has])),
+    )
+
+
+def _add_motions(motions: Sequence[Motion], weights: Array) -> Motion:
+    """A sum of motions with weights, of vectors of its own."""
+    u: list[PETSc.Vec] = []
+    for vectors in zip(*(m.u for m in motions), strict=True):
+        total = vectors[0].duplicate()
+        total.set(0.0)
+        for weight, vector in zip(weights, vectors, strict=True):
+            total.axpy(float(weight), vector)
+        u.append(total)
+    return Motion(
+        sum((w * m.q for w, m in zip(weights, motions, strict=True)), np.zeros_like(motions[0].q)),
+        sum(
+            (w * m.joint_coordinates for w, m in zip(weights, motions, strict=True)),
+            np.zeros_like(motions[0].joint_coordinates),
+        ),
+        tuple(u),
+    )

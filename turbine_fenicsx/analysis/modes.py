@@ -1,0 +1,151 @@
+"""Modes of small vibrations about an equilibrium, without damping."""
+
+from __future__ import annotations
+
+from cmath import sqrt
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.analysis.bordered_solver import FlatVectors
+from turbine_fenicsx.analysis.canonical_basis import choose_basis, choose_phase
+from turbine_fenicsx.analysis.equilibrium_check import check_equilibrium, imbalance
+from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.mode import Mode, Modes
+from turbine_fenicsx.analysis.slepc import import_slepc
+from turbine_fenicsx.analysis.squared_frequencies import Pair, SquaredFrequencies
+from turbine_fenicsx.analysis.statics import equilibrium
+from turbine_fenicsx.foundation.checks import check_positive
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.threads import one_thread
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+
+SAME = 1e-8
+"""Squares of frequencies that differ by less than this part are one."""
+
+
+def modes(
+    system: MultibodySystem,
+    state: State | None = None,
+    count: int = 12,
+    shift: float | None = None,
+    tolerance: float = 1e-8,
+) -> Modes:
+    """Modes of small vibrations about an equilibrium, those whose squared frequency is nearest 0.
+
+    Dampers and viscosity do not act. Options of PETSc with the prefix ``modes_`` change the
+    iteration; ``-modes_eps_monitor`` shows it. Modes of one frequency are a basis that does not
+    depend on the number of ranks.
+
+    Args:
+        system: The system.
+        state: The equilibrium, with the multipliers of its constraint forces, as
+            `turbine_fenicsx.equilibrium` returns it; None finds it. Velocities count as zero.
+        count: Number of modes.
+        shift: Square of a frequency, about so large as the lowest that matters, by which the
+            iteration is shifted [rad^2/s^2]. None chooses it.
+        tolerance: Of the iteration, relative.
+
+    Returns:
+        The modes by rising frequency; those that grow come first, without any. Pressures and
+        follower forces can also make vibrations grow. `Modes.state` is the state given or found.
+
+    Raises:
+        InputError: if slepc4py is not installed.
+        TypeError: for what is no state.
+        ModelError: for a state that is not in equilibrium, or more modes than there are.
+        StepFailure: if no equilibrium is found, the iteration does not converge, or a mode does
+            not fulfil the equations.
+
+    Note:
+        Collective.
+    """
+    SLEPc = import_slepc()
+    if not isinstance(count, int | np.integer) or count < 1:
+        raise ModelError(f"the number of modes must be a positive whole number, got {count!r}")
+    if shift is not None:
+        check_positive("shift", shift)
+    check_positive("tolerance", tolerance)
+    if state is not None:
+        check_equilibrium(system, state)
+    with one_thread():
+        rest = find_rest(system) if state is None else state
+        problem = LinearSystem(system, rest)
+        try:
+            return Modes(rest, _find(SLEPc, problem, count, shift, tolerance))
+        finally:
+            problem.destroy()
+
+
+def _find(
+    SLEPc: Any, linear: LinearSystem, count: int, shift: float | None, tolerance: float
+) -> tuple[Mode, ...]:
+    """The modes of a linear system."""
+    free = linear.degrees_of_freedom
+    if count > free:
+        raise ModelError(f"{count} modes, but the system has {free} degrees of freedom")
+    problem = SquaredFrequencies(SLEPc, linear, shift)
+    try:
+        pairs = problem.find(count, tolerance)
+    finally:
+        problem.destroy()
+    pairs = _put_in_order(linear.vectors, pairs, problem.symmetric)
+    found = tuple(_mode(linear.vectors, pair) for pair in pairs[:count])
+    for pair in pairs:
+        pair.destroy()
+    return found
+
+
+def find_rest(system: MultibodySystem) -> State:
+    """The initial state at rest if it is an equilibrium, else the one that is found. Collective."""
+    state = system.initial_state()
+    state.q_dot[:] = 0.0
+    for v in state.v:
+        v.set(0.0)
+    if imbalance(system, state).is_equilibrium:
+        return state
+    state.destroy()
+    return equilibrium(system)
+
+
+def _eigenvalue(pair: Pair) -> complex:
+    """Root s of s^2 = -w^2 that vibrates, or else that grows [rad/s]."""
+    if pair.is_rigid:
+        return 0j
+    root = sqrt(-pair.square)
+    return root if root.imag >= 0.0 else -root
+
+
+def _put_in_order(flat: FlatVectors, pairs: list[Pair], symmetric: bool) -> list[Pair]:
+    """Pairs by rising frequency, those that grow first, with vectors chosen in one way."""
+
+    def rank(pair: Pair) -> tuple[float, float]:
+        s = _eigenvalue(pair)
+        return s.imag, -s.real
+
+    groups: list[list[Pair]] = []
+    for pair in sorted(pairs, key=rank):
+        last = groups[-1][-1] if groups else None
+        near = last is not None and abs(pair.square - last.square) <= SAME * abs(pair.square)
+        both_rigid = last is not None and pair.is_rigid and last.is_rigid
+        if symmetric and (near or both_rigid):
+            groups[-1].append(pair)
+        else:
+            groups.append([pair])
+    for group in groups:
+        if group[0].imaginary is None:
+            choose_basis(flat, [pair.real for pair in group])
+        else:
+            choose_phase(flat, group[0].real, group[0].imaginary)
+    return [pair for group in groups for pair in group]
+
+
+def _mode(flat: FlatVectors, pair: Pair) -> Mode:
+    """A pair as the motion of all parts."""
+    return Mode(
+        _eigenvalue(pair),
+        flat.motion(pair.real),
+        None if pair.imaginary is None else flat.motion(pair.imaginary),
+        pair.is_rigid,
+    )

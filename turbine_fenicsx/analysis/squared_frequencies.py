@@ -1,0 +1,367 @@
+"""The eigenvalue problem K y + G^T l = w^2 M y, G y = 0, by SLEPc.
+
+Krylov-Schur iterations in the inner product of M, shifted and inverted: y -> (K + s M)^-1 M y by
+the bordered solver, whose solutions fulfil the constraints, so that no basis of the motions that
+these allow is needed. Its eigenvalues are 1/(w^2 + s). For s > 0 the matrix has an inverse although
+free bodies and mechanisms have motions without stiffness; these come out with w = 0.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.analysis.bordered_solver import BorderedSolver, blocks_of
+from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.slepc import keep_if_interrupted
+from turbine_fenicsx.analysis.statics import UNHELD
+from turbine_fenicsx.foundation.errors import StepFailure
+from turbine_fenicsx.foundation.types import Array
+
+log = logging.getLogger(__name__)
+
+SOFT = 1e-6
+"""The shift is this part of the square of the frequency at which a body would swell and shrink:
+small against squares of frequencies of bending, large against round-off of the stiffness."""
+
+SAME = 1e-6
+"""Eigenvalues that differ by less than this part may be one."""
+
+ROUGH = 1e-2
+"""Relative tolerance of the iteration that only asks whether an eigenvalue is missing."""
+
+RESIDUAL = 1e-6
+"""Largest part by which modes may be wrong, besides what the last digits of K make of them: these
+count in thin walls, which are so much stiffer stretched than bent."""
+
+ROUND_OFF = 1e-13
+"""y.K y is round-off below this part of what the sizes of the entries of K let expect."""
+
+UNSYMMETRIC = 1e-12
+"""Difference of a symmetric block and its transpose, over the block, by round-off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """An eigenvalue w^2 and its vector a + i b, with a.M a + b.M b = 1.
+
+    Args:
+        square: w^2 [rad^2/s^2].
+        real: a, a flat vector.
+        imaginary: b; None if w^2 is real.
+        is_rigid: Whether a has no stiffness but round-off.
+    """
+
+    square: complex
+    real: PETSc.Vec
+    imaginary: PETSc.Vec | None = None
+    is_rigid: bool = False
+
+    def destroy(self) -> None:
+        """Free the vectors. Collective."""
+        self.real.destroy()
+        if self.imaginary is not None:
+            self.imaginary.destroy()
+
+
+class SquaredFrequencies:
+    """Iterations for the eigenvalues w^2 nearest to zero, and their vectors.
+
+    Args:
+        SLEPc: The module.
+        linear: Mass and stiffness. The shift is added to the stiffness.
+        shift: s [rad^2/s^2]; None chooses it.
+
+    Attributes:
+        symmetric: Whether K is; then all w^2 are real.
+    """
+
+    def __init__(self, SLEPc: Any, linear: LinearSystem, shift: float | None) -> None:
+        self._SLEPc, self._linear = SLEPc, linear
+        self._A, self._M = linear.stiffness, linear.mass
+        self._shift = soft_shift(linear) if shift is None else shift
+        self.symmetric = all(_is_symmetric(block) for block in blocks_of(self._A))
+        for A, M in zip(blocks_of(self._A), blocks_of(self._M), strict=True):
+            A.axpy(self._shift, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._sizes = _entry_sizes(linear)
+        self._solver = linear.solver(self._A, "modes_", self.symmetric)
+
+    def find(self, count: int, tolerance: float) -> list[Pair]:
+        """All pairs that have converged when so many have, and none nearer to the shift is missing.
+
+        A Krylov space holds one vector of each eigenvalue, and further ones of a repeated
+        eigenvalue only by round-off. So the iteration begins anew, orthogonal to what was found,
+        until it comes to an eigenvalue beyond.
+
+        Args:
+            count: Number of pairs, at most that of degrees of freedom.
+            tolerance: Of the iteration, relative.
+
+        Raises:
+            StepFailure: if fewer are found, or they do not fulfil the equations; on all ranks.
+        """
+        self._solver.factorise()
+        pairs = self._iterate(count, tolerance, [])
+        if self.symmetric:
+            self._complete(pairs, count, tolerance)
+            self._tell_others_that_grow(pairs)
+        elif len(pairs) < self._linear.degrees_of_freedom:
+            others = self._iterate(1, ROUGH, pairs)
+            if len(pairs) < count or not self._is_beyond(others, pairs, count, -ROUGH):
+                raise StepFailure(
+                    "a mode of a repeated frequency is missing, which cannot be mended where "
+                    "stiffness is unsymmetric; ask for more modes"
+                )
+            _destroy(others)
+        log.info("%d modes after %d solves", len(pairs), self._solver.solves)
+        self._check(pairs)
+        return pairs
+
+    def _complete(self, pairs: list[Pair], count: int, tolerance: float) -> None:
+        """Add what is missing to pairs, orthogonal to what there is."""
+        while len(pairs) < self._linear.degrees_of_freedom:
+            enough = len(pairs) >= count
+            if enough:
+                rough = self._iterate(1, ROUGH, pairs)
+                last = self._is_beyond(rough, pairs, count, ROUGH)
+                _destroy(rough)
+                if last:
+                    return
+            more = self._iterate(1, tolerance, pairs)
+            last = enough and self._is_beyond(more, pairs, count, SAME)
+            pairs += more
+            if last:
+                return
+            if not more:
+                raise StepFailure(
+                    f"{len(pairs)} of {count} modes were found; another shift may help"
+                )
+
+    def _tell_others_that_grow(self, pairs: list[Pair]) -> None:
+        """Warn if motions grow that are not among those found."""
+        growing = self._solver.count_negative()
+        known = sum(pair.square.real + self._shift < 0.0 for pair in pairs)
+        if growing > known and self._linear.system.comm.rank == 0:
+            log.warning(
+                "the equilibrium is unstable: %d motions grow, and only %d of them are among the "
+                "modes found; ask for more modes to see the others",
+                growing,
+                known,
+            )
+
+    def destroy(self) -> None:
+        """Free the factors. Collective."""
+        self._solver.destroy()
+        self._sizes.destroy()
+
+    def _iterate(self, count: int, tolerance: float, found: list[Pair]) -> list[Pair]:
+        """Pairs besides those that were found already, as many as converge until count have."""
+        eps = self._new_iteration(count, tolerance, found)
+        with keep_if_interrupted(eps):
+            eps.solve()
+        pairs = [self._pair(eps, k) for k in range(eps.getConverged())]
+        eps.destroy()
+        return [pair for pair in pairs if pair is not None]
+
+    def _is_beyond(self, others: list[Pair], pairs: list[Pair], count: int, margin: float) -> bool:
+        """Whether other pairs are farther from the shift than so many, and by some part."""
+        distances = sorted(abs(pair.square + self._shift) for pair in pairs)
+        nearest = min((abs(pair.square + self._shift) for pair in others), default=np.inf)
+        return nearest > (1.0 + margin) * distances[count - 1]
+
+    def _new_iteration(self, count: int, tolerance: float, found: list[Pair]) -> Any:
+        """The solver of SLEPc, with the bordered solver as that of its shift and invert."""
+        EPS, ST = self._SLEPc.EPS, self._SLEPc.ST
+        eps = EPS().create(self._linear.system.comm)
+        eps.setOptionsPrefix("modes_")
+        eps.setOperators(self._A, self._M)
+        kind = EPS.ProblemType.GHEP if self.symmetric else EPS.ProblemType.PGNHEP
+        eps.setProblemType(kind)
+        free, size = self._linear.degrees_of_freedom, self._A.getSize()[0]
+        widest = max(min(2 * count + 6, free - len(found)), count + 1)  # as SLEPc has it
+        eps.setDimensions(count, min(widest, size))
+        known = [y for pair in found for y in (pair.real, pair.imaginary) if y is not None]
+        if known:
+            eps.setDeflationSpace(known)
+        start = self._linear.vectors.new_vector()
+        seed = len(found), start.comm.rank  # of a vector from which nothing was found yet
+        start.array[:] = np.random.default_rng(seed).standard_normal(start.local_size)
+        eps.setInitialSpace([start])
+        start.destroy()
+        eps.setTolerances(tolerance)
+        eps.setWhichEigenpairs(EPS.Which.TARGET_MAGNITUDE)
+        eps.setTarget(0.0)
+        eps.setPurify(False)  # all vectors fulfil the constraints anyway
+        st = eps.getST()
+        st.setType(ST.Type.SINVERT)
+        st.setMatMode(ST.MatMode.SHELL)
+        ksp = st.getKSP()
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+        ksp.getPC().setPythonContext(_Inverse(self._solver))
+        eps.setFromOptions()
+        return eps
+
+    def _pair(self, eps: Any, k: int) -> Pair | None:
+        """A pair of unit modal mass; None for what only round-off has made.
+
+        With y^H M y = 1, w^2 + s = y^H (K + s M) y is more accurate than the iteration.
+        """
+        a, b = self._linear.vectors.new_vector(), self._linear.vectors.new_vector()
+        theta = complex(eps.getEigenpair(k, a, b))
+        parts = (a, b) if theta.imag else (a,)
+        size = np.sqrt(sum(self._form(self._M, part, part) for part in parts))
+        for part in parts:
+            part.scale(1.0 / size)
+        quotient = complex(sum(self._form(self._A, part, part) for part in parts))
+        if theta.imag:
+            quotient += 1j * (self._form(self._A, a, b) - self._form(self._A, b, a))
+        if abs(quotient - theta) > ROUGH * abs(quotient):
+            a.destroy()
+            b.destroy()
+            return None
+        square = quotient - self._shift
+        if theta.imag:
+            return Pair(square, a, b)
+        b.pointwiseMult(self._sizes, a)
+        is_rigid = abs(square) <= ROUND_OFF * b.dot(a) + UNHELD
+        b.destroy()
+        return Pair(square, a, None, is_rigid)
+
+    def _form(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> float:
+        """x.A y."""
+        product = y.duplicate()
+        matrix.mult(y, product)
+        value = float(product.dot(x))
+        product.destroy()
+        return value
+
+    def _check(self, pairs: list[Pair]) -> None:
+        """Raise a StepFailure if (K + s M)^-1 M (w^2 + s) y = y does not hold for all pairs.
+
+        One solution is enough for all: that for the sum of their real and imaginary parts.
+        """
+        y, z, error = (self._linear.vectors.new_vector() for _ in range(3))
+        allowed = RESIDUAL
+        for pair in pairs:
+            theta = complex(pair.square) + self._shift
+            error.pointwiseMult(self._sizes, pair.real)
+            allowed += float(np.finfo(float).eps * error.dot(pair.real) / abs(theta))
+            y.axpy(1.0, pair.real)
+            z.axpy(theta.real + theta.imag, pair.real)
+            if pair.imaginary is not None:
+                y.axpy(1.0, pair.imaginary)
+                z.axpy(theta.real - theta.imag, pair.imaginary)
+        self._M.mult(z, error)
+        self._solver.solve(error, z)
+        z.axpy(-1.0, y)
+        wrong = np.sqrt(self._form(self._M, z, z))
+        for vector in (y, z, error):
+            vector.destroy()
+        if not wrong <= allowed:
+            raise StepFailure(
+                f"the modes do not fulfil their equations: they are wrong by {wrong:.1e} where "
+                f"{allowed:.1e} is allowed; another shift may help"
+            )
+
+
+class _Inverse:
+    """The bordered solver as a preconditioner of PETSc."""
+
+    def __init__(self, solver: BorderedSolver) -> None:
+        self._solver = solver
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Solve for one right-hand side."""
+        self._solver.solve(b, y)
+
+
+def _entry_sizes(linear: LinearSystem) -> PETSc.Vec:
+    """Size of the stiffness at each entry of y, for round-off.
+
+    Of flexible bodies the diagonal; of the rigid part, whose diagonal may be zero, the largest
+    entry.
+    """
+    sizes = linear.vectors.new_vector()
+    *flexible, rigid = blocks_of(linear.stiffness)
+    diagonals = [K.getDiagonal() for K in flexible]
+    largest = np.max(np.abs(rigid.getDenseArray()), initial=0.0)
+    n = rigid.getLocalSize()[0]
+    sizes.array[:] = np.concatenate([*(d.array_r for d in diagonals), np.full(n, largest)])
+    for diagonal in diagonals:
+        diagonal.destroy()
+    sizes.abs()
+    return sizes
+
+
+def _destroy(pairs: list[Pair]) -> None:
+    """Free some pairs. Collective."""
+    for pair in pairs:
+        pair.destroy()
+
+
+def soft_shift(linear: LinearSystem) -> float:
+    """A shift that is small against all squared frequencies that matter [rad^2/s^2].
+
+    It comes from the softest body. What has no stiffness at all gets one.
+    """
+    square = square_of_swelling(linear)
+    if not linear.system.flexible_models:
+        rigid = [blocks_of(matrix)[-1].norm() for matrix in (linear.stiffness, linear.mass)]
+        square = rigid[0] / (rigid[1] or 1.0)
+    return SOFT * (square if square > UNHELD else 1.0 / SOFT)
+
+
+def square_of_swelling(linear: LinearSystem) -> float:
+    """Square of the frequency at which the softest body would swell and shrink [rad^2/s^2].
+
+    0 if none is flexible and stiff.
+    """
+    system = linear.system
+    flexible = zip(blocks_of(linear.stiffness)[:-1], blocks_of(linear.mass)[:-1], strict=True)
+    squares = []
+    for m, (K, M) in zip(system.flexible_models, flexible, strict=True):
+        swelling = m.new_vector()
+        swelling.array[:] = (m.positions - _centre(system.comm, m.positions)).ravel()
+        squares.append(_quotient(K, M, swelling))
+        swelling.destroy()
+    return min((s for s in squares if s > UNHELD), default=0.0)
+
+
+def _centre(comm: Any, positions: Array) -> Array:
+    """Mean of the positions of all ranks, shape (3,) [m]."""
+    sums = comm.allreduce(np.append(positions.sum(axis=0), len(positions)))
+    centre: Array = sums[:3] / sums[3]
+    return centre
+
+
+def _quotient(K: PETSc.Mat, M: PETSc.Mat, y: PETSc.Vec) -> float:
+    """y.K y / y.M y."""
+    product = y.duplicate()
+    K.mult(y, product)
+    stiffness = product.dot(y)
+    M.mult(y, product)
+    mass = product.dot(y)
+    product.destroy()
+    return float(stiffness / mass)
+
+
+def _is_symmetric(K: PETSc.Mat) -> bool:
+    """Whether K y = K^T y for some vector without any symmetry."""
+    y, there = K.createVecs()
+    first, last = y.getOwnershipRange()
+    y.array[:] = np.sin(1.0 + np.arange(first, last) ** 2)
+    back = there.duplicate()
+    K.mult(y, there)
+    K.multTranspose(y, back)
+    size = there.norm()
+    back.axpy(-1.0, there)
+    difference = back.norm()
+    for vector in (y, there, back):
+        vector.destroy()
+    return bool(difference <= UNSYMMETRIC * size)

@@ -1,0 +1,104 @@
+"""Count the load cycles of a run and find its damage-equivalent loads.
+
+By the rainflow method (ASTM E1049-85), from history.csv: moments of the blade roots and of the
+tower base, and strain gauges, or the columns that are named. The equivalent range does in cycles of
+one frequency, over the duration of the run, the damage of all cycles counted. Prints a table and
+writes it into OUT/fatigue.csv. Needs rainflow: pip install 'turbine-fenicsx[fatigue]'.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turbine_fenicsx.cli.commands._common import OK
+
+if TYPE_CHECKING:
+    from turbine_fenicsx.postprocessing.fatigue import Fatigue
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("folder", metavar="OUT", help="output folder")
+    parser.add_argument(
+        "--columns",
+        metavar="COLUMN",
+        nargs="+",
+        default=[],
+        help="columns of history.csv, for example 'root_moment_1_y_[Nm]'; default: moments of "
+        "roots and tower base, strain gauges",
+    )
+    parser.add_argument(
+        "--slope",
+        metavar="M",
+        type=float,
+        nargs="+",
+        default=[10.0],
+        help="slopes of S-N curves, 4 for steel; default: 10, for laminates with glass fibres",
+    )
+    parser.add_argument(
+        "--frequency",
+        metavar="F",
+        type=float,
+        default=1.0,
+        help="of the equivalent cycles in Hz; default: 1",
+    )
+    parser.add_argument(
+        "--start",
+        metavar="T",
+        type=float,
+        default=0.0,
+        help="time in s before which nothing counts, while the run settles; default: 0",
+    )
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Write the table and print it."""
+    from turbine_fenicsx.foundation.parallel import on_rank0
+
+    lines = on_rank0(comm, lambda: _write(options))
+    if comm.rank == 0:
+        print(*lines, sep="\n", flush=True)
+    return OK
+
+
+def _write(options: argparse.Namespace) -> list[str]:
+    """Write the table; its lines, and the path."""
+    from turbine_fenicsx.foundation.errors import FileError, InputError
+    from turbine_fenicsx.foundation.files import replace_file
+    from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
+    from turbine_fenicsx.postprocessing.output_folder import read_histories
+
+    for slope in options.slope:
+        if not 1.0 <= slope <= 100.0:
+            raise InputError(f"--slope {slope:g}: must be between 1 and 100")
+    if not 0.0 < options.frequency < float("inf"):
+        raise InputError(f"--frequency {options.frequency:g}: must be greater than 0")
+    (series,) = read_histories([options.folder])
+    try:
+        found = find_fatigue(
+            series, options.columns, options.slope, options.frequency, options.start
+        )
+        path = Path(options.folder) / "fatigue.csv"
+        replace_file(path, format_fatigue(found).encode())
+    except (ImportError, FileError) as error:
+        raise InputError(str(error)) from None
+    return [*_format_table(found), str(path)]
+
+
+def _format_table(found: Sequence[Fatigue]) -> list[str]:
+    """Lines for people."""
+    head = ["column", "cycles", "largest range"]
+    head += [f"equivalent, m = {m:g}" for m in found[0].equivalent]
+    rows = [
+        [each.column, f"{each.cycles:g}", f"{each.largest:.4g}"]
+        + [f"{x:.4g}" for x in each.equivalent.values()]
+        for each in found
+    ]
+    first, *widths = [max(map(len, cells)) for cells in zip(head, *rows, strict=True)]
+    return [
+        "  ".join([name.ljust(first), *(x.rjust(n) for x, n in zip(cells, widths, strict=True))])
+        for name, *cells in [head, *rows]
+    ]

@@ -1,0 +1,135 @@
+"""Find the modes of a turbine, at rest or turning: frequencies, damping, shapes.
+
+Small vibrations about the equilibrium under the weight, or about steady rotation without weight.
+Several speeds give a Campbell diagram. With -o, the tables go to modes.csv and campbell.csv, the
+shapes to modes.xdmf, which ParaView and the command render draw.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from turbine_fenicsx.cli.commands._common import (
+    NOT_CONVERGED,
+    OK,
+    add_case,
+    add_force,
+    fail,
+    load_case,
+    need_dolfinx,
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    add_case(parser)
+    parser.add_argument("--count", metavar="N", type=int, help="number of modes; default: 12")
+    speed = parser.add_mutually_exclusive_group()
+    speed.add_argument(
+        "--speed",
+        metavar="SPEED",
+        nargs="+",
+        help='speed of the rotor, for example "12 rpm"; default: turbine.rotor_speed of the case',
+    )
+    speed.add_argument(
+        "--speeds",
+        metavar="RANGE",
+        nargs="+",
+        help="speeds of a Campbell diagram, START:END:STEP with a unit, for example 0:14:2 rpm",
+    )
+    speed.add_argument("--at-rest", action="store_true", help="with a rotor that does not turn")
+    parser.add_argument(
+        "--lock",
+        metavar="NAME",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="joint coordinates that a brake holds, for example rotor yaw",
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", help="output folder; without it, only print")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace earlier modes in OUT; a run is kept"
+    )
+    add_force(parser)
+    parser.add_argument("--quiet", action="store_true", help="print no table")
+
+
+def run(options: argparse.Namespace, comm: Any) -> int:
+    """Find the modes and print them."""
+    from turbine_fenicsx.foundation.errors import InputError
+
+    speeds = _speeds(options)
+    if options.count is not None and options.count < 1:
+        raise InputError(f"--count {options.count}: must be at least 1")
+    case = load_case(options, comm)
+    need_dolfinx()
+    from turbine_fenicsx.foundation.errors import FileError, StepFailure
+    from turbine_fenicsx.foundation.interrupts import catch_signals
+    from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
+
+    if speeds is None:
+        speeds = (case.turbine.rotor_speed,)
+    wanted = ModesWanted(options.count, speeds, tuple(dict.fromkeys(options.lock)))
+    try:
+        with catch_signals() as interrupt:
+            _, files = find_modes(
+                case,
+                options.out,
+                comm,
+                wanted,
+                force=options.force,
+                overwrite=options.overwrite,
+                found=lambda table: _show(table, wanted, options, comm) or interrupt(),
+            )
+    except StepFailure as failure:
+        return fail(comm, str(failure), NOT_CONVERGED)
+    except FileError as error:
+        raise InputError(str(error)) from None
+    if "campbell.csv" in files:
+        files += on_rank0(comm, lambda: _draw(options.out))
+    if comm.rank == 0 and files and not options.quiet:
+        print(f"results {options.out}/: {', '.join(files)}", flush=True)
+    if comm.allreduce(bool(interrupt.received)):
+        raise KeyboardInterrupt
+    return OK
+
+
+def _speeds(options: argparse.Namespace) -> tuple[float, ...] | None:
+    """Speeds that the options name [rad/s]; None leaves them to the case."""
+    from turbine_fenicsx.cli.commands._speeds import parse_speed, parse_speeds
+
+    if options.at_rest:
+        return (0.0,)
+    if options.speed is not None:
+        return (parse_speed(options.speed),)
+    return None if options.speeds is None else parse_speeds(options.speeds)
+
+
+def _show(table: Any, wanted: Any, options: argparse.Namespace, comm: Any) -> bool:
+    """Print the modes at one speed; of several, which of them it is."""
+    from turbine_fenicsx.turbine.mode_files import RPM, format_modes
+
+    if comm.rank == 0 and not options.quiet:
+        speed = f"{table.speed * RPM:.4g} rpm"
+        if len(wanted.speeds) > 1:
+            place = wanted.speeds.index(table.speed) + 1
+            print(f"speed {place} of {len(wanted.speeds)}: {speed}", file=sys.stderr, flush=True)
+        if table.speed == wanted.speeds[-1]:
+            print(f"modes at {speed}" if table.speed else "modes at rest")
+            print(format_modes(table), flush=True)
+    return False
+
+
+def _draw(out: str) -> list[str]:
+    """Draw the Campbell diagram; without matplotlib say so."""
+    from turbine_fenicsx.postprocessing.campbell import plot_campbell
+
+    try:
+        plot_campbell(f"{out}/campbell.csv", f"{out}/campbell.png")
+    except ImportError:
+        print("no picture: matplotlib is not installed", file=sys.stderr)
+        return []
+    return ["campbell.png"]

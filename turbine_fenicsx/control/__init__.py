@@ -1,0 +1,1 @@
+"""Controllers: what they measure and command, generator torque, pitch drives, events."""

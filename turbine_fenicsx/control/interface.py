@@ -1,0 +1,135 @@
+"""What a controller sees and what it commands.
+
+Speeds are positive when the rotor turns as it should, pitch angles when they are towards feather.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.types import Array
+
+BLADES = 3
+
+Angles = tuple[float, float, float]
+
+
+class Measurements(NamedTuple):
+    """What a controller sees at the end of a step.
+
+    Attributes:
+        time: Time [s].
+        dt: Time since the last call; at the first call the step that comes [s].
+        first: Whether this is the first call of a run.
+        generator_speed: Of the fast shaft [rad/s].
+        rotor_speed: Of the hub [rad/s].
+        azimuth: Of blade 1, zero where it points up [rad].
+        pitch: Of the blades [rad].
+        generator_torque: Of the last step, on the fast shaft, braking it [N m].
+        electrical_power: Of the last step [W].
+        wind_speed: Horizontal, at the hub, without the rotor [m/s]; zero without wind.
+        yaw: Of the nacelle, about the upward vertical [rad].
+        yaw_error: Direction of the wind minus that of the nacelle [rad].
+    """
+
+    time: float
+    dt: float
+    first: bool
+    generator_speed: float
+    rotor_speed: float
+    azimuth: float
+    pitch: Angles
+    generator_torque: float
+    electrical_power: float
+    wind_speed: float = 0.0
+    yaw: float = 0.0
+    yaw_error: float = 0.0
+
+    def to_row(self) -> list[float]:
+        """All numbers in a list."""
+        row: list[float] = []
+        for value in self:
+            row.extend(map(float, value) if isinstance(value, tuple) else [float(value)])
+        return row
+
+    @classmethod
+    def from_row(cls, row: Array) -> Measurements:
+        """The measurements of a list of numbers."""
+        numbers = iter(np.asarray(row, dtype=float).tolist())
+        found: dict[str, Any] = {}
+        for name in cls._fields:
+            if name == "pitch":
+                found[name] = tuple(next(numbers) for _ in range(BLADES))
+            else:
+                found[name] = next(numbers)
+        found["first"] = bool(found["first"])
+        return cls(**found)
+
+
+class Commands(NamedTuple):
+    """What a controller wants until it is asked again.
+
+    Attributes:
+        generator_torque: On the fast shaft, positive if it brakes the rotor [N m].
+        pitch: Of the blades [rad].
+        yaw_rate: Of the nacelle, about the upward vertical [rad/s].
+    """
+
+    generator_torque: float
+    pitch: Angles
+    yaw_rate: float = 0.0
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Anything that commands a turbine. All ranks call it with the same measurements."""
+
+    def command(self, measured: Measurements) -> Commands:
+        """Commands for the next step; called at the start and after every accepted step."""
+
+    def save(self) -> RestartData:
+        """What it needs to go on. Collective."""
+
+    def restore(self, data: RestartData) -> None:
+        """Go on like the controller that saved this. Collective."""
+
+    def finish(self) -> None:
+        """The run has ended. Collective."""
+
+
+def check_commands(commands: Any, who: str, time: float) -> Commands:
+    """Commands as finite numbers.
+
+    Args:
+        commands: What a controller has returned.
+        who: Its name, for the message.
+        time: When [s].
+
+    Raises:
+        InputError: for anything that is no command.
+    """
+    try:
+        torque, pitch, *rest = commands
+        yaw_rate = rest[0] if rest else 0.0
+        angles = [float(angle) for angle in pitch]
+        found = Commands(float(torque), tuple(angles), float(yaw_rate))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{who} must return Commands(generator_torque, pitch, yaw_rate), got {commands!r} at "
+            f"t = {time:g} s"
+        ) from None
+    if len(angles) != BLADES or len(rest) > 1:
+        raise InputError(
+            f"{who} must command the pitch of {BLADES} blades, got {commands!r} at t = {time:g} s"
+        )
+    values = {"generator torque": [found[0]], "pitch": found[1], "yaw rate": [found[2]]}
+    wrong = [name for name, value in values.items() if not np.all(np.isfinite(value))]
+    if wrong:
+        raise InputError(
+            f"{who} commands no number as {' and '.join(wrong)} at t = {time:g} s: {found}"
+        )
+    return found

@@ -1,0 +1,141 @@
+"""The controller in the time loop: an observer that measures, asks it, and holds what it wants.
+
+After each accepted step the controller sees the state; what it commands is held until the next
+step is accepted. It does not see attempts at a step that are repeated with half of its length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from turbine_fenicsx.control.drives import PitchDrive, YawDrive
+from turbine_fenicsx.control.events import Event, Orders, supervise
+from turbine_fenicsx.control.held import HeldBrake, HeldTorque
+from turbine_fenicsx.control.interface import Controller, Measurements, check_commands
+from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.simulation.snapshot import Snapshot
+
+Sensors = Callable[[Snapshot, float, bool], Measurements]
+"""(state, time since the last call, whether this is the first) -> measurements."""
+
+
+@dataclass(frozen=True, eq=False)
+class Actuators:
+    """What a controller acts on.
+
+    Args:
+        generator: Torque of the generator on the fast shaft, negative where it brakes.
+        pitch: Drives of the blades; none if they are fixed.
+        yaw: Drive of the nacelle; None if there is none.
+        brake: Brake; None if there is none.
+        brake_torque: Torque of the closed brake [N m].
+    """
+
+    generator: HeldTorque
+    pitch: Sequence[PitchDrive] = ()
+    yaw: YawDrive | None = None
+    brake: HeldBrake | None = None
+    brake_torque: float = 0.0
+
+    def hold(self, orders: Orders, time: float) -> None:
+        """Hold orders from a time on [s]."""
+        self.generator.hold(-orders.generator_torque)
+        for drive, target in zip(self.pitch, orders.pitch, strict=False):
+            drive.hold(target, time)
+        if self.yaw is not None:
+            self.yaw.hold(orders.yaw_rate, time)
+        if self.brake is not None:
+            self.brake.strength = self.brake_torque * orders.brake
+
+    @property
+    def _drives(self) -> list[PitchDrive | YawDrive]:
+        """All drives."""
+        return [*self.pitch, *([self.yaw] if self.yaw else [])]
+
+    def save(self) -> list[list[float]]:
+        """Torques of the generator and states of the drives."""
+        torques = [self.generator.last, self.generator.torque]
+        return [torques, *(drive.save() for drive in self._drives)]
+
+    def restore(self, states: Sequence[list[float]], orders: Orders) -> None:
+        """Go on from states and orders."""
+        (self.generator.last, self.generator.torque), *others = states
+        for drive, state in zip(self._drives, others, strict=True):
+            drive.restore(state)
+        if self.brake is not None:
+            self.brake.strength = self.brake_torque * orders.brake
+
+
+class ControlLoop:
+    """Asks a controller after each step and holds its commands; see the head of this file.
+
+    Args:
+        controller: The controller.
+        sensors: What it sees.
+        actuators: What it acts on.
+        events: What happens whatever it wants.
+        dt: Time step of the run [s].
+
+    Attributes:
+        name: Under which checkpoints know it.
+        orders: What the actuators hold.
+    """
+
+    name = "control"
+
+    def __init__(
+        self,
+        controller: Controller,
+        sensors: Sensors,
+        actuators: Actuators,
+        events: Sequence[Event] = (),
+        dt: float = 0.01,
+    ) -> None:
+        self._controller, self._sensors, self._actuators = controller, sensors, actuators
+        self._events, self._dt = tuple(events), dt
+        pitch = [drive.angle for drive in actuators.pitch] or [0.0, 0.0, 0.0]
+        a, b, c = pitch
+        self.orders = Orders(0.0, (a, b, c))
+        self._time = 0.0
+
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """Ask for the first commands, unless a run goes on."""
+        if not resumed:
+            self._ask(snapshot, self._dt, first=True)
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Ask for the next commands."""
+        self._ask(snapshot, snapshot.state.time - self._time, first=False)
+
+    def finish(self) -> None:
+        """Tell the controller that the run has ended."""
+        self._controller.finish()
+
+    def _ask(self, snapshot: Snapshot, dt: float, first: bool) -> None:
+        """Measure, ask, and hold what is commanded."""
+        measured, time = self._sensors(snapshot, dt, first), snapshot.state.time
+        commands = check_commands(self._controller.command(measured), "the controller", time)
+        self.orders = supervise(self._events, measured, commands, self.orders)
+        self._actuators.hold(self.orders, time)
+        self._time = time
+
+    def save(self) -> RestartData:
+        """Orders, states of the drives and of the controller."""
+        data = RestartData({"time": self._time, "orders": list(self.orders)})
+        data.numbers["actuators"] = self._actuators.save()
+        data.add("controller", self._controller.save())
+        return data
+
+    def restore(self, data: RestartData) -> None:
+        """Go on with what was held."""
+        self._time = data.numbers["time"]
+        self.orders = _read_orders(data.numbers["orders"])
+        self._actuators.restore(data.numbers["actuators"], self.orders)
+        self._controller.restore(data.part("controller"))
+
+
+def _read_orders(values: Sequence[object]) -> Orders:
+    """Orders as they come out of a file."""
+    torque, pitch, yaw_rate, brake, started = values
+    return Orders(torque, tuple(pitch), yaw_rate, brake, started)  # type: ignore

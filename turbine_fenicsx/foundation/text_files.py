@@ -1,0 +1,53 @@
+"""Text from outside: files read whole or refused in one sentence, values in a few words."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.foundation.errors import InputError
+
+LARGEST = 10_000_000
+"""Bytes of a file; cases and studies have a few thousand, turbines of windIO a million."""
+
+
+def read_text(path: str | os.PathLike[str], kind: str) -> str:
+    """Text of a file in UTF-8, with or without a byte order mark.
+
+    Args:
+        path: The file.
+        kind: What it is to the user, for example "case file".
+
+    Raises:
+        InputError: with one sentence if it cannot be read.
+    """
+    name = quote(str(path))
+    try:
+        status = os.stat(path)
+        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):  # would not end
+            raise InputError(f"cannot read the {kind} {name}: it is not a regular file")
+        if status.st_size > LARGEST:
+            raise InputError(
+                f"cannot read the {kind} {name}: it has {status.st_size} bytes, expected at most "
+                f"{LARGEST}"
+            )
+        return Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"cannot read the {kind} {name}: it is not UTF-8 text") from None
+    except OSError as error:
+        raise InputError(f"cannot read the {kind} {name}: {error.strerror}") from None
+    except InputError:
+        raise
+    except ValueError:  # a null byte, half a character
+        raise InputError(f"cannot read the {kind} {name}: its name is not valid") from None
+
+
+def quote(value: Any) -> str:
+    """A value as it stands in a sentence, on one line and not too long."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # whole numbers of thousands of digits, endless nesting
+        return f"a {type(value).__name__} too large to show"
+    return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"

@@ -1,0 +1,38 @@
+"""Axes and thickness coordinate of walls meshed with one hexahedron through the thickness.
+
+The axes of the reference cell must point along the span, around the section and outwards through
+the wall, as those of `turbine_fenicsx.meshing.hollow_block.HollowBlock` do.
+"""
+
+from __future__ import annotations
+
+import ufl
+from dolfinx import fem
+from dolfinx.mesh import Mesh
+from ufl.core.expr import Expr
+
+from turbine_fenicsx import _compat
+
+
+def wall_frame(mesh: Mesh) -> tuple[Expr, Expr, Expr]:
+    """Orthonormal axes along the span, around the section and normal to the wall, in each point.
+
+    The normal is exactly that of the surface zeta = constant through the point, the first axis
+    lies in that surface along the reference axis of the span.
+
+    Returns:
+        UFL vectors on the mesh.
+    """
+    J = ufl.Jacobian(mesh)
+    along, around = J[:, 0], J[:, 1]
+    normal = ufl.cross(along, around)
+    a1, a3 = (a / ufl.sqrt(ufl.dot(a, a)) for a in (along, normal))
+    return a1, ufl.cross(a3, a1), a3
+
+
+def thickness_coordinate(mesh: Mesh) -> fem.Function:
+    """The coordinate zeta through the wall, from -1/2 at the inner to 1/2 at the outer face."""
+    zeta = fem.Function(_compat.cellwise_space(mesh, (), 1))
+    points = _compat.interpolation_points(zeta.function_space)
+    zeta.x.array[_compat.dofs_of_cells(zeta.function_space)] = points[:, 2] - 0.5
+    return zeta

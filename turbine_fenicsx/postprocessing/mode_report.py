@@ -1,0 +1,117 @@
+"""The modes of a turbine as one HTML page that needs no other file and no network."""
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.postprocessing.campbell import plot_campbell
+from turbine_fenicsx.postprocessing.mode_pictures import LOOK, render_modes
+from turbine_fenicsx.postprocessing.mode_tables import read_table
+from turbine_fenicsx.postprocessing.output_folder import need_folder, read_tables
+from turbine_fenicsx.postprocessing.page import embed_figure, fill_page, format_case, format_note
+
+_SIZE = (800, 960)
+"""Of the pictures, of which the page shows a sheet [pixels]."""
+
+Table = list[dict[str, float | str]]
+
+
+def report_modes(
+    folder: str | os.PathLike[str],
+    scale: float = 1.0,
+    pictures: bool = True,
+    describe: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict,
+) -> str:
+    """Describe the modes in a folder.
+
+    Args:
+        folder: Output folder of the command ``modes``.
+        scale: Factor of the motion in the pictures.
+        pictures: Whether there are any.
+        describe: Makes the tables of the page from those of ``case.json``.
+
+    Returns:
+        The page.
+
+    Raises:
+        InputError: if a file is broken.
+    """
+    folder = need_folder(folder)
+    rows = read_table(folder / "modes.csv")
+    case = read_tables(folder / "case.json")
+    speeds = list(dict.fromkeys(float(row[names.SPEED]) for row in rows))
+    last = [row for row in rows if row[names.SPEED] == speeds[-1]]
+    at = f"at {speeds[-1]:.4g} rpm" if speeds[-1] else "at rest"
+    sections = {
+        f"Modes {at}": _format_modes(last),
+        "Campbell diagram": _draw_campbell(folder) if len(speeds) > 1 else "",
+        f"Shapes {at}": _draw_shapes(folder, scale) if pictures else "",
+        "Case": format_case(case, describe),
+    }
+    count = f"{len(last)} modes {at}"
+    if len(speeds) > 1:
+        count = f"{len(last)} modes at {len(speeds)} speeds up to {speeds[-1]:.4g} rpm"
+    title = str((case or {}).get("title") or folder.resolve().name)
+    return fill_page(title, f"{folder.resolve().name}, {count}", sections)
+
+
+def _format_modes(rows: Table) -> str:
+    """The table of the modes; columns without anything in them are left out."""
+    percent = {
+        column: column.removeprefix(family.pattern.partition("{")[0]).removesuffix("_[-]")
+        for family in (names.MODAL_MASS, names.MOTION_SHARE)
+        for column in family.find(rows[0]).values()
+    }
+    shown = [c for c in percent if any(float(row[c]) >= 0.005 for row in rows)]
+    damped = any(abs(float(row[names.DAMPING_RATIO])) > 5e-6 for row in rows)
+    head = ["", "name", "Hz", *(["damping"] if damped else [])]
+    head += [percent[column].replace("_", " ") for column in shown]
+    lines = [_format_line("th", head)]
+    for row in rows:
+        growth = float(row.get(names.GROWTH_RATE, 0.0)) and not float(row[names.FREQUENCY])
+        cells = [f"{float(row[names.MODE]):g}", str(row[names.MODE_NAME])]
+        cells.append("grows" if growth else f"{float(row[names.FREQUENCY]):.4f}")
+        if damped:
+            cells.append("" if growth else f"{100.0 * float(row[names.DAMPING_RATIO]):.2f} %")
+        cells += [f"{100.0 * float(row[column]):.0f} %" for column in shown]
+        lines.append(_format_line("td", cells))
+    return (
+        "<p>Of the modal mass: blades, tower, and nacelle with hub. Of the motion of all cross-"
+        "sections, blades seen from what carries them: flap and so on.</p>\n"
+        f"<table class='wide'>\n{''.join(lines)}</table>\n"
+    )
+
+
+def _format_line(kind: str, cells: Sequence[str]) -> str:
+    """A row of a table."""
+    return f"<tr>{''.join(f'<{kind}>{escape(cell)}</{kind}>' for cell in cells)}</tr>\n"
+
+
+def _draw_campbell(folder: Path) -> str:
+    """The Campbell diagram."""
+    with tempfile.TemporaryDirectory() as scratch:
+        try:
+            path = plot_campbell(folder / "campbell.csv", Path(scratch) / "campbell.png")
+        except ImportError as error:
+            return format_note(f"There is no diagram: {error}.")
+        words = "Frequencies over the speed of the rotor; the dashed lines are 1, 3 and 6 times it."
+        return embed_figure(path, words)
+
+
+def _draw_shapes(folder: Path, scale: float) -> str:
+    """A sheet of all shapes."""
+    with tempfile.TemporaryDirectory() as scratch:
+        try:
+            look = replace(LOOK, scale=scale, size=_SIZE)
+            *_, path = render_modes(folder / "modes.xdmf", scratch, look=look)
+        except InputError as error:
+            reason = str(error).rpartition(f"{scratch}{os.sep}")[2]
+            return format_note(f"There are no pictures: {reason}.")
+        words = "Shapes, and in grey the turbine at rest. Red is what moves most."
+        return embed_figure(path, words)

@@ -1,0 +1,144 @@
+"""Strain gauges on the surface of flexible bodies.
+
+A gauge is a short fibre along a unit vector t in the surface. The motion takes it to
+
+    F t = t + sum_a u_a (grad N_a . t),
+
+and it reads |F t| - 1, which knows nothing of rotations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, inf, sin
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_matrix
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
+from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.skin import Skin
+from turbine_fenicsx.system.system import MultibodySystem
+
+
+@dataclass(frozen=True, eq=False)
+class Gauge:
+    """A strain gauge, where a half-line leaves the body for good.
+
+    Args:
+        name: Column ``strain_NAME_[-]``.
+        body: Flexible body that it is glued to.
+        point: Where the half-line begins, in the initial configuration, shape (3,) [m].
+        outward: Direction of the half-line, shape (3,).
+        along: Direction of the gauge, which is turned into the surface, shape (3,).
+        angle: By which it is turned from there, positive about the outward normal [rad].
+
+    Raises:
+        ModelError: for a vector that is none or of length zero, or an angle that is no number.
+    """
+
+    name: str
+    body: FlexibleBody
+    point: npt.ArrayLike
+    outward: npt.ArrayLike
+    along: npt.ArrayLike
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        vectors = {"outward": self.outward, "along": self.along}
+        check_vectors(self.name, point=self.point, **vectors)
+        for name, vector in vectors.items():
+            if not np.any(vector):
+                raise ModelError(f"{name} of gauge {self.name!r} must not be zero")
+        if not -inf < self.angle < inf:
+            raise ModelError(f"angle of gauge {self.name!r} must be a finite number")
+
+
+class Gauges:
+    """Strains that gauges read.
+
+    Args:
+        system: The system.
+        gauges: The gauges.
+        sums: Where the sums over the ranks are made; its own if None.
+
+    Raises:
+        ModelError: for a body that is not part of the system, a half-line that misses its body, or
+            a direction across the surface.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(
+        self, system: MultibodySystem, gauges: Sequence[Gauge], sums: SharedSum | None = None
+    ) -> None:
+        self.gauges = tuple(gauges)
+        for gauge in self.gauges:
+            whose = f"gauge {gauge.name!r}"
+            check_among_parts("body", gauge.body, system.flexible_bodies, whose)
+        self._directions = np.zeros((len(self.gauges), 3))
+        self._weights: list[tuple[int, csr_matrix]] = []
+        for k, model in enumerate(system.flexible_models):
+            mine = [g for g, gauge in enumerate(self.gauges) if gauge.body is model.body]
+            if not mine:
+                continue
+            skin, (first, end) = Skin(model), model.space.dofmap.index_map.local_range
+            rows, columns, values = [], [], []
+            for g in mine:
+                nodes, weights, self._directions[g] = _place(self.gauges[g], skin)
+                own = (nodes >= first) & (nodes < end)
+                rows += [g] * int(own.sum())
+                columns += (nodes[own] - first).tolist()
+                values += weights[own].tolist()
+            shape = (len(self.gauges), model.n_owned)
+            self._weights.append((k, csr_matrix((values, (rows, columns)), shape=shape)))
+        self._sum = (sums or SharedSum(system.comm)).add(self._stretch)
+
+    def at(self, snapshot: Snapshot) -> Array:
+        """Strains at a snapshot, shape (n,), equal on all ranks. Collective."""
+        fibres = self._directions + self._sum(snapshot)
+        strains: Array = np.linalg.norm(fibres, axis=1) - 1.0
+        return strains
+
+    def _stretch(self, snapshot: Snapshot) -> Array:
+        """What the nodes of this rank add to the fibres, shape (n, 3)."""
+        found = np.zeros((len(self.gauges), 3))
+        for k, weights in self._weights:
+            found += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
+        return found
+
+
+def gauge_channel(gauges: Gauges) -> Channel:
+    """A column for each gauge."""
+    columns = tuple(names.STRAIN(gauge=gauge.name) for gauge in gauges.gauges)
+    return Channel(columns, lambda s: gauges.at(s).tolist())
+
+
+def _place(gauge: Gauge, skin: Skin) -> tuple[npt.NDArray[np.int64], Array, Array]:
+    """Nodes and weights of a gauge, and its direction; where cells meet, the mean over them."""
+    crossings = skin.leave(gauge.point, gauge.outward)
+    if not crossings:
+        raise ModelError(
+            f"gauge {gauge.name!r}: from {np.asarray(gauge.point).tolist()} along "
+            f"{np.asarray(gauge.outward).tolist()} there is no surface of {gauge.body.name!r}"
+        )
+    normal = np.sum([crossing.normal for crossing in crossings], axis=0)
+    normal /= np.linalg.norm(normal)
+    along = np.asarray(gauge.along, dtype=float)
+    t = along - (along @ normal) * normal
+    if np.linalg.norm(t) < 1e-6 * np.linalg.norm(along):
+        raise ModelError(f"gauge {gauge.name!r}: along = {along.tolist()} is across the surface")
+    t /= np.linalg.norm(t)
+    t = cos(gauge.angle) * t + sin(gauge.angle) * np.cross(normal, t)
+    nodes = np.concatenate([crossing.nodes for crossing in crossings])
+    weights = np.concatenate([crossing.gradients @ t for crossing in crossings])
+    return nodes, weights / len(crossings), t

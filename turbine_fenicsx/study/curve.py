@@ -1,0 +1,99 @@
+"""Quantities of a study over a key of its cases, beside reference values."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import read_text
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.postprocessing.names import split_unit
+from turbine_fenicsx.postprocessing.plots import PALETTE
+from turbine_fenicsx.study.file import Study
+from turbine_fenicsx.study.picture import STYLE, name_and_unit
+from turbine_fenicsx.study.plan import Run
+from turbine_fenicsx.study.results import find_quantity
+
+LARGEST_REFERENCE = 100_000
+"""Rows of a table of references; more are a slip."""
+
+
+def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array, Array]]:
+    """Places and values of each quantity that a table of references has.
+
+    Args:
+        path: CSV file whose head names its columns.
+        x: Name of the column of the places.
+        y: Quantities, with or without unit.
+
+    Raises:
+        InputError: if it cannot be read, lacks the places, or holds what is no number.
+    """
+    lines = read_text(path, "table of references").splitlines()
+    table_rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    head, rows = table_rows[0] if table_rows else [], table_rows[1:]
+    if x not in head or not 0 < len(rows) <= LARGEST_REFERENCE:
+        raise InputError(f"{path} needs a column {x!r} and rows with numbers")
+    try:
+        table = np.array([[float(word) for word in row] for row in rows])
+    except ValueError as error:
+        raise InputError(f"{path} has a row that is not of numbers: {error}") from None
+    if table.ndim != 2 or table.shape[1] != len(head) or not np.all(np.isfinite(table)):
+        raise InputError(f"{path} must have a finite number in each column of each row")
+    columns = {split_unit(name)[0]: table[:, k] for k, name in enumerate(head)}
+    wanted = {name: split_unit(name)[0] for name in y}
+    return {
+        name: (table[:, head.index(x)], columns[short])
+        for name, short in wanted.items()
+        if short in columns
+    }
+
+
+def plot_curve(
+    study: Study, runs: Sequence[Run], results: Mapping[str, Mapping[str, float]], path: Path
+) -> None:
+    """Draw one panel per quantity: the runs as dots, the references as a line.
+
+    Args:
+        study: A study with a curve.
+        runs: Its runs.
+        results: Results of the finished ones by name.
+        path: Picture to write.
+
+    Raises:
+        ImportError: if Matplotlib is missing.
+        InputError: for a table of references that cannot be read.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    curve = study.curve
+    assert curve is not None
+    done = [run for run in runs if run.name in results]
+    references = (
+        read_reference(curve.reference, curve.x, curve.y) if curve.reference is not None else {}
+    )
+    with matplotlib.rc_context(STYLE):
+        size = (4.2 * len(curve.y) + 0.4, 4.0)
+        figure = Figure(figsize=size, layout="constrained")
+        for k, name in enumerate(curve.y):
+            axes = figure.add_subplot(1, len(curve.y), k + 1)
+            if name in references:
+                axes.plot(*references[name], color="#999999", lw=1.5, label=curve.label)
+            full = name
+            if done:
+                full = find_quantity(results[done[0].name], name)
+                x = [float(run.value(curve.x)) for run in done]
+                y = [results[run.name][full] for run in done]
+                axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study")
+            title, unit = name_and_unit(full)
+            axes.set(title=f"{title}{unit}", xlabel=curve.x)
+            axes.set_ylim(bottom=0.0)
+            axes.legend()
+        if study.title:
+            figure.suptitle(study.title, x=0.01, ha="left")
+        figure.savefig(path)

@@ -1,0 +1,99 @@
+"""Section loads on a flexible body: evaluated for any motion, moved on once per accepted step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.line_source import LineSource, StepLoads
+from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.section_transfer import SectionTransfer
+
+
+class BoundSectionLoads(LineSource):
+    """Loads on stations as forces on the nodes of a body.
+
+    Args:
+        comm: Communicator of the body.
+        positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
+        areas: For each line the skin area of each node, zero off its skin, shape (n_owned,) [m^2].
+        loads: What acts on it.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(
+        self, comm: MPI.Intracomm, positions: Array, areas: Sequence[Array], loads: SectionLoads
+    ) -> None:
+        stations = sum(line.size for line in loads.lines)
+        super().__init__(loads.name, stations, loads.source)
+        self._transfer = SectionTransfer(comm, positions, areas, loads)
+        nodes = self._transfer.nodes
+        self._X = positions[nodes]
+        self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+        self._checked = False
+
+    def begin_at(self, times: StepTimes, u: Array) -> None:
+        """A step begins: the one before was accepted if this one follows it. Collective.
+
+        Args:
+            times: The step.
+            u: Displacements of the owned nodes at its start, shape (3 n,) [m].
+        """
+        self._transfer.begin(self._positions(u))
+        self.begin(times)
+        if not self._checked:  # an error in an iteration would become one of PETSc
+            self.loads(self._find_motion(u, np.zeros_like(u)), times.middle)
+            self._checked = True
+
+    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
+        """Add the forces on the nodes times a factor. Collective.
+
+        Args:
+            u: Displacements of the owned nodes, shape (3 n,) [m].
+            v: Their velocities, shape (3 n,) [m/s].
+            time: Time [s].
+            factor: The factor.
+            out: What the forces are added to, shape (3 n,).
+        """
+        motion = self._find_motion(u, v)
+        out[self._dofs] += factor * self._spread(*self.loads(motion, time))
+
+    def work(self, u: Array, v: Array, times: StepTimes, du: Array) -> float:
+        """This rank's part of the work in a step [J], which is then done. Collective.
+
+        Args:
+            u: Displacements in the middle of the step, shape (3 n,) [m].
+            v: Velocities there, du/dt, shape (3 n,) [m/s].
+            times: The step.
+            du: Increments, shape (3 n,) [m].
+        """
+        motion = self._find_motion(u, v)
+        F, M = self.loads(motion, times.middle)
+        self.finish(StepLoads(motion, F, M, times))
+        return float(self._spread(F, M) @ du[self._dofs])
+
+    def loads_at(self, u: Array, v: Array, time: float) -> StepLoads:
+        """Loads for displacements and velocities outside of a step. Collective."""
+        motion = self._find_motion(u, v)
+        times = StepTimes.from_start(time, 0.0)
+        self.tell(times)
+        return StepLoads(motion, *self.loads(motion, time), times)
+
+    def _positions(self, u: Array) -> Array:
+        """Positions of the nodes of the skin for displacements, shape (k, 3) [m]."""
+        return np.asarray(self._X + u[self._dofs].reshape(-1, 3))
+
+    def _find_motion(self, u: Array, v: Array) -> SectionMotion:
+        """How the sections move."""
+        return self._transfer.motion(self._positions(u), v[self._dofs].reshape(-1, 3))
+
+    def _spread(self, F: Array, M: Array) -> Array:
+        """Forces on the degrees of freedom of the skin for loads on its sections [N]."""
+        return self._transfer.forces(F, M).ravel()

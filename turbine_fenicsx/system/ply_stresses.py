@@ -1,0 +1,115 @@
+"""Strains, stresses and failure indices of the plies in the walls of a flexible body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import raise_together
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.kinematics import (
+    deformation_gradient,
+    green_lagrange,
+    right_cauchy_green,
+)
+from turbine_fenicsx.materials.laminate_theory import Plies
+from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
+from turbine_fenicsx.materials.wall_axes import wall_frame
+from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+
+
+class PlyStresses:
+    """Where the plies of a body are strained, and how near they are to failing.
+
+    Strains are those of Green and Lagrange at both faces of the wall, at four points of each face
+    where quadratic cells are most accurate, two along the span and two around the section; plies
+    have the linear interpolation between the faces. Stresses are those of plane stress in the
+    plies, also where the cell is homogenised.
+
+    Args:
+        system: The system.
+        body: A flexible body of the system, its cells as `turbine_fenicsx.materials.laminate`
+            needs them.
+        laminates: The plies of each cell that this rank owns, from the outer to the inner face.
+
+    Attributes:
+        table: The plies of these cells.
+        inner: Strains 11, 22, 12 in the axes of the wall at the inner faces, shape (cells, 4, 3).
+        outer: Those at the outer faces.
+
+    Raises:
+        ModelError: for a body that is not part of the system, or another number of laminates than
+            cells, on all ranks.
+
+    Note:
+        Making it and `update` are collective.
+    """
+
+    def __init__(
+        self, system: MultibodySystem, body: FlexibleBody, laminates: Sequence[Plies]
+    ) -> None:
+        check_among_parts("flexible body", body, system.flexible_bodies)
+        n = body.mesh.topology.index_map(3).size_local
+        error = None
+        if len(laminates) != n:
+            error = ModelError(
+                f"plies of {body.name!r} are needed for each of the {n} cells of this rank, got "
+                f"{len(laminates)} laminates"
+            )
+        elif not all(laminates):
+            error = ModelError(f"a cell of {body.name!r} has no plies")
+        raise_together(body.mesh.comm, error)
+        self.body, self.table = body, PlyTable(laminates)
+        self._index = system.flexible_bodies.index(body)
+        self._model = system.flexible_models[self._index]
+        self._u = fem.Function(self._model.space)
+        a1, a2, _ = wall_frame(body.mesh)
+        E = green_lagrange(right_cauchy_green(deformation_gradient(self._u)))
+        e = [ufl.dot(a1, E * a1), ufl.dot(a2, E * a2), 2.0 * ufl.dot(a1, E * a2)]
+        points = np.repeat(gauss_quadrature(2, 2, 1).points[None], 2, axis=0)
+        points[0, :, 2], points[1, :, 2] = 0.0, 1.0
+        self._strain = _compat.expression_at(ufl.as_vector(e), points.reshape(-1, 3))
+        self._cells = np.arange(n, dtype=np.int32)
+        self.inner, self.outer = np.zeros((2, n, 4, 3))
+
+    def update(self, state: State) -> None:
+        """Take the strains of a state. Collective.
+
+        Args:
+            state: A state of the system.
+        """
+        self._model.copy_to(self._u, state.u[self._index])
+        found = _compat.evaluate(self._strain, self.body.mesh, self._cells)
+        self.inner, self.outer = np.moveaxis(found.reshape(-1, 2, 4, 3), 1, 0)
+
+    def strains(self) -> Array:
+        """Along the fibre, across it, and shear, at both faces of each ply and at four points.
+
+        Returns:
+            Shape (plies, 2, 4, 3), outer faces first.
+        """
+        return self.table.strains(self.inner, self.outer)
+
+    def stresses(self) -> Array:
+        """Those of `strains` [Pa]."""
+        return self.table.stresses(self.strains())
+
+    def largest(self, criterion: Criterion) -> tuple[Array, Array]:
+        """The largest failure index of each cell, and the ply where it is.
+
+        Args:
+            criterion: One of `turbine_fenicsx.materials.ply_failure`.
+
+        Returns:
+            Shapes (cells,), cells that this rank owns; plies count from the outer face, from 0.
+        """
+        return self.table.largest(criterion(self.table, self.strains()))

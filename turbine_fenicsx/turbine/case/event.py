@@ -1,0 +1,44 @@
+"""The tables of events: their keys, and what they need of a turbine."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from turbine_fenicsx.control.events import EventKind
+from turbine_fenicsx.turbine.case.quantities import (
+    AngularSpeed,
+    Radians,
+    Seconds,
+    require_number,
+)
+from turbine_fenicsx.turbine.case.section import (
+    NotNegative,
+    Positive,
+    Section,
+    check_names,
+)
+
+
+class EventCase(Section):
+    """Something that happens at a ``time``, whatever the controller wants; NAME is yours.
+
+    Before ``"start_up"`` the generator is off and the blades stay as they are, then they turn at
+    ``rate`` to where the controller wants them. In ``"shut_down"`` and ``"emergency_stop"`` they
+    turn at ``rate`` to ``pitch``. After ``"grid_loss"`` the generator has no torque. In
+    ``"pitch_fault"`` a ``blade`` does not follow any more. ``"brake"`` closes the brake in
+    ``duration``.
+    """
+
+    kind: EventKind = "emergency_stop"
+    time: Annotated[Seconds, NotNegative] = 0.0
+    pitch: Annotated[Radians, Field(ge=-pi, le=pi)] = 0.5 * pi
+    rate: Annotated[AngularSpeed, Positive] = 8.0 * pi / 180.0
+    blade: Annotated[Literal[1, 2, 3], BeforeValidator(require_number)] = 1
+    duration: Annotated[Seconds, NotNegative] = 0.6
+
+
+EventCases = Annotated[dict[str, EventCase], BeforeValidator(check_names)]
+"""Events by name."""

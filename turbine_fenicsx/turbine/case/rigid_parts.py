@@ -1,0 +1,87 @@
+"""The tables of nacelle, hub and rigid blades."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from turbine_fenicsx.bodies.inertia import principal_inertia
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.parameters import Inertia, TurbineParameters, Vector
+from turbine_fenicsx.turbine.case.quantities import EulerMoment, Kilograms, Metres
+from turbine_fenicsx.turbine.case.section import Finite, Moment, Positive, Section
+
+_DEFAULTS = TurbineParameters()
+
+Coordinate = Annotated[Metres, Finite]
+Product = Annotated[EulerMoment, Finite]
+
+
+class RigidBladeCase(Section):
+    """Mass [kg] and Euler values [kg m^2] of a rigid blade."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
+
+    def inertia_data(self) -> Inertia:
+        """The numbers for the builders."""
+        return Inertia(self.mass, self.euler)
+
+
+class NacelleCase(Section):
+    """Mass [kg], centre of mass [m] and inertia [kg m^2] of the nacelle.
+
+    ``centre`` counts from the tower top along e1, e2, e3. ``inertia`` is the tensor about the
+    centre of mass, J11, J22, J33 and, if there are, J12, J13, J23; it takes the place of the Euler
+    values ``euler``.
+    """
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+    inertia: Annotated[tuple[Product, ...], Field(min_length=3, max_length=6)] | None = None
+
+    def inertia_data(self) -> Inertia:
+        """The numbers for the builders."""
+        return Inertia(self.mass, self.euler, self.centre, self.tensor)
+
+    @property
+    def tensor(self) -> tuple[Vector, Vector, Vector] | None:
+        """The tensor of inertia, rows."""
+        if self.inertia is None:
+            return None
+        J11, J22, J33, J12, J13, J23 = (*self.inertia, 0.0, 0.0, 0.0)[:6]
+        return (J11, J12, J13), (J12, J22, J23), (J13, J23, J33)
+
+
+class HubCase(NacelleCase):
+    """Mass [kg], centre of mass [m] and inertia [kg m^2] of the hub.
+
+    Its axes are those of the rotor: to the side, up, and along the shaft, downwind. ``centre``
+    counts from the rotor centre.
+    """
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+
+
+def check_inertia(key: str, part: NacelleCase) -> str:
+    """A sentence if the tensor of inertia belongs to no body.
+
+    Args:
+        key: Of the table, for example "turbine.hub".
+        part: The table.
+    """
+    J = part.inertia
+    if J is None or part.tensor is None:
+        return ""
+    words = f"{key}.inertia = {quote(list(J))}"
+    if len(J) not in (3, 6):
+        return f"{words}: expected J11, J22, J33, or these and J12, J13, J23, got {len(J)} numbers"
+    try:
+        principal_inertia(key, part.tensor)
+    except ModelError as error:
+        return f"{words}: {error}"
+    return ""

@@ -1,0 +1,288 @@
+"""A windIO file as part of a case: the case overrides single values of the file.
+
+What the file says of hub, nacelle and tower becomes the default of the keys; shape and layup of the
+blades are the file's alone.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from functools import lru_cache, partial
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.turbine.case.section import IdleKeys, Section
+from turbine_fenicsx.turbine.case.tables import Tables
+
+if TYPE_CHECKING:  # cases without a file do not wait for what reads one
+    from turbine_fenicsx.windio import WindIOTurbine
+    from turbine_fenicsx.windio.rigid_parts import RigidPart
+
+N_BLADES = 3
+
+FILE = ("turbine", "file")
+
+FOREIGN = {
+    "blade": ("stations", "chord", "thickness", "wall", "twist"),
+    "mesh": ("cell", "elements", "size", "degree", "geometry_degree"),
+    "material": ("density", "young", "shear", "poisson", "first_lame", "shear_modulus"),
+}
+"""Keys of blades that are not described by a windIO file."""
+
+OWN = {"blade": ("layup",)}
+"""Keys of blades that are."""
+
+
+def load_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
+    """The turbine of a windIO file; a file that has not changed is read once.
+
+    Raises:
+        InputError: if it cannot be read, or is no turbine that can be built.
+    """
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read the windIO file {quote(str(path))}: {error}") from None
+    return _load(os.fspath(path), status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=4)
+def _load(path: str, changed: int, size: int) -> WindIOTurbine:
+    """The turbine of a file as it is now."""
+    from turbine_fenicsx.windio import read_turbine
+
+    try:
+        turbine = read_turbine(path)
+    except ModelError as error:
+        raise InputError(str(error)) from None
+    name = Path(path).name
+    if turbine.blade_count != N_BLADES:
+        raise InputError(f"{name} has {turbine.blade_count} blades, expected {N_BLADES}")
+    if not turbine.upwind:
+        raise InputError(f"{name} has its rotor behind the tower, expected one in front of it")
+    missing = [
+        key
+        for key, part in (
+            ("drivetrain", turbine.nacelle),
+            ("drivetrain.elastic_properties", turbine.nacelle and turbine.nacelle.body),
+            ("hub.elastic_properties", turbine.hub.body),
+        )
+        if part is None
+    ]
+    if missing:
+        raise InputError(f"{name} has no components.{missing[0]}, which a turbine needs")
+    return turbine
+
+
+def tabulate_file(turbine: WindIOTurbine, tower: bool, wind: bool = False) -> dict[str, Any]:
+    """Keys of a case that a file gives, as nested tables.
+
+    Args:
+        turbine: What the file says.
+        tower: Whether its tower is wanted.
+        wind: Whether there is a wind, which blows at the height of the hub.
+    """
+    nacelle, hub = turbine.nacelle, turbine.hub
+    assert nacelle and nacelle.body and hub.body
+    found: dict[str, Any] = {
+        "turbine": {
+            "hub_distance": nacelle.overhang,
+            "hub_rise": nacelle.height,
+            "tilt": -nacelle.tilt * pi / 180.0,
+            "precone": -hub.cone_angle * pi / 180.0,
+            "nacelle": _tabulate_part(nacelle.body),
+            "hub": _tabulate_part(hub.body),
+        },
+        "blade": {"hub_radius": hub.radius, "length": turbine.blade.length},
+        "material": {"law": "windio"},
+    }
+    if wind and turbine.hub_height:
+        found["wind"] = {"hub_height": turbine.hub_height}
+    if tower and turbine.tower:
+        t = turbine.tower
+        stations = np.unique(np.concatenate([[0.0, 1.0], t.diameter.grid, t.wall.grid]))
+        found["tower"] = {
+            "flexible": True,
+            "height": t.top - t.base,
+            "stations": stations.tolist(),
+            "diameters": t.diameter(stations).tolist(),
+            "walls": t.wall(stations).tolist(),
+            "young": t.material.young[0],
+            "poisson": t.material.poisson[0],
+            "density": t.material.density * t.outfitting,
+        }
+        if turbine.yaw and turbine.yaw.mass > 0.0:
+            found["tower"]["top_mass"] = turbine.yaw.mass
+    return found
+
+
+def _tabulate_part(part: RigidPart) -> dict[str, Any]:
+    """Mass, centre and inertia of a rigid part, from windIO's x, y, z = e3, e1, e2."""
+    order = [1, 2, 0]
+    J: Array = part.inertia[np.ix_(order, order)]
+    return {
+        "mass": part.mass,
+        "centre": part.location[order].tolist(),
+        "inertia": [*np.diag(J).tolist(), J[0, 1], J[0, 2], J[1, 2]],
+    }
+
+
+def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Nested tables of a case with those of its file below them.
+
+    Args:
+        data: The tables, with the key ``turbine.file``.
+        folder: Where the file is looked for before the examples of windIO.
+
+    Raises:
+        InputError: if there is no such file, it cannot be read, or it is no turbine that can be
+            built.
+    """
+    from turbine_fenicsx.windio import find_turbine_file
+
+    name = str(find_turbine_file(data["turbine"]["file"], folder))
+    own = data.get("tower")
+    tower = not isinstance(own, Mapping) or own.get("flexible") is not False
+    blows = data.get("wind")
+    wind = isinstance(blows, Mapping) and ("speed" in blows or "file" in blows)
+    below = tabulate_file(load_turbine(name), tower, wind)
+    for part in ("nacelle", "hub"):
+        table = data["turbine"].get(part)
+        if isinstance(table, Mapping) and "euler" in table:
+            del below["turbine"][part]["inertia"]
+    found = _merge(below, data)
+    found["turbine"]["file"] = name
+    return found
+
+
+def find_file(data: Any) -> str | None:
+    """The key ``turbine.file`` of nested tables, if these are tables and it is text."""
+    turbine = data.get("turbine") if isinstance(data, Mapping) else None
+    name = turbine.get("file") if isinstance(turbine, Mapping) else None
+    return name if isinstance(name, str) else None
+
+
+def _merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables, the second over the first."""
+    found = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, Mapping) and isinstance(below.get(key), Mapping)
+        found[key] = _merge(below[key], value) if both else value
+    return found
+
+
+def list_origins(case: Tables) -> tuple[list[str], list[str]]:
+    """Keys that have the value of the file, and those that the case overrides."""
+    assert case.turbine.file is not None
+    turbine = load_turbine(case.turbine.file)
+    taken: list[str] = []
+    overridden: list[str] = []
+    for key, value in _flatten(tabulate_file(turbine, case.tower.flexible, case.wind.blows)):
+        mine: Any = case
+        for name in key.split("."):
+            mine = getattr(mine, name)
+        same = list(mine) == value if isinstance(mine, tuple) else mine == value
+        (taken if same else overridden).append(key)
+    return taken, overridden
+
+
+def describe_file(case: Tables) -> list[str]:
+    """What of a case is its file's, in a few lines; nothing without a file."""
+    if case.turbine.file is None:
+        return []
+    turbine, (taken, overridden) = load_turbine(case.turbine.file), list_origins(case)
+    lines = [
+        f"{Path(case.turbine.file).name}: {turbine.name}",
+        f"from the file: {', '.join(taken) or 'nothing'}, shape and layup of the blades",
+    ]
+    if overridden:
+        lines.append(f"overridden by the case: {', '.join(overridden)}")
+    if turbine.rated_speed is not None:
+        lines.append(f"rated speed of the rotor {turbine.rated_speed * 30.0 / pi:.4g} rpm")
+    return lines
+
+
+def _flatten(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys and values."""
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value
+
+
+# --- checks
+
+
+def _check_foreign(table: str, key: str, case: Tables) -> str:
+    """Blades of a file need no keys of other blades."""
+    section: Section = getattr(case, table)
+    if case.turbine.file is None or key not in section.model_fields_set:
+        return ""
+    what = "layup" if table == "material" else "shape"
+    if table == "mesh":
+        what = "shape, meshed by mesh.span and mesh.around,"
+    return (
+        f"{table}.{key} = {quote(getattr(section, key))}: expected none beside turbine.file = "
+        f"{quote(Path(case.turbine.file).name)}, which has the {what} of the blades"
+    )
+
+
+def _check_length(case: Tables) -> str:
+    """Blades of a file are as long as it says."""
+    if case.turbine.file is None:
+        return ""
+    length = load_turbine(case.turbine.file).blade.length
+    if case.blade.length == length:
+        return ""
+    return (
+        f"blade.length = {case.blade.length:g}: expected none beside turbine.file, whose blades "
+        f"have {length:g} m"
+    )
+
+
+def _check_law(case: Tables) -> str:
+    """The law of layups belongs to a file, and the other way round."""
+    law, file = case.material.law, case.turbine.file
+    if case.turbine.model == "rigid" or (law == "windio") == (file is not None):
+        return ""
+    if file is None:
+        return 'material.law = "windio": expected turbine.file, the windIO file with the layup'
+    return f'material.law = "{law}": expected "windio" or none beside turbine.file'
+
+
+def _check_model(case: Tables) -> str:
+    """Blades of a file are flexible."""
+    if case.turbine.file is None or case.turbine.model == "hybrid":
+        return ""
+    return 'turbine.model = "rigid": expected "hybrid" beside turbine.file'
+
+
+FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
+    (("turbine.model", "turbine.file"), _check_model),
+    *(
+        (
+            (f"{table}.{key}", "turbine.file"),
+            partial(_check_foreign, table, key),
+        )
+        for table, keys in FOREIGN.items()
+        for key in keys
+    ),
+    (("blade.length", "turbine.file"), _check_length),
+    (("material.law", "turbine.file"), _check_law),
+)
+"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
+
+
+def find_idle_file_keys(case: Tables) -> IdleKeys:
+    """Keys of blades that are made otherwise."""
+    keys, reason = (FOREIGN, "beside") if case.turbine.file else (OWN, "without")
+    for table, names in keys.items():
+        yield table, names, f"{reason} turbine.file"

@@ -1,0 +1,162 @@
+"""What the keys of wind and aerodynamics have to do with each other, and with their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.section import IdleKeys
+from turbine_fenicsx.turbine.case.tables import Tables
+
+
+def _check_source(case: Tables) -> str:
+    """A wind is steady, or that of a file."""
+    w = case.wind
+    if w.file is None or w.speed is None:
+        return ""
+    return f"wind.speed = {w.speed:g}: expected none beside wind.file, which has its own wind"
+
+
+def _check_gust(case: Tables) -> str:
+    """A gust needs a wind before it."""
+    w = case.wind
+    if w.gust == "none" or (w.speed and w.file is None):
+        return ""
+    return f'wind.gust = "{w.gust}": expected wind.speed greater than 0, the wind before the gust'
+
+
+def _check_sign(case: Tables) -> str:
+    """A sign is not zero."""
+    return "" if case.wind.gust_sign else "wind.gust_sign = 0: expected 1 or -1"
+
+
+def _check_height(case: Tables) -> str:
+    """The blades do not touch the ground that the wind is told of."""
+    if not case.wind.blows:
+        return ""
+    height, radius = case.hub_height, case.blade.hub_radius + case.blade.length
+    if height > radius:
+        return ""
+    return (
+        f"wind.hub_height = {height:g}: expected more than {radius:.4g} m, the radius of the rotor"
+    )
+
+
+def _check_data(case: Tables) -> str:
+    """The wind finds blades with aerodynamics that can be read."""
+    if not case.wind.blows:
+        return ""
+    if case.aero.file is None and case.turbine.file is None:
+        return (
+            "aero.file: expected one beside a wind, a primary file of AeroDyn 15 or a windIO file "
+            "with the polars of the blades"
+        )
+    from turbine_fenicsx.turbine.aero_blade import load_aero_blade
+
+    key = "turbine.file" if case.aero.file is None else "aero.file"
+    try:
+        blade = load_aero_blade(case)
+    except (InputError, ModelError, OSError) as error:
+        return "\n".join(f"{key}: {line}" for line in str(error).splitlines())
+    tip, expected = blade.tip_radius, case.blade.hub_radius + case.blade.length
+    if abs(tip - expected) <= 0.01 * expected:
+        return ""
+    return (
+        f"{key}: its blades end at a radius of {tip:.4g} m, those of the case at "
+        f"blade.hub_radius + blade.length = {expected:.4g} m, expected the same to 1 %"
+    )
+
+
+def _check_tower(case: Tables) -> str:
+    """A tower that stands in the wind has a shape."""
+    shadow = case.aero.tower_shadow
+    if not case.wind.blows or shadow == "none" or case.tower.flexible:
+        return ""
+    return f'aero.tower_shadow = "{shadow}": expected tower.flexible = true, a tower with diameters'
+
+
+def _check_field(case: Tables) -> str:
+    """The turbulence can be read, and is as large as the rotor and as long as the run."""
+    if case.wind.file is None:
+        return ""
+    from turbine_fenicsx.turbine.inflow import list_field_mistakes
+
+    try:
+        found = list_field_mistakes(case)
+    except (InputError, OSError) as error:
+        found = [str(error)]
+    return "\n".join(f"wind.file: {sentence}" for sentence in found)
+
+
+_BLADE = ("turbine.file", "blade.hub_radius", "blade.length")
+_ROTOR = ("turbine.tilt", "turbine.precone", "turbine.hub_rise", "tower.height")
+
+WIND_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
+    (("wind.speed", "wind.file"), _check_source),
+    (("wind.gust", "wind.speed", "wind.file"), _check_gust),
+    (("wind.gust_sign",), _check_sign),
+    (("wind.hub_height", "wind.speed", "wind.file", *_BLADE, *_ROTOR), _check_height),
+    (("aero", "wind.speed", "wind.file", *_BLADE), _check_data),
+    (("aero.tower_shadow", "wind.speed", "wind.file", "tower.flexible"), _check_tower),
+    (("wind.file", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
+)
+"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
+
+
+def find_idle_wind_keys(case: Tables) -> IdleKeys:
+    """Keys without effect."""
+    w, turbulence = case.wind, ("turbine_class", "turbulence")
+    if not w.blows:
+        others = set(type(w).model_fields) - {"speed", "file"}
+        yield "wind", tuple(others), "without wind.speed or wind.file"
+        yield "", ("aero",), "without wind.speed or wind.file"
+        return
+    if case.aero.tower_shadow != "powles":
+        yield "aero", ("tower_drag",), f'with aero.tower_shadow = "{case.aero.tower_shadow}"'
+    if w.file is not None:
+        steady = ("shear", "direction", "inclination", "gust_start", "gust_sign", *turbulence)
+        yield "wind", steady, "beside wind.file"
+    elif w.gust == "none":
+        yield "wind", ("gust_start", "gust_sign", *turbulence), 'with wind.gust = "none"'
+    else:
+        yield "wind", ("inclination",), f'with wind.gust = "{w.gust}"'
+        if w.gust == "EOG":
+            yield "wind", ("gust_sign",), 'with wind.gust = "EOG"'
+
+
+def describe_aerodynamics(case: Tables) -> list[str]:
+    """What the wind is and what it acts on, in a few lines; nothing without a wind."""
+    w = case.wind
+    if not w.blows:
+        return []
+    from turbine_fenicsx.turbine.aero_blade import find_aero_file, load_aero_blade
+
+    blade = load_aero_blade(case)
+    wind = (
+        f"turbulence of {quote(Path(w.file).name)}"
+        if w.file
+        else f"wind of {w.speed:g} m/s at {case.hub_height:g} m above ground, shear {w.shear:g}"
+    )
+    gust = f", {w.gust} from {w.gust_start:g} s on" if w.gust != "none" else ""
+    sets_in = f", sets in within {w.ramp:g} s" if w.ramp else ""
+    return [
+        f"{wind}{gust}{sets_in}",
+        f"aerodynamics of {Path(find_aero_file(case)).name}: blade-element momentum theory with "
+        f"{_name_models(case)}, {len(blade.radius)} stations from {blade.radius[0]:.4g} to "
+        f"{blade.radius[-1]:.4g} m, chords from {blade.chord.min():.3g} to "
+        f"{blade.chord.max():.3g} m",
+    ]
+
+
+def _name_models(case: Tables) -> str:
+    """What the aerodynamics of a case know, in words."""
+    aero, found = case.aero, ["dynamic inflow"]
+    if aero.dynamic_stall == "oeye":
+        found.append("dynamic stall")
+    if aero.skewed_wake:
+        found.append("a skewed wake")
+    if aero.tower_shadow != "none":
+        found.append("the tower's shadow")
+    return found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"

@@ -1,0 +1,118 @@
+"""What the cells of hollow blades stand for, read from the data that go with their mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.materials.laminate_theory import Plies
+from turbine_fenicsx.meshing.hollow_tip import TIP
+from turbine_fenicsx.windio import WindIOBlade
+
+NAMES = ("part", "span_start", "span_end", "arc_start", "arc_end", "wanted", "thickness")
+"""Data of cells that are needed, see `turbine_fenicsx.meshing.hollow_block.HollowBlock`."""
+
+
+@dataclass(frozen=True, eq=False)
+class WallCells:
+    """Cells of hollow blades.
+
+    Args:
+        shape: The blade.
+        part: Index in ``parts`` of each cell, shape (n,).
+        span: First and last span fraction of each cell, shape (n, 2) [-].
+        arc: First and last contour fraction, shape (n, 2) [-].
+        wanted: Thickness of the wall that each cell stands for, shape (n,) [m].
+        thickness: Thickness that the cell has, shape (n,) [m].
+    """
+
+    shape: WindIOBlade
+    part: IntArray
+    span: Array
+    arc: Array
+    wanted: Array
+    thickness: Array
+
+    @classmethod
+    def read(cls, shape: WindIOBlade, data: Mapping[str, Array]) -> WallCells:
+        """The cells of a mesh.
+
+        Args:
+            shape: The blade.
+            data: Numbers of the cells by name.
+
+        Raises:
+            ModelError: if some are missing, or cannot be those of this blade.
+        """
+        missing = [name for name in NAMES if name not in data]
+        if missing:
+            raise ModelError(
+                f"it lacks the cell data {', '.join(missing)}: blades with a layup need a mesh "
+                "that `turbine-fenicsx mesh` has written for them"
+            )
+        part, s0, s1, a0, a1, wanted, thickness = (np.asarray(data[name]) for name in NAMES)
+        n = len(_list_parts(shape))
+        rules = {
+            "part": (part == np.round(part)) & (part >= 0) & (part < n),
+            "span_start": s0 >= 0.0,
+            "span_end": (s1 > s0) & (s1 <= 1.0),
+            "arc_start": a0 >= 0.0,
+            "arc_end": (a1 >= a0) & (a1 <= 1.0),
+            "wanted": (wanted > 0.0) & (wanted < np.inf),
+            "thickness": (thickness > 0.0) & (thickness < np.inf),
+        }
+        for name, good in rules.items():
+            if not good.all():
+                worst = float(np.asarray(data[name])[~good][0])
+                raise ModelError(
+                    f"the cell data {name!r} have {worst:g}, which no cell of the blades of "
+                    "turbine.file can have: write the mesh anew with `turbine-fenicsx mesh`"
+                )
+        span, arc = np.stack([s0, s1], axis=1), np.stack([a0, a1], axis=1)
+        return cls(shape, part.astype(np.int64), span, arc, wanted, thickness)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of panels, webs, and the plate of a closed tip."""
+        return _list_parts(self.shape)
+
+    @property
+    def is_tip(self) -> Array:
+        """Which cells are the plate at the tip, shape (n,)."""
+        return np.asarray(self.part == len(self.parts) - 1)
+
+    def find_plies(self) -> list[Plies]:
+        """Plies of each cell.
+
+        Raises:
+            ModelError: for a cell that no layer covers.
+        """
+        known: dict[_Place, Plies] = {}
+        found = []
+        rows = zip(self.part.tolist(), self.span.tolist(), self.arc.tolist(), strict=True)
+        for part, (s0, s1), (a0, a1) in rows:
+            place = _Place(part, s0, s1, a0, a1)
+            if place not in known:  # three blades are alike
+                known[place] = self.shape.layup(self.parts[part], (s0, s1), (a0, a1))
+            found.append(known[place])
+        return found
+
+
+class _Place(NamedTuple):
+    """Where a cell is: part, ranges of span and contour."""
+
+    part: int
+    s0: float
+    s1: float
+    a0: float
+    a1: float
+
+
+def _list_parts(shape: WindIOBlade) -> tuple[str, ...]:
+    """Names of all parts that a mesh of the blade may have."""
+    return (*shape.panels, *(web.name for web in shape.webs), TIP)

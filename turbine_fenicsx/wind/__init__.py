@@ -1,0 +1,1 @@
+"""Wind and what it does to blades: polars, blade-element momentum theory, inflow."""

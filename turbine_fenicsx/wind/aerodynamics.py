@@ -1,0 +1,298 @@
+"""Aerodynamic loads on the blades of a rotor that moves and bends as it likes.
+
+Blade elements see the wind, their own velocity and the induced velocity of the wake, which follows
+the loads with a delay (`turbine_fenicsx.wind.wake`), is skewed where the rotor does not face the
+wind (`turbine_fenicsx.wind.skew`), and stall has a delay of its own (`turbine_fenicsx.wind.stall`).
+Where nothing changes this is the balance of blade elements and momentum of
+`turbine_fenicsx.wind.rotor`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.section_loads import SectionMotion
+from turbine_fenicsx.foundation.checks import check_array, check_positive
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.rotations import skew as cross_matrix
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.wind.aero_blade import AeroBlade
+from turbine_fenicsx.wind.inflow import Inflow
+from turbine_fenicsx.wind.momentum import Annuli, induction_of_thrust, solve_momentum
+from turbine_fenicsx.wind.skew import SkewedWake
+from turbine_fenicsx.wind.stall import OeyeStall, SeparationTable
+from turbine_fenicsx.wind.tower_shadow import TowerShadow
+from turbine_fenicsx.wind.wake import Wake
+
+LEAST_WIND = 0.1
+"""Without so much wind through the rotor, and so much rotation, there is no wake [m/s]."""
+
+MOST = 1.0
+"""Induction a and a' of a wake in balance with loads that change; more has no balance either. Long
+steps would let it grow where losses are large, at the very ends of a blade [-]."""
+
+
+class _Sections(NamedTuple):
+    """All sections at one moment; vectors have the shape (n, 3)."""
+
+    lever: Array  # from the centre of the section to the aerodynamic centre [m]
+    span: Array  # unit vector along the bent span, to the tip
+    chordwise: Array  # unit vector to the leading edge
+    suction: Array  # unit vector to the suction side
+    normal: Array  # unit vector through the rotor, downwind
+    way: Array  # unit vector along the way of the rotation
+    shaft: Array  # unit vector along the shaft, downwind, shape (3,)
+    outward: Array  # unit vector from the shaft to the section
+    radius: Array  # distance from the shaft, shape (n,) [m]
+    wind: Array  # relative to the section, without the wake [m/s]
+    V_x: Array  # its part along the normal, shape (n,) [m/s]
+    V_y: Array  # and that against the way, shape (n,) [m/s]
+
+
+class _Loads(NamedTuple):
+    """Loads on all sections at one moment, and what they follow from."""
+
+    force: Array  # shape (n, 3) [N]
+    moment: Array  # about the centre of the section, shape (n, 3) [N m]
+    along: Array  # line loads along normal and way, shape (n, 2) [N/m]
+    attached: Array  # attached part of the chord in balance, f_st, shape (n,) [-]
+    speed: Array  # of the flow across the section, W, shape (n,) [m/s]
+
+
+class RotorAerodynamics:
+    """A `LineLoad` on stations of all blades, one blade after another.
+
+    Wake and stall begin in balance with the loads of the first step.
+
+    Args:
+        blade: One of the blades, at its stations.
+        frames: For each blade its span, the way of the rotation there, and span x way as rows, in
+            the initial configuration without pitch, shape (B, 3, 3).
+        shaft: Direction of the shaft there, downwind, shape (3,).
+        centre: Rotor centre in the initial configuration, shape (3,) [m].
+        inflow: The wind, in the axes of the model.
+        density: Of the air [kg/m^3].
+        stall: How long separation takes; None for the lift of the polars.
+        skew: How much a skewed wake changes induction; None for not at all.
+        tower: What the tower does to the wind, in the axes of the model; None for nothing.
+
+    Raises:
+        ModelError: for fewer than three blades, whose roots would not tell how the rotor stands.
+    """
+
+    def __init__(
+        self,
+        blade: AeroBlade,
+        frames: npt.ArrayLike,
+        shaft: npt.ArrayLike,
+        centre: npt.ArrayLike,
+        inflow: Inflow,
+        density: float = 1.225,
+        stall: OeyeStall | None = None,
+        skew: SkewedWake | None = None,
+        tower: TowerShadow | None = None,
+    ) -> None:
+        B, n = len(np.asarray(frames)), len(blade.radius)
+        F = check_array("frames of the blades", frames, (B, 3, 3), "three axes for each blade")
+        if B < 3:
+            raise ModelError(f"aerodynamics of a rotor need three blades or more, got {B}")
+        self._shaft = check_array("shaft of the rotor", shaft, (3,), "three numbers")
+        self._shaft = self._shaft / np.linalg.norm(self._shaft)
+        self._centre = check_array("centre of the rotor", centre, (3,), "three numbers")
+        self._blade, self._inflow, self._B = blade, inflow, B
+        self._density = check_positive("density of the air", density)
+        span, way, normal = np.repeat(F, n, axis=0).swapaxes(0, 1)
+        prebend = np.zeros(n) if blade.prebend is None else blade.prebend
+        radius, bend = np.tile(blade.radius, B), np.tile(prebend, B)[:, None]
+        points = self._centre + radius[:, None] * span + bend * normal
+        # sections stand at right angles to the bent span
+        slope = np.tile(np.gradient(prebend, blade.radius), B)[:, None]
+        stretch = np.sqrt(1.0 + slope * slope)
+        span, normal = (span + slope * normal) / stretch, (normal - slope * span) / stretch
+        c, s = (f(np.tile(blade.twist, B))[:, None] for f in (np.cos, np.sin))
+        chordwise, suction = c * way - s * normal, c * normal + s * way
+        self._axes = np.stack([span, chordwise, suction], axis=2)
+        self._chord = np.tile(blade.chord, B)
+        back = np.broadcast_to(np.subtract(blade.aerodynamic_centre, blade.reference), (n,))
+        self._points = points - np.tile(back * blade.chord, B)[:, None] * chordwise
+        solidity = B * self._chord / (2.0 * np.pi * radius)
+        self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
+        self._lengths = np.tile(_find_lengths(blade), B) * stretch[:, 0]
+        self._roots = n * np.arange(B)
+        self._stall, self._skew, self._tower = stall, skew, tower
+        self._separation = SeparationTable(blade.table) if stall is not None else None
+        self._wake: Wake | None = None
+        self._attached: Array | None = None
+        self._half_step = np.inf
+
+    def begin(self, times: StepTimes) -> None:
+        """Separation goes on to the middle of the step, where loads are asked for."""
+        self._half_step = 0.5 * times.dt
+
+    def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
+        """Lift, drag and their moments; see `LineLoad.loads`."""
+        sections = self._find_sections(motion, time)
+        found = self._find_loads(sections, self._find_wake(sections).velocity)
+        return found.force, found.moment
+
+    def accept(self, motion: SectionMotion, times: StepTimes) -> None:
+        """Wake and separation move on by a step."""
+        self._half_step = 0.5 * times.dt
+        sections = self._find_sections(motion, times.middle)
+        wake = self._find_wake(sections)
+        found = self._find_loads(sections, wake.velocity)
+        if self._stall is not None:
+            before = found.attached if self._attached is None else self._attached
+            f_st, W = found.attached, found.speed
+            self._attached = self._stall.follow(before, f_st, times.dt, self._chord, W)
+        if self._wake is None:
+            self._wake = wake
+            return
+        balanced, a = self._balance(sections, wake.velocity, found.along)
+        speed = abs(float(np.mean(sections.V_x)))
+        R = self._blade.tip_radius
+        self._wake = wake.advance(balanced, times.dt, a, sections.radius, R, speed)
+
+    def save(self) -> RestartData:
+        """Wake and separation; nothing before the first step."""
+        data = RestartData()
+        if self._wake is not None:
+            data.add("wake", self._wake.save())
+        if self._attached is not None:
+            data.arrays["attached"] = self._attached.copy()
+        return data
+
+    def restore(self, data: RestartData) -> None:
+        """Go on with a wake and a separation, or begin with new ones."""
+        wake, attached = data.part("wake"), data.arrays.get("attached")
+        self._wake = Wake.restore(wake) if wake else None
+        self._attached = None if attached is None else attached.copy()
+
+    def _find_sections(self, motion: SectionMotion, time: float) -> _Sections:
+        """Geometry and wind of all sections."""
+        Q = motion.axes
+        before, after = motion.initial[self._roots], motion.position[self._roots]
+        turn = fit_rotation(before, after)
+        centre = _mean(after) + turn @ (self._centre - _mean(before))
+        shaft = turn @ self._shaft
+        levers = (self._points - motion.initial)[:, :, None]
+        turned = Q @ np.concatenate([levers, self._axes], axis=2)
+        lever, span, chordwise, suction = turned.transpose(2, 0, 1)
+        place = motion.position + lever
+        arm = place - centre
+        arm = arm - (arm @ shaft)[:, None] * shaft
+        radius = _lengths(arm)
+        outward = arm / radius[:, None]
+        way = outward @ cross_matrix(shaft).T
+        normal = _cross(span, way)
+        normal /= _lengths(normal)[:, None]
+        velocity = motion.velocity + _cross(motion.angular_velocity, lever)
+        air = self._inflow.velocity(place, time)
+        wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
+        V_x, V_y = _dot(wind, normal), -_dot(wind, way)
+        return _Sections(
+            lever, span, chordwise, suction, normal, way, shaft, outward, radius, wind, V_x, V_y
+        )
+
+    def _find_loads(self, s: _Sections, w: Array) -> _Loads:
+        """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
+        axial = w[:, 0]
+        if self._skew is not None:
+            mean, part = _mean(s.wind), s.radius / self._blade.tip_radius
+            induced = float(_mean(axial))
+            axial = axial * self._skew.find_factors(mean, s.shaft, induced, s.outward, part)
+        V = s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way
+        forward, up = -_dot(V, s.chordwise), _dot(V, s.suction)
+        W = np.hypot(forward, up)
+        places = self._blade.table.locate(np.arctan2(up, forward).reshape(self._B, -1))
+        C_l, C_d, C_m = (C.ravel() for C in self._blade.table.find_coefficients(places))
+        f_st = np.ones_like(W)
+        if self._stall is not None and self._separation is not None:
+            # C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep)
+            f_st, difference = (values.ravel() for values in self._separation(places))
+            before = f_st if self._attached is None else self._attached
+            f = self._stall.follow(before, f_st, self._half_step, self._chord, W)
+            C_l = C_l + (f - f_st) * difference
+        # q c W is the same for lift, along (up, forward) of the section, and drag, along V
+        q = 0.5 * self._density * self._chord * W
+        along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
+        line = along_chord[:, None] * s.chordwise + along_suction[:, None] * s.suction
+        force = self._lengths[:, None] * line
+        pitching = self._lengths * q * W * self._chord * C_m
+        moment = _cross(s.lever, force) + pitching[:, None] * s.span
+        along = np.stack([_dot(line, s.normal), _dot(line, s.way)], axis=1)
+        return _Loads(force, moment, along, f_st, W)
+
+    def _find_wake(self, s: _Sections) -> Wake:
+        """The wake as it is, or one in balance with the loads where there is none yet."""
+        if self._wake is not None:
+            return self._wake
+        table, shape = self._blade.table, (self._B, -1)
+        setting = np.arctan2(-_dot(s.chordwise, s.normal), _dot(s.chordwise, s.way))
+
+        def lift_and_drag(phi: Array) -> tuple[Array, Array]:
+            found = table((phi - setting).reshape(shape))
+            return found.lift.ravel(), found.drag.ravel()
+
+        turning = np.minimum(s.V_x, s.V_y) > LEAST_WIND
+        V_x, V_y = np.where(turning, s.V_x, 1.0), np.where(turning, s.V_y, 1.0)
+        _, a, a_prime = solve_momentum(self._annuli, V_x, V_y, lift_and_drag)
+        w = np.stack([a * V_x, a_prime * V_y], axis=1) * turning[:, None]
+        return Wake.in_balance(w)
+
+    def _balance(self, s: _Sections, w: Array, line: Array) -> tuple[Array, Array]:
+        """Induced velocities of a wake in balance with line loads, (n, 2), and a."""
+        turning = np.minimum(s.V_x, s.V_y) > LEAST_WIND
+        V_x, V_y = np.where(turning, s.V_x, 1.0), np.where(turning, s.V_y, 1.0)
+        phi = np.arctan2(V_x - w[:, 0], V_y + w[:, 1])
+        F = self._annuli.loss(np.where(np.abs(np.sin(phi)) > 1e-6, phi, 1e-6))
+        # B f_n = rho pi r V_x^2 C_T, and B f_t = 4 pi r rho F V_x (1 - a) a' V_y
+        density = self._density * np.pi * self._annuli.radius / self._B
+        a: Array = np.minimum(induction_of_thrust(line[:, 0] / (density * V_x**2), F), MOST)
+        through = np.maximum(V_x - w[:, 0], LEAST_WIND)
+        swirl = line[:, 1] / (4.0 * density * F * through)
+        swirl = np.clip(swirl, -MOST * V_y, MOST * V_y)
+        return np.stack([a * V_x, swirl], axis=1) * turning[:, None], a * turning
+
+
+def _find_lengths(blade: AeroBlade) -> Array:
+    """Length of the span that belongs to each station [m]."""
+    middles = 0.5 * (blade.radius[1:] + blade.radius[:-1])
+    return np.diff(np.concatenate([[blade.hub_radius], middles, [blade.tip_radius]]))
+
+
+def fit_rotation(before: Array, after: Array) -> Array:
+    """The rotation that takes points to where they are now, in the mean, shape (3, 3)."""
+    U, _, V_T = np.linalg.svd((after - _mean(after)).T @ (before - _mean(before)))
+    U[:, 2] *= np.linalg.det(U @ V_T)
+    return np.asarray(U @ V_T)
+
+
+def _mean(a: Array) -> Array:
+    """Mean of rows; quicker for few rows than numpy's."""
+    return np.asarray(np.add.reduce(a) / len(a))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Scalar products of rows, shape (n,)."""
+    return np.asarray(np.einsum("ni,ni->n", a, b))
+
+
+def _lengths(a: Array) -> Array:
+    """Lengths of rows, shape (n,)."""
+    return np.sqrt(_dot(a, a))
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross products of rows; quicker for few rows than numpy's."""
+    (a_1, a_2, a_3), (b_1, b_2, b_3) = a.T, b.T
+    found = np.empty_like(a)
+    found[:, 0] = a_2 * b_3 - a_3 * b_2
+    found[:, 1] = a_3 * b_1 - a_1 * b_3
+    found[:, 2] = a_1 * b_2 - a_2 * b_1
+    return found

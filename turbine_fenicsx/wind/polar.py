@@ -1,0 +1,150 @@
+"""Lift, drag and moment of aerofoils at every angle of attack, linear between table values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
+
+FULL_CIRCLE = 1e-6
+"""How far the first and last angle of a polar may be from -pi and pi [rad]."""
+
+SAME_ENDS = 1e-2
+"""How far coefficients at -pi and pi may differ: it is one angle. Those of the thick airfoils of
+the IEA 22 MW turbine differ by 5e-3."""
+
+
+@dataclass(frozen=True, eq=False)
+class Polar:
+    """Coefficients of an aerofoil from -pi to pi.
+
+    Args:
+        name: For messages.
+        angle: Angles of attack, rising from -pi to pi, shape (n,) [rad].
+        lift: Lift coefficients C_l, shape (n,) [-].
+        drag: Drag coefficients C_d, shape (n,) [-].
+        moment: Moment coefficients C_m about the aerodynamic centre, positive nose up,
+            shape (n,) [-].
+
+    Raises:
+        ModelError: if the table does not close the circle, angles do not rise, numbers are not
+            finite or their counts differ.
+    """
+
+    name: str
+    angle: Array
+    lift: Array
+    drag: Array
+    moment: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.angle)
+        for what in ("lift", "drag", "moment"):
+            values = getattr(self, what)
+            if np.shape(values) != (n,):
+                raise ModelError(
+                    f"polar {self.name!r} has {n} angles and values of {what} of shape "
+                    f"{np.shape(values)}"
+                )
+            if not np.all(np.isfinite(values)):
+                raise ModelError(f"polar {self.name!r} has values of {what} that are not finite")
+        if n < 2 or not np.all(np.diff(self.angle) > 0.0):
+            raise ModelError(f"angles of polar {self.name!r} must rise from -180 to 180 degrees")
+        if (
+            np.max(np.abs(np.array([self.angle[0], self.angle[-1]]) - [-np.pi, np.pi]))
+            > FULL_CIRCLE
+        ):
+            first, last = np.degrees(self.angle[[0, -1]])
+            raise ModelError(
+                f"polar {self.name!r} must go from -180 to 180 degrees, got {first:g} to {last:g}"
+            )
+        for what in ("lift", "drag", "moment"):
+            first, last = getattr(self, what)[[0, -1]]
+            if abs(first - last) > SAME_ENDS:
+                raise ModelError(
+                    f"{what} of polar {self.name!r} must be the same at -180 and 180 degrees, got "
+                    f"{first:g} and {last:g}"
+                )
+
+    def coefficients(self, angle: Array) -> Array:
+        """C_l, C_d and C_m at angles within (-pi, pi), along a new first axis, shape (3, ...)."""
+        tables = (self.lift, self.drag, self.moment)
+        return np.stack([np.interp(angle, self.angle, values) for values in tables])
+
+
+class Coefficients(NamedTuple):
+    """Coefficients of all stations, each of the shape of the angles [-]."""
+
+    lift: Array
+    drag: Array
+    moment: Array
+
+
+class Places(NamedTuple):
+    """Where angles lie among those of a table.
+
+    Attributes:
+        row: Which polar.
+        interval: Which interval of angles.
+        weight: Part of the interval before the angle [-].
+    """
+
+    row: npt.NDArray[np.intp]
+    interval: npt.NDArray[np.intp]
+    weight: Array
+
+
+class PolarTable:
+    """Polars of the stations of a blade, looked up all at once.
+
+    Args:
+        polars: One polar for each station.
+
+    Attributes:
+        angles: Those of all polars together, shape (m,) [rad].
+        values: C_l, C_d and C_m of the polars that differ, shape (k, m, 3) [-].
+    """
+
+    def __init__(self, polars: Sequence[Polar]) -> None:
+        distinct = list({id(p): p for p in polars}.values())
+        # all tables on the angles of all of them: what is linear stays as it is
+        self.angles = np.unique(np.concatenate([p.angle for p in distinct]))
+        self.values = np.stack([p.coefficients(self.angles).T for p in distinct])
+        places = {id(p): k for k, p in enumerate(distinct)}
+        self._row = np.array([places[id(p)] for p in polars])
+
+    def __call__(self, angle: Array) -> Coefficients:
+        """Coefficients at angles of attack.
+
+        Args:
+            angle: Any angles, shape (..., stations) [rad].
+        """
+        return self.find_coefficients(self.locate(angle))
+
+    def locate(self, angle: Array) -> Places:
+        """Where angles of attack lie in the table, (..., stations) [rad]."""
+        x, grid = _within_circle(angle), self.angles
+        k = np.minimum(np.maximum(grid.searchsorted(x, side="right") - 1, 0), len(grid) - 2)
+        return Places(self._row, k, (x - grid[k]) / (grid[k + 1] - grid[k]))
+
+    def find_coefficients(self, places: Places) -> Coefficients:
+        """Coefficients at places of the table."""
+        C = self.interpolate(self.values, places)
+        return Coefficients(C[..., 0], C[..., 1], C[..., 2])
+
+    def interpolate(self, values: Array, places: Places) -> Array:
+        """Values over the angles of the table, shape (k, m, c), at places, shape (..., c)."""
+        row, k, weight = places
+        lower = values[row, k]
+        return np.asarray(lower + weight[..., None] * (values[row, k + 1] - lower))
+
+
+def _within_circle(angle: Array) -> Array:
+    """The same angles between -pi and pi."""
+    return np.asarray(np.mod(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -1,0 +1,85 @@
+"""Turbulent wind from a full-field file of TurbSim (.bts)."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.wind.turbulence import LARGEST, TurbulenceField
+
+NOT_PERIODIC, PERIODIC = 7, 8
+"""First number of a file."""
+
+HEADER = np.dtype(
+    [
+        ("kind", "<i2"),
+        *((name, "<i4") for name in ("n_z", "n_y", "n_tower", "n_t")),
+        *((name, "<f4") for name in ("dz", "dy", "dt", "u_hub", "z_hub", "z_bottom")),
+        ("scales", "<f4", (3, 2)),
+        ("n_text", "<i4"),
+    ]
+)
+
+
+def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
+    """Read a full-field file of TurbSim; points below the grid (of the tower) are left out.
+
+    Args:
+        path: A file with the ending .bts.
+
+    Returns:
+        The field. One that is not periodic leads by the time that half its width takes, as in
+        OpenFAST, so that all of the rotor lies within it at t = 0.
+
+    Raises:
+        InputError: if it is none, or too large.
+        FileError: if it cannot be read.
+    """
+    name = os.fspath(path)
+    with name_file_in_errors("read", path), open(path, "rb") as file:
+        start = file.read(HEADER.itemsize)
+        if len(start) < HEADER.itemsize:
+            raise InputError(f"{name} is no full-field file of TurbSim: it is too short")
+        head = np.frombuffer(start, HEADER)[0]
+        _check_header(name, head)
+        n_t, n_z, n_y, n_tower = (int(head[k]) for k in ("n_t", "n_z", "n_y", "n_tower"))
+        row = 3 * (n_z * n_y + n_tower)
+        file.seek(int(head["n_text"]), os.SEEK_CUR)
+        raw = np.fromfile(file, "<i2", n_t * row)
+    if raw.size < n_t * row:
+        raise InputError(
+            f"{name} is cut off: it has {raw.size // row} of the {n_t} planes that it announces"
+        )
+    planes = raw.reshape(n_t, row)[:, : 3 * n_z * n_y].reshape(n_t, n_z, n_y, 3)
+    slope, intercept = head["scales"].astype(float).T
+    y = (np.arange(n_y) - 0.5 * (n_y - 1)) * float(head["dy"])
+    z = float(head["z_bottom"]) + np.arange(n_z) * float(head["dz"])
+    periodic, speed = int(head["kind"]) == PERIODIC, float(head["u_hub"])
+    lead = 0.0 if periodic else float(y[-1]) / speed
+    dt = float(head["dt"])
+    return TurbulenceField(planes, slope, intercept, dt, y, z, speed, periodic, lead)
+
+
+def _check_header(name: str, head: np.void) -> None:
+    """Raise an InputError for numbers that no file of TurbSim has."""
+    if int(head["kind"]) not in (NOT_PERIODIC, PERIODIC):
+        raise InputError(
+            f"{name} is no full-field file of TurbSim: it begins with {int(head['kind'])}, "
+            f"expected {NOT_PERIODIC} or {PERIODIC}"
+        )
+    for word, least in (("n_z", 2), ("n_y", 2), ("n_tower", 0), ("n_t", 2), ("n_text", 0)):
+        if int(head[word]) < least:
+            raise InputError(f"{name}: {word} must be at least {least}, got {int(head[word])}")
+    for word in ("dz", "dy", "dt", "u_hub"):
+        if not 0.0 < float(head[word]) < np.inf:
+            raise InputError(f"{name}: {word} must be positive, got {float(head[word]):g}")
+    if not np.all(np.isfinite(head["scales"])) or not np.all(head["scales"][:, 0]):
+        raise InputError(f"{name}: slopes of its velocities must be finite and not zero")
+    if not np.isfinite(head["z_bottom"]):
+        raise InputError(f"{name}: z_bottom must be finite")
+    size = 6 * int(head["n_t"]) * int(head["n_z"]) * int(head["n_y"])
+    if size > LARGEST:
+        raise InputError(f"{name} needs {size / 2**30:.3g} GiB, at most 4 are read")

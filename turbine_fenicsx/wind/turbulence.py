@@ -1,0 +1,120 @@
+"""Frozen turbulence on a grid, moved through the rotor by the mean wind.
+
+Taylor's hypothesis: the field is frozen and moves with the mean wind at the hub, so that time in
+the file is time at x = 0 and earlier at places downwind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.types import Array
+
+LARGEST = 2**32
+"""Larger fields than 4 GiB are refused before they are read."""
+
+
+@dataclass(frozen=True, eq=False)
+class TurbulenceField:
+    """Velocities on a grid of times and places of a plane across the wind.
+
+    Attributes:
+        values: Numbers as in the file, shape (times, heights, widths, 3), along x, y, z.
+        slope: Velocities are (values - intercept)/slope, shape (3,) [s/m].
+        intercept: Shape (3,) [-].
+        dt: Time between two planes [s].
+        y: Widths, rising, symmetric to the hub, shape (n_y,) [m].
+        z: Heights above ground, rising, shape (n_z,) [m].
+        speed: Mean wind at the hub, with which the field moves [m/s].
+        periodic: Whether the first plane follows the last.
+        lead: Time in the field at x = 0 and t = 0 [s].
+    """
+
+    values: npt.NDArray[np.int16 | np.float32]
+    slope: Array
+    intercept: Array
+    dt: float
+    y: Array
+    z: Array
+    speed: float
+    periodic: bool
+    lead: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Time after which the field repeats itself or ends [s]."""
+        n = len(self.values)
+        return (n if self.periodic else n - 1) * self.dt
+
+    def list_mistakes(self, end: float, centre: Array, radius: float) -> list[str]:
+        """What keeps the field from being the wind of a run, one sentence each.
+
+        Args:
+            end: End of the run [s].
+            centre: Centre of the rotor, x downwind of the tower, z above ground, shape (3,) [m].
+            radius: Of the swept area [m].
+        """
+        mistakes = []
+        lacking = end + self.lead - (centre[0] - radius) / self.speed - self.duration
+        if not self.periodic and lacking > 0.0:
+            mistakes.append(
+                f"the wind field lasts {self.duration:g} s, {lacking:.3g} s less than the run with "
+                "the depth of the rotor needs"
+            )
+        low, high = centre[2] - radius, centre[2] + radius
+        if low < self.z[0] or high > self.z[-1]:
+            mistakes.append(
+                f"the wind field goes from {self.z[0]:g} to {self.z[-1]:g} m above ground, the "
+                f"rotor from {low:g} to {high:g} m"
+            )
+        if radius + abs(centre[1]) > self.y[-1]:
+            mistakes.append(
+                f"the wind field is {2.0 * self.y[-1]:g} m wide, the rotor {2.0 * radius:g} m"
+            )
+        return mistakes
+
+    def velocity(self, position: Array, time: float) -> Array:
+        """As `Inflow.velocity`, linear between the points of the grid.
+
+        Above the grid and beside it the wind is that of its edge. Below, it falls to zero at the
+        ground.
+
+        Raises:
+            InputError: before the first plane and after the last of a field that is not periodic.
+        """
+        x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
+        s = (time + self.lead - x / self.speed) / self.dt
+        n = len(self.values)
+        if self.periodic:
+            s = np.mod(s, n)
+        elif s.size and (s.min() < 0.0 or s.max() > n - 1):
+            raise InputError(
+                f"the wind field lasts from {-self.lead:g} to {self.duration - self.lead:g} s; "
+                f"at {time:g} s the turbine needs it from {s.min() * self.dt - self.lead:.4g} to "
+                f"{s.max() * self.dt - self.lead:.4g} s"
+            )
+        i = np.minimum(s.astype(int), n - 1)
+        after = (i + 1) % n if self.periodic else np.minimum(i + 1, n - 1)
+        low = np.minimum(z / self.z[0], 1.0) if self.z[0] > 0.0 else np.ones_like(z)
+        j, v = _locate(z, self.z)
+        k, u = _locate(y, self.y)
+        w = (s - i)[..., None]
+        v, u = v[..., None], u[..., None]
+        found = np.zeros((*x.shape, 3))
+        for plane, share in ((i, 1.0 - w), (after, w)):
+            lower = (1.0 - u) * self.values[plane, j, k] + u * self.values[plane, j, k + 1]
+            upper = (1.0 - u) * self.values[plane, j + 1, k] + u * self.values[plane, j + 1, k + 1]
+            found += share * ((1.0 - v) * lower + v * upper)
+        found = (found - self.intercept) / self.slope
+        return np.asarray(found * np.maximum(low, 0.0)[..., None])
+
+
+def _locate(places: Array, grid: Array) -> tuple[Array, Array]:
+    """Interval of an equally spaced grid that holds each place, and the part of it before."""
+    s = np.clip((places - grid[0]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.0)
+    index = np.minimum(s.astype(int), len(grid) - 2)
+    return index, s - index

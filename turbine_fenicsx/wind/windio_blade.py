@@ -1,0 +1,122 @@
+"""The aerodynamic blade of a turbine that a windIO file describes."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.checks import check_array
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
+from turbine_fenicsx.wind.polar import Polar
+from turbine_fenicsx.windio import WindIOTurbine
+from turbine_fenicsx.windio.outer_shape import OuterShape
+from turbine_fenicsx.windio.polars import AirfoilPolar
+
+STEEPEST = np.radians(60.0)
+"""With more twist a chord does not cross the straight span near its section."""
+
+_FINE = np.linspace(0.0, 1.0, 4001)
+"""Span fractions between which heights above the root are straight."""
+
+
+def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
+    """Chord, twist, bend and polars at stations along the straight span.
+
+    Stations follow the shape of the file's outer surface (monotone splines). Polars are linear in
+    the relative thickness between those of the airfoils, and in the angle of attack.
+
+    Args:
+        turbine: What was read of the file.
+        radius: Distances from the rotor centre along the span, rising, from the root to the tip;
+            shape (n,) [m].
+
+    Raises:
+        ModelError: for stations off the blade, and for polars that are missing, wrong or do not
+            close the circle.
+    """
+    shape, hub = turbine.blade.outer_shape, turbine.hub.radius
+    height = shape.axis[2].smooth(_FINE)
+    tip = hub + float(height[-1])
+    r = check_array("stations of a blade", radius, (np.size(radius),), "a list of numbers")
+    if len(r) < 2 or not (hub - INSIDE <= r[0] and r[-1] <= tip + INSIDE):
+        raise ModelError(
+            f"stations of the blade of {turbine.polars.file} must be two or more between "
+            f"{hub:g} and {tip:g} m, got {_quote_ends(r)}"
+        )
+    r = np.clip(r, hub + INSIDE, tip - INSIDE)
+    s = np.interp(r - hub, height, _FINE)
+    thicknesses = {airfoil.name: airfoil.thickness for airfoil in shape.sections.airfoils}
+    airfoils = turbine.polars.read(thicknesses)
+    thickness = shape.thickness.smooth(s)
+    known = np.array([airfoil.thickness for airfoil in airfoils])
+    centres = [airfoil.aerodynamic_centre for airfoil in airfoils]
+    try:
+        polars = _blend_polars(airfoils, known, thickness)
+    except ModelError as error:
+        raise ModelError(f"{turbine.polars.file}: {error}") from None
+    prebend, reference = _cross_span(turbine, shape, s)
+    return AeroBlade(
+        hub,
+        tip,
+        r,
+        shape.chord.smooth(s),
+        np.radians(shape.twist.smooth(s)),
+        polars,
+        prebend=prebend,
+        reference=reference,
+        aerodynamic_centre=np.interp(thickness, known, centres),
+    )
+
+
+def _blend_polars(
+    airfoils: tuple[AirfoilPolar, ...], known: Array, thickness: Array
+) -> tuple[Polar, ...]:
+    """Polars at relative thicknesses, linear between those of the airfoils."""
+    angle = np.unique(np.concatenate([airfoil.angle for airfoil in airfoils]))
+    tables = []
+    for airfoil in airfoils:
+        columns = (airfoil.lift, airfoil.drag, airfoil.moment)
+        _make_polar(airfoil.name, airfoil.angle, *columns)  # checks each airfoil under its name
+        tables.append([np.interp(angle, airfoil.angle, column) for column in columns])
+    values = np.array(tables)
+    t = np.clip(thickness, known[0], known[-1])
+    upper = np.clip(np.searchsorted(known, t), 1, max(len(known) - 1, 1))
+    if len(known) == 1:
+        return (_make_polar(airfoils[0].name, angle, *values[0]),) * len(t)
+    weight = (t - known[upper - 1]) / (known[upper] - known[upper - 1])
+    between = (1.0 - weight)[:, None, None] * values[upper - 1]
+    between += weight[:, None, None] * values[upper]
+    return tuple(
+        _make_polar(f"{airfoils[k - 1].name} to {airfoils[k].name}", angle, *table)
+        for k, table in zip(upper, between, strict=True)
+    )
+
+
+def _make_polar(name: str, angle: Array, lift: Array, drag: Array, moment: Array) -> Polar:
+    return Polar(name, np.radians(angle), lift, drag, moment)
+
+
+def _quote_ends(r: Array) -> str:
+    """The first and last of some stations, for messages."""
+    return f"{r[0]:g} to {r[-1]:g} m" if len(r) else "none"
+
+
+def _cross_span(turbine: WindIOTurbine, shape: OuterShape, s: Array) -> tuple[Array, Array]:
+    """Where chords cross the plane of the span and the rotor's axis.
+
+    Returned are how far downwind of the straight span that is, and at which fraction of the chord.
+    The chord runs through the reference axis (x, y), moved by the offset o_x to the suction side,
+    in the direction (sin theta, cos theta) to the trailing edge.
+    """
+    theta = np.radians(shape.twist.smooth(s))
+    if np.max(np.abs(theta)) > STEEPEST:
+        raise ModelError(
+            f"{turbine.polars.file}: twist must be below {np.degrees(STEEPEST):g} degrees for "
+            f"aerodynamics, got {np.degrees(theta[np.argmax(np.abs(theta))]):g}"
+        )
+    x, y = shape.reference_points(s)[:, :2].T
+    o_x, o_y, c = (curve.smooth(s) for curve in (shape.offset_x, shape.offset_y, shape.chord))
+    way = (o_x * np.sin(theta) - y) / np.cos(theta)
+    return x + o_x * np.cos(theta) + way * np.sin(theta), (o_y + way) / c

@@ -1,0 +1,199 @@
+"""Airfoils of a windIO file, and sections between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.windio.entry import Entry
+
+FACE = 20
+"""Intervals on each half of the trailing edge's face."""
+
+BODY = 800
+"""Intervals from corner to corner around the leading edge, which is cut off by 3e-4 of the chord
+where an airfoil of the two reference turbines is sharpest, and by 1e-4 elsewhere."""
+
+_SHARPEST = np.radians(25.0)
+"""A contour that turns by less has no corner."""
+
+_NEAR = 0.15
+"""Corners are sought in this fraction of the contour beside the trailing edge."""
+
+_OUTSIDE = 0.02
+"""Relative thicknesses may exceed those of the airfoils by this much, which hold there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Airfoil:
+    """A contour that begins and ends in the middle of the trailing edge.
+
+    Args:
+        name: Its name.
+        thickness: Relative thickness [-].
+        points: x from leading to trailing edge and y to the suction side in units of chord, along
+            the suction side first, shape (n, 2).
+        arcs: Fraction of the contour of each point, shape (n,) [-].
+        corners: Fractions of the trailing edge's two corners, which coincide with its ends where
+            it is sharp; None if it is round.
+    """
+
+    name: str
+    thickness: float
+    points: Array
+    arcs: Array
+    corners: tuple[float, float] | None
+
+    def resample(self, corners: tuple[float, float]) -> Array:
+        """Points at given intervals of three pieces, (2 FACE + BODY + 1, 2).
+
+        Args:
+            corners: Fractions where the pieces meet.
+        """
+        first, last = corners
+        pieces = ((0.0, first, FACE), (first, last, BODY), (last, 1.0, FACE))
+        resampled = []
+        for begin, end, n in pieces:
+            inside = (self.arcs > begin + 1e-9) & (self.arcs < end - 1e-9)
+            at = np.unique(np.concatenate([[begin], self.arcs[inside], [end]]))
+            known = np.column_stack([np.interp(at, self.arcs, column) for column in self.points.T])
+            wanted = np.linspace(begin, end, n + 1)
+            if len(at) < 2:  # a sharp edge has no face
+                resampled.append(np.repeat(known, n + 1, axis=0))
+            else:
+                resampled.append(np.asarray(PchipInterpolator(at, known)(wanted)))
+        return np.concatenate([resampled[0], resampled[1][1:], resampled[2][1:]])
+
+
+class Sections:
+    """Sections of any relative thickness between those of some airfoils.
+
+    Points at equal fractions of the contour, corners apart, follow monotone splines (PCHIP) over
+    the relative thickness, as the definition of windIO asks for. Corners are a piece of their own
+    so that they stay sharp between two airfoils; a round trailing edge has them where its
+    neighbour does.
+    """
+
+    def __init__(self, airfoils: list[Airfoil]) -> None:
+        by_thickness = sorted(airfoils, key=lambda airfoil: airfoil.thickness)
+        sharp = [airfoil for airfoil in by_thickness if airfoil.corners]
+        contours = []
+        for airfoil in by_thickness:
+            near = min(sharp, key=lambda a: abs(a.thickness - airfoil.thickness), default=None)
+            contours.append(airfoil.resample((near and near.corners) or (0.0, 1.0)))
+        self.airfoils = tuple(by_thickness)
+        self.thicknesses = np.array([airfoil.thickness for airfoil in by_thickness])
+        self._contours = np.array(contours)
+
+    @cached_property
+    def _spline(self) -> PchipInterpolator:
+        return PchipInterpolator(self.thicknesses, self._contours)
+
+    def contour(self, thickness: float) -> tuple[Array, Array]:
+        """Points of a section in units of chord, and their fractions of the contour.
+
+        Args:
+            thickness: Relative thickness [-].
+
+        Returns:
+            Shapes (2 FACE + BODY + 1, 2) and (2 FACE + BODY + 1,); points FACE and FACE + BODY are
+            the corners of the trailing edge.
+        """
+        points = self._contours[0]
+        if len(self._contours) > 1:
+            inside = np.clip(thickness, self.thicknesses[0], self.thicknesses[-1])
+            points = np.asarray(self._spline(inside))
+        arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+        return points, arcs / arcs[-1]
+
+
+def read_sections(airfoils: Entry, used: Entry, thicknesses: Array, stations: Array) -> Sections:
+    """The sections of a blade.
+
+    Args:
+        airfoils: The airfoils of the file.
+        used: The list of those that the blade uses.
+        thicknesses: Relative thicknesses of the blade, (n,) [-].
+        stations: Span fractions of these, (n,) [-].
+
+    Raises:
+        ModelError: for airfoils that are missing or no contours.
+    """
+    known = {entry["name"].text(): entry for entry in airfoils.entries()}
+    found: dict[str, Airfoil] = {}
+    if not isinstance(used.value, list) or not used.value:
+        used.fail("must be a list of one or more airfoils")
+    for k, value in enumerate(used.value):
+        name = Entry(value, used.file, f"{used.place}[{k}]")["name"].text()
+        if name not in known:
+            used.fail(f"names {name!r}, which is not among the airfoils of the file")
+        if name not in found:
+            found[name] = _read_airfoil(known[name], name)
+    chosen = sorted(found.values(), key=lambda airfoil: airfoil.thickness)
+    for one, other in pairwise(chosen):
+        if other.thickness - one.thickness < 1e-6:
+            used.fail(
+                f"uses {one.name!r} and {other.name!r}, which have the same relative thickness "
+                f"{one.thickness:g}, so that nothing can be put between them"
+            )
+    least, most = chosen[0].thickness - _OUTSIDE, chosen[-1].thickness + _OUTSIDE
+    for s, thickness in zip(stations, thicknesses, strict=True):
+        if not least <= thickness <= most:
+            used.fail(
+                f"have relative thicknesses from {chosen[0].thickness:g} to "
+                f"{chosen[-1].thickness:g}, but rthick is {thickness:g} at station {s:g}"
+            )
+    return Sections(chosen)
+
+
+def _read_airfoil(entry: Entry, name: str) -> Airfoil:
+    coordinates = entry["coordinates"]
+    points = np.column_stack(_read_columns(coordinates))
+    gaps = np.hypot(*np.diff(points, axis=0).T)
+    points = np.concatenate([points[:1], points[1:][gaps > 1e-9]])
+    if len(points) < 10:
+        coordinates.fail(f"need ten points or more that differ, got {len(points)}")
+    if abs(points).max() > 10.0 or np.ptp(points[:, 0]) < 0.5:
+        coordinates.fail("must be in units of chord, from 0 to 1 along x")
+    area = 0.5 * np.sum(points[:, 0] * np.roll(points[:, 1], -1))
+    area -= 0.5 * np.sum(points[:, 1] * np.roll(points[:, 0], -1))
+    if area <= 1e-6 or points[:, 0].argmin() in (0, len(points) - 1):
+        coordinates.fail(
+            "must run from the trailing edge along the suction side to the leading edge and back "
+            "along the pressure side"
+        )
+    middle = 0.5 * (points[0] + points[-1])
+    if np.hypot(*(points[0] - points[-1])) > 1e-9:
+        points = np.concatenate([[middle], points, [middle]])
+    given = entry.get("rthick")
+    thickness = given.positive() if given else float(np.ptp(points[:, 1]))
+    arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    arcs /= arcs[-1]
+    return Airfoil(name, thickness, points, arcs, _find_corners(points, arcs))
+
+
+def _read_columns(coordinates: Entry) -> tuple[Array, Array]:
+    x, y = coordinates["x"].numbers(), coordinates["y"].numbers()
+    if len(x) != len(y):
+        coordinates.fail(f"have {len(x)} values of x, but {len(y)} of y")
+    return x, y
+
+
+def _find_corners(points: Array, arcs: Array) -> tuple[float, float] | None:
+    """Fractions of the corners of the trailing edge, one beside each end of the contour."""
+    sides = np.diff(points, axis=0)
+    directions = np.unwrap(np.arctan2(sides[:, 1], sides[:, 0]))
+    turns = np.abs(np.diff(directions))  # at points 1 to n - 2
+    inner = arcs[1:-1]
+    first = np.where(inner < _NEAR, turns, 0.0)
+    last = np.where(inner > 1.0 - _NEAR, turns, 0.0)
+    if first.max() > _SHARPEST and last.max() > _SHARPEST:
+        return float(inner[first.argmax()]), float(inner[last.argmax()])
+    closing = directions[0] + 2.0 * np.pi - directions[-1]
+    closing = abs((closing + np.pi) % (2.0 * np.pi) - np.pi)
+    return (0.0, 1.0) if closing > _SHARPEST else None

@@ -1,0 +1,202 @@
+"""The blade of a windIO file as a mesher and a material ask for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.ply import Ply, PlyMaterial
+from turbine_fenicsx.meshing.hollow_shape import Web
+from turbine_fenicsx.windio.curves import Curve
+from turbine_fenicsx.windio.entry import Entry
+from turbine_fenicsx.windio.layers import Layer, read_layers
+from turbine_fenicsx.windio.outer_shape import OuterShape, read_outer_shape
+from turbine_fenicsx.windio.panels import STATIONS, PanelLines, WebLine, lay_lines
+from turbine_fenicsx.windio.webs import WindIOWeb, read_web_anchors, read_webs
+
+FACE_NAME = "trailing edge"
+"""Name of the two panels that are the halves of the trailing edge's face."""
+
+_WINDOW = 0.004
+"""Walls are averaged over twice this fraction of the contour, so that they have no jumps."""
+
+_THINNEST = 1e-7
+"""Thinner plies are left out [m]."""
+
+_SLIVER = 0.02
+"""A layer that covers less of a cell than this is left out, one that leaves less covers it all: its
+edge is a line of the mesh, and what one cell gains its neighbour loses. Foam that lies beside a cap
+must not lie below it, even if it were thin."""
+
+_GAUSS = (0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)), (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+"""Points and weights between 0 and 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class WindIOBlade:
+    """A hollow blade with its layup, a `turbine_fenicsx.meshing.hollow_shape.HollowShape`.
+
+    Args:
+        outer_shape: Its outer surface.
+        layers: Layers of the shell from the outer to the inner face.
+        inner_webs: Its webs with their layers.
+        leading: Contour fraction of the leading edge along the span [-].
+        panel_lines: Lines between the trailing edge's corners.
+        hub_radius: Distance of the root from the rotor centre [m].
+    """
+
+    outer_shape: OuterShape
+    layers: tuple[Layer, ...]
+    inner_webs: tuple[WindIOWeb, ...]
+    leading: Curve
+    panel_lines: PanelLines
+    hub_radius: float
+
+    @property
+    def length(self) -> float:
+        """Length of the reference axis [m]."""
+        return self.outer_shape.length
+
+    @property
+    def closed_tip(self) -> bool:
+        """True: blades end in a closed tip, which files do not describe."""
+        return True
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Span fractions where webs and layers begin or end."""
+        found = [0.0, 1.0]
+        for layer in (*self.layers, *(x for web in self.inner_webs for x in web.layers)):
+            found += layer.jumps
+        rising = sorted(found)
+        return tuple(s for k, s in enumerate(rising) if k == 0 or s - rising[k - 1] > 1e-6)
+
+    @property
+    def panels(self) -> tuple[str, ...]:
+        """Names of the panels around a section."""
+        return (FACE_NAME, *self.panel_lines.names, FACE_NAME)
+
+    @property
+    def webs(self) -> tuple[Web, ...]:
+        """The shear webs."""
+        return tuple(web.web for web in self.inner_webs)
+
+    @property
+    def materials(self) -> tuple[PlyMaterial, ...]:
+        """Materials of shell and webs, each once, in the order of the file's layers."""
+        every = (*self.layers, *(x for web in self.inner_webs for x in web.layers))
+        return tuple(dict.fromkeys(layer.material for layer in every))
+
+    def lines(self, s: Array) -> Array:
+        """Contour fractions that bound the panels at span fractions s, (m, n + 1) [-]."""
+        s = np.asarray(s, float)
+        corners = self.outer_shape.corners(s)
+        return np.column_stack(
+            [np.zeros_like(s), corners[:, 0], self.panel_lines(s), corners[:, 1], np.ones_like(s)]
+        )
+
+    def web_arcs(self, web: int, s: Array) -> Array:
+        """Contour fractions where a web meets suction and pressure side, (m, 2) [-]."""
+        inner = self.inner_webs[web]
+        return np.column_stack([inner.suction(s), inner.pressure(s)])
+
+    def surface(self, s: Array, a: Array) -> Array:
+        """Points of the outer surface along a1, a2, a3, one axis more than the arguments [m]."""
+        x, y, z = np.moveaxis(self.outer_shape.points(s, a), -1, 0)
+        return np.stack([z + self.hub_radius, -y, x], axis=-1)
+
+    def wall(self, s: Array, a: Array) -> Array:
+        """Thickness of the wall there [m]; where a layer begins or ends it changes gradually."""
+        s, a = np.broadcast_arrays(np.asarray(s, float), np.asarray(a, float))
+        a0, a1 = np.maximum(a - _WINDOW, 0.0), np.minimum(a + _WINDOW, 1.0)
+        return np.asarray(sum(x.thickness_at(s) * x.share(s, a0, a1) for x in self.layers))
+
+    def web_wall(self, web: int, s: Array) -> Array:
+        """Thickness of a web, shape (m,) [m]."""
+        return self.inner_webs[web].wall(np.asarray(s, float))
+
+    def layup(
+        self, part: str, span: tuple[float, float], arc: tuple[float, float]
+    ) -> tuple[Ply, ...]:
+        """Plies of a cell from its outer to its inner face, in a web from the leading-edge side.
+
+        Layers that cover the cell in part count by that part and the thickness is the mean over the
+        cell's span, so that the mass of each layer stays what it is.
+
+        Args:
+            part: Name of a web, or of any panel.
+            span: First and last span fraction of the cell [-].
+            arc: First and last fraction of the contour in the middle of the cell's span, or of a
+                web's height [-].
+
+        Raises:
+            ModelError: if no layer covers any of the cell.
+        """
+        web = next((web for web in self.inner_webs if web.web.name == part), None)
+        s = span[0] + (span[1] - span[0]) * np.array(_GAUSS[0])
+        weights = np.array(_GAUSS[1])
+        # Angles are positive towards the leading edge, which is against the normal's sense below.
+        middle = 0.5 * sum(span)
+        below = web is None and 0.5 * sum(arc) > self.leading(middle)
+        plies = []
+        for layer in self.layers if web is None else web.layers:
+            thickness = weights * layer.thickness_at(s)
+            share = float(layer.share(middle, *arc))
+            if share > 1.0 - _SLIVER:
+                share = 1.0
+            mean = float(thickness.sum())
+            if share > _SLIVER and share * mean > _THINNEST:
+                angle = np.radians(float(thickness @ layer.angle(s)) / mean)
+                plies.append(Ply(layer.material, share * mean, -angle if below else angle))
+        if not plies:
+            raise ModelError(
+                f"no layer covers {part!r} between {span[0]:.4g} and {span[1]:.4g} of the span and "
+                f"{arc[0]:.4g} and {arc[1]:.4g} of its contour"
+            )
+        return tuple(plies)
+
+
+def read_blade(
+    blade: Entry, airfoils: Entry, materials: dict[str, PlyMaterial], hub_radius: float
+) -> WindIOBlade:
+    """The blade of a file.
+
+    Args:
+        blade: The component `blade`.
+        airfoils: The airfoils of the file.
+        materials: Materials by name.
+        hub_radius: Distance of the root from the rotor centre [m].
+
+    Raises:
+        ModelError: for whatever is missing or wrong.
+    """
+    shape = read_outer_shape(blade, airfoils)
+    structure = blade["structure"]
+    anchors = read_web_anchors(structure)
+    layers = read_layers(structure, materials, anchors)
+    leading = Curve(STATIONS, shape.leading_edge(STATIONS))
+    webs = read_webs(structure, layers, anchors, leading)
+    shell = tuple(layer for layer in layers if layer.web is None)
+    ends = [
+        WebLine(arc, web.web.start, web.web.end)
+        for web in webs
+        for arc in (web.suction, web.pressure)
+    ]
+    lines = lay_lines(shell, leading.values, shape.corners(STATIONS), ends)
+    found = WindIOBlade(shape, shell, webs, leading, lines, hub_radius)
+    _check_walls(structure, found)
+    return found
+
+
+def _check_walls(structure: Entry, blade: WindIOBlade) -> None:
+    """There must be a wall everywhere."""
+    lines = blade.lines(STATIONS)
+    middles = 0.5 * (lines[:, 1:] + lines[:, :-1])
+    walls = blade.wall(STATIONS[:, None], middles)
+    for k, panel in np.argwhere(walls < _THINNEST):
+        structure["layers"].fail(
+            f"leave the {blade.panels[panel]!r} without a wall at station {STATIONS[k]:g}"
+        )

@@ -1,0 +1,103 @@
+"""Curves along the span of a blade or the height of a tower: stations and values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.windio.entry import Entry
+
+MOST = 2000
+"""Stations of a curve; the reference turbines have a hundred."""
+
+_SMALL = 1e-6
+"""Stations may lie outside of 0 to 1 by this much."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Values at stations, straight between them and constant outside of them.
+
+    Args:
+        grid: Stations, rising, shape (n,) [-].
+        values: Shape (n,).
+    """
+
+    grid: Array
+    values: Array
+
+    def __call__(self, s: Array | float) -> Array:
+        """Values at span fractions of any shape."""
+        return np.asarray(np.interp(s, self.grid, self.values))
+
+    @property
+    def start(self) -> float:
+        """First station."""
+        return float(self.grid[0])
+
+    @property
+    def end(self) -> float:
+        """Last station."""
+        return float(self.grid[-1])
+
+    @cached_property
+    def _spline(self) -> PchipInterpolator:
+        return PchipInterpolator(self.grid, self.values)
+
+    def smooth(self, s: Array) -> Array:
+        """The monotone cubic spline (PCHIP) through the same values."""
+        return np.asarray(self._spline(np.clip(s, self.start, self.end)))
+
+    def slope(self, s: Array) -> Array:
+        """The derivative of `smooth`."""
+        return np.asarray(self._spline(s, 1))
+
+
+def read_curve(entry: Entry, least: float = -inf, most: float = inf, whole: bool = False) -> Curve:
+    """The curve of a table of windIO with `grid` and `values`.
+
+    Args:
+        entry: The table.
+        least: Least value that is allowed.
+        most: Largest value that is allowed.
+        whole: Whether it must reach from 0 to 1.
+
+    Raises:
+        ModelError: for lists of two lengths, stations that do not rise, values out of bounds.
+    """
+    values = entry["values"]
+    grid = read_grid(entry["grid"])
+    if isinstance(values.value, list) and values.value and isinstance(values.value[0], list):
+        values.fail("vary around the section, which is not read: give one value a station")
+    curve = Curve(grid, values.numbers())
+    if len(curve.values) != len(grid):
+        entry.fail(f"has {len(grid)} stations in its grid, but {len(curve.values)} values")
+    for s, value in zip(grid, curve.values, strict=True):
+        if not least <= value <= most:
+            allowed = f"between {least:g} and {most:g}" if most < inf else f"at least {least:g}"
+            entry.fail(f"must be {allowed}, got {value:g} at station {s:g}")
+    if whole and (curve.start > _SMALL or curve.end < 1.0 - _SMALL):
+        entry.fail(f"must reach from 0 to 1, got {curve.start:g} to {curve.end:g}")
+    return curve
+
+
+def read_grid(entry: Entry) -> Array:
+    """Stations: at least two, rising, from 0 to 1 at most, shape (n,) [-]."""
+    grid = entry.numbers()
+    if len(grid) and (grid.min() < -_SMALL or grid.max() > 1.0 + _SMALL):
+        entry.fail(f"must lie between 0 and 1, got {grid.min():g} to {grid.max():g}")
+    grid = np.clip(grid, 0.0, 1.0)
+    if len(grid) > MOST:
+        entry.fail(f"must have at most {MOST} stations, got {len(grid)}")
+    if len(grid) < 2:
+        entry.fail(f"must have at least two stations, got {len(grid)}")
+    falling = np.flatnonzero(np.diff(grid) <= 0.0)
+    if len(falling):
+        k = int(falling[0])
+        entry.fail(f"must rise from station to station, {grid[k]:g} is followed by {grid[k + 1]:g}")
+    return grid

@@ -1,0 +1,147 @@
+"""Layers of shell and webs: where they lie, how thick they are, and of what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.ply import PlyMaterial
+from turbine_fenicsx.windio.anchors import Anchors
+from turbine_fenicsx.windio.curves import Curve, read_curve
+from turbine_fenicsx.windio.entry import Entry
+
+_SMALL = 1e-9
+"""Stations that differ by less are the same."""
+
+THICKEST = 1.0
+"""A layer is no thicker [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A layer of one material.
+
+    Args:
+        name: Its name.
+        material: Its material.
+        web: The web it is a part of; None in the shell.
+        thickness: Thickness along the span, none outside of the curve's stations [m].
+        angle: Angle of the fibres as the file has it [deg].
+        start: Fraction of the contour, or of a web's height from the suction side, where it
+            begins [-].
+        end: Where it ends [-].
+    """
+
+    name: str
+    material: PlyMaterial
+    web: str | None
+    thickness: Curve
+    angle: Curve
+    start: Curve
+    end: Curve
+
+    def thickness_at(self, s: Array | float) -> Array:
+        """Thickness at span fractions [m]."""
+        t = self.thickness
+        there = (s >= t.start - _SMALL) & (s <= t.end + _SMALL)
+        return np.asarray(np.where(there, t(s), 0.0))
+
+    def share(self, s: Array | float, a0: Array | float, a1: Array | float) -> Array:
+        """How much of the arc from a0 to a1 it covers at span fractions s, from 0 to 1 [-]."""
+        covered = np.minimum(a1, self.end(s)) - np.maximum(a0, self.start(s))
+        return np.asarray(np.maximum(covered, 0.0) / (np.asarray(a1) - a0))
+
+    @property
+    def jumps(self) -> list[float]:
+        """Span fractions where it begins or ends at once with some thickness."""
+        t = self.thickness
+        return [s for s, value in ((t.start, t.values[0]), (t.end, t.values[-1])) if value > 0.0]
+
+
+def read_layers(
+    structure: Entry, materials: Mapping[str, PlyMaterial], webs: Mapping[str, Anchors]
+) -> list[Layer]:
+    """Layers of a blade in the order of the file, from the outer to the inner face.
+
+    Args:
+        structure: The blade's `structure`.
+        materials: Materials by name.
+        webs: Anchors of each web.
+
+    Raises:
+        ModelError: for layers without a place, a material or a thickness.
+    """
+    shell = Anchors(structure["anchors"])
+    layers = []
+    for entry in structure["layers"].entries():
+        web = entry["web"].text() if "web" in entry else None
+        if web is not None and web not in webs:
+            entry.fail(f"belongs to the web {web!r}, which is not among the webs")
+        anchors = shell if web is None else webs[web]
+        layers.append(_read_layer(entry, web, materials, anchors))
+    if not layers:
+        structure["layers"].fail("must have at least one layer")
+    return layers
+
+
+def _read_layer(
+    entry: Entry, web: str | None, materials: Mapping[str, PlyMaterial], anchors: Anchors
+) -> Layer:
+    material = entry["material"].text()
+    if material not in materials:
+        entry.fail(f"is of {material!r}, which is not among the materials of the file")
+    thickness = read_curve(entry["thickness"], 0.0, THICKEST)
+    if not thickness.values.any():
+        thickness = Curve(thickness.grid[[0, -1]], np.zeros(2))
+    angle = entry.get("fiber_orientation")
+    layer = Layer(
+        name=entry["name"].text(),
+        material=materials[material],
+        web=web,
+        thickness=thickness if web is None else _cut_ramps(thickness),
+        angle=read_curve(angle) if angle else Curve(np.array([0.0, 1.0]), np.zeros(2)),
+        start=anchors.resolve(entry["start_nd_arc"]),
+        end=anchors.resolve(entry["end_nd_arc"]),
+    )
+    _check_place(entry, layer)
+    return layer
+
+
+def _cut_ramps(thickness: Curve) -> Curve:
+    """Let a layer of a web begin and end at once, in the middle of the ramps up from and down to 0.
+
+    Sampled curves rise over one interval where the web begins; its mass stays the same.
+    """
+    s, t = thickness.grid, thickness.values
+    there = np.flatnonzero(t > 0.0)
+    if not len(there):
+        return thickness
+    first, last = int(there[0]), int(there[-1])
+    grid, values = s[first : last + 1], t[first : last + 1]
+    if first > 0:
+        grid, values = np.append(0.5 * (s[first - 1] + s[first]), grid), np.append(t[first], values)
+    if last + 1 < len(s):
+        grid, values = np.append(grid, 0.5 * (s[last] + s[last + 1])), np.append(values, t[last])
+    return Curve(grid, values) if len(grid) > 1 else thickness
+
+
+def _check_place(entry: Entry, layer: Layer) -> None:
+    """Anchors must be known, and in order, wherever the layer has a thickness."""
+    s = np.unique(np.concatenate([layer.thickness.grid, layer.start.grid, layer.end.grid]))
+    s = s[layer.thickness_at(s) > 0.0]
+    for key, curve in (("start_nd_arc", layer.start), ("end_nd_arc", layer.end)):
+        outside = s[(s < curve.start - 1e-6) | (s > curve.end + 1e-6)]
+        if len(outside):
+            entry.fail(
+                f"has a thickness at station {outside[0]:g}, where the anchor of its {key} is not "
+                f"resolved: it reaches from {curve.start:g} to {curve.end:g}"
+            )
+    wrong = s[layer.start(s) > layer.end(s) + 1e-6]
+    if len(wrong):
+        entry.fail(
+            f"begins behind its end at station {wrong[0]:g}: from {layer.start(wrong[0]):g} to "
+            f"{layer.end(wrong[0]):g}"
+        )

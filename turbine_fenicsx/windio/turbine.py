@@ -1,0 +1,138 @@
+"""A whole turbine from a windIO file."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+from turbine_fenicsx.foundation.text_files import read_text
+from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
+from turbine_fenicsx.windio.entry import Entry
+from turbine_fenicsx.windio.materials import WindIOMaterial, read_materials
+from turbine_fenicsx.windio.polars import PolarSource
+from turbine_fenicsx.windio.rigid_parts import (
+    Hub,
+    Nacelle,
+    RigidPart,
+    read_hub,
+    read_nacelle,
+    read_rigid_part,
+)
+from turbine_fenicsx.windio.sections import SectionProperties, read_section_properties
+from turbine_fenicsx.windio.tower import Tower, read_tower
+from turbine_fenicsx.windio.yaml_text import YamlError, parse_yaml
+
+_OLD_KEYS = ("outer_shape_bem", "internal_structure_2d_fem", "elastic_properties_mb")
+"""Keys of a blade in windIO 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class WindIOTurbine:
+    """What this package reads of a windIO file.
+
+    Args:
+        name: Name of the turbine.
+        blade_count: Number of blades.
+        upwind: Whether the rotor stands before the tower.
+        hub_height: Of the rotor centre above ground or mean sea level; None where not given [m].
+        rated_power: None where not given [W].
+        rated_speed: Rated speed of the rotor; None where not given [rad/s].
+        blade: The blade, which all have in common.
+        polars: The polars of its airfoils.
+        hub: The hub.
+        nacelle: Drivetrain; None where the file has none.
+        yaw: Yaw system, axes and origin as for the nacelle; None where the file has none.
+        tower: The tower; None where the file has none.
+        materials: All materials by their names.
+        blade_sections: The blade's section matrices; None where the file has none.
+    """
+
+    name: str
+    blade_count: int
+    upwind: bool
+    hub_height: float | None
+    rated_power: float | None
+    rated_speed: float | None
+    blade: WindIOBlade
+    polars: PolarSource
+    hub: Hub
+    nacelle: Nacelle | None
+    yaw: RigidPart | None
+    tower: Tower | None
+    materials: dict[str, WindIOMaterial]
+    blade_sections: SectionProperties | None
+
+
+def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
+    """Read a file of windIO 2.
+
+    Args:
+        path: The file; `find_turbine_file` finds those of an installed windIO.
+
+    Raises:
+        InputError: with one sentence if it cannot be read, is of windIO 1, or anything in it that
+            is needed is missing or wrong.
+    """
+    text = read_text(path, "windIO file")
+    name = Path(path).name
+    try:
+        root = Entry(parse_yaml(text), name)
+    except YamlError as error:
+        Entry(None, name).fail(str(error))
+    _check_version(root)
+    components = root["components"]
+    materials = read_materials(root["materials"])
+    plies = {key: material.ply for key, material in materials.items()}
+    hub = read_hub(components["hub"])
+    blade = read_blade(components["blade"], root["airfoils"], plies, hub.radius)
+    nacelle, yaw, tower = (components.get(key) for key in ("drivetrain", "yaw", "tower"))
+    structure = components["blade"]["structure"]
+    sections = structure.get("elastic_properties") or components["blade"].get("elastic_properties")
+    assembly = root["assembly"]
+    control = root.get("control")
+    rpm = _read_optional(control, "rated_rotor_speed") if control else None
+    orientation = assembly.get("rotor_orientation")
+    return WindIOTurbine(
+        name=root["name"].text(),
+        blade_count=_read_blade_count(assembly),
+        upwind=orientation is None or orientation.text().lower() != "downwind",
+        hub_height=_read_optional(assembly, "hub_height"),
+        rated_power=_read_optional(assembly, "rated_power"),
+        rated_speed=None if rpm is None else rpm * pi / 30.0,
+        blade=blade,
+        polars=PolarSource(root["airfoils"], components["blade"]["outer_shape"]["airfoils"]),
+        hub=hub,
+        nacelle=read_nacelle(nacelle) if nacelle else None,
+        yaw=read_rigid_part(yaw) if yaw else None,
+        tower=read_tower(tower, plies) if tower else None,
+        materials=materials,
+        blade_sections=read_section_properties(sections) if sections else None,
+    )
+
+
+def _check_version(root: Entry) -> None:
+    blade = root["components"]["blade"]
+    version = root["windIO_version"].text() if "windIO_version" in root else None
+    old = any(key in blade for key in _OLD_KEYS)
+    if old or (version or "").startswith(("1", "0")):
+        root.fail(
+            "is of windIO 1, which is not read: convert it with windIO's own "
+            "windIO.converters.windIO2windIO, or take the turbine's file of windIO 2"
+        )
+    if version is None:
+        root.fail("has no 'windIO_version'")
+    if version.split(".")[0] != "2":
+        root.fail(f"is of windIO {version}, expected version 2")
+
+
+def _read_blade_count(assembly: Entry) -> int:
+    count = assembly["number_of_blades"].number(1.0, 10.0)
+    if not count.is_integer():
+        assembly["number_of_blades"].fail(f"must be a whole number, got {count:g}")
+    return int(count)
+
+
+def _read_optional(assembly: Entry, key: str) -> float | None:
+    return assembly[key].number(0.0) if key in assembly else None

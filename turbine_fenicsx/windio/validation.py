@@ -1,0 +1,51 @@
+"""A windIO file against windIO's own schema, where that and jsonschema are installed."""
+
+from __future__ import annotations
+
+import os
+
+from turbine_fenicsx.foundation.text_files import read_text
+from turbine_fenicsx.windio.files import find_windio
+from turbine_fenicsx.windio.yaml_text import parse_yaml
+
+MOST = 5
+"""Sentences; of the other mistakes only the number is told."""
+
+_SCHEMA = ("schemas", "turbine", "turbine_schema.yaml")
+
+
+def list_schema_mistakes(path: str | os.PathLike[str]) -> list[str]:
+    """What windIO's schema objects to in a file that `read_turbine` reads.
+
+    Keys that the schema does not know are not among it.
+
+    Args:
+        path: The file.
+
+    Returns:
+        A sentence each; none where nothing is wrong, or windIO or jsonschema is not installed.
+    """
+    try:
+        from jsonschema import Draft7Validator
+    except ImportError:
+        return []
+    windio = find_windio()
+    schema = windio and windio.joinpath(*_SCHEMA)
+    if schema is None or not schema.is_file():
+        return []
+    validator = Draft7Validator(parse_yaml(read_text(schema, "schema")))
+    found = validator.iter_errors(parse_yaml(read_text(path, "windIO file")))
+    told = [
+        f"{os.path.basename(path)}: windIO's schema says of {error.json_path.removeprefix('$.')} "
+        f"that {_shorten(error.message)}"
+        for error in found
+    ]
+    if len(told) > MOST:
+        told[MOST:] = [f"windIO's schema says so of {len(told) - MOST} more entries"]
+    return told
+
+
+def _shorten(message: str) -> str:
+    """One line of a message, which may quote a whole table."""
+    line = " ".join(message.split())
+    return line if len(line) <= 160 else f"{line[:80]} ... {line[-70:]}"
