@@ -12,7 +12,7 @@ demos with their pictures, one of them on two ranks. The environment is kept for
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
   --fresh        make the environment anew
-  --quick FILE   leave out what has taken long, by the durations.json of a run of scripts/test.sh
+  --subset       only the tests of scripts/test_subset.sh
 Exit code 3: not tested, because there is no such Python or no network.
 EOF
 }
@@ -23,12 +23,12 @@ cache=${XDG_CACHE_HOME:-$HOME/.cache}/turbine_fenicsx/pip
 venv=$cache/venv
 log=$cache/pip.log
 command=()
-quick=()
+subset=
 while [ $# -gt 0 ]; do
     case $1 in
     -h | --help) usage && exit ;;
     --fresh) rm -rf "$venv" ;;
-    --quick) quick=(--quick "$(realpath "$2")") && shift ;;
+    --subset) subset=yes ;;
     --) shift && command=("$@") && break ;;
     *) usage >&2 && exit 2 ;;
     esac
@@ -81,9 +81,11 @@ echo "== pip: tests on 1 rank"
 # The command, which does not import the checkout's package. In two parts: a process of MPICH can hold
 # some 400 factors of MUMPS at a time, and tests leave theirs to the end of a module or longer.
 failed=0
-for part in "tests/unit" "tests/cli tests/verification $(echo tests/test_*.py)"; do
+parts=("tests/unit" "tests/cli tests/verification $(echo tests/test_*.py)")
+[ -z "$subset" ] || parts=("$(scripts/test_subset.sh --list)")
+for part in "${parts[@]}"; do
     # shellcheck disable=SC2086 # several words
-    pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic "${quick[@]}" $part || failed=1
+    pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic $part || failed=1
 done
 [ $failed -eq 0 ] || exit 1
 

@@ -14,7 +14,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from dolfinx import mesh
-from progress import Progress, Watchdog, choose_quick
+from progress import Progress, Watchdog
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -29,20 +29,9 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 
 def pytest_addoption(parser):
-    """``--progress``, as scripts/test.sh uses it, and ``--quick``, as .ci/run does."""
+    """``--progress``, as scripts/test.sh uses it."""
     text = "say how far the tests are, end those that hang; durations are kept in this folder"
     parser.addoption("--progress", type=Path, metavar="FOLDER", help=text)
-    text = "leave out tests that have taken long, by the durations.json of an earlier run"
-    parser.addoption("--quick", type=Path, metavar="FILE", help=text)
-
-
-def pytest_collection_modifyitems(config, items):
-    """``--quick``: what shows with most of the tests in a part of the time."""
-    file = config.getoption("quick")
-    if file:
-        kept = choose_quick([item.nodeid for item in items], file)
-        config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
-        items[:] = [item for item in items if item.nodeid in kept]
 
 
 @pytest.hookimpl(trylast=True)  # after the terminal

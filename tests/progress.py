@@ -1,7 +1,6 @@
 """What ``pytest --progress FOLDER`` adds: how far the tests are, and an end to those that hang.
 
-The folder keeps the duration of each test, from which the next run estimates its time, and
-``--quick`` knows what takes long.
+The folder keeps the duration of each test, from which the next run estimates its time.
 """
 
 import faulthandler
@@ -14,7 +13,6 @@ from patience import patience
 
 HANG = 300.0  # [s] between two signs of life; the longest test takes a fifth of it
 EVERY = 20.0  # [s] between two lines
-SLOW = 4.0  # [s] of a test that --quick leaves out
 
 
 class Watchdog:
@@ -123,12 +121,6 @@ class Progress:
 
     def pytest_unconfigure(self):
         self.failed.unlink()
-
-
-def choose_quick(tests, file):
-    """Tests that took no longer than `SLOW` when a file of durations was written, and new ones."""
-    times = json.loads(file.read_text())
-    return {name for name in tests if times.get(name, 0.0) <= SLOW}
 
 
 def clock(seconds):

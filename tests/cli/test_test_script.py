@@ -1,13 +1,11 @@
 """scripts/test.sh: what ends it, and what it says then."""
 
-import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -125,14 +123,3 @@ def test_the_subset_for_other_releases_names_files_that_are_there():
     files = result.stdout.split()
     assert len(files) > 20
     assert [name for name in files if not (ROOT / name).exists()] == []
-
-
-def test_quick_leaves_out_what_has_taken_long(tmp_path):
-    path = "tests/unit/foundation/test_rotations.py"
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", path]
-    collected = partial(subprocess.run, cwd=ROOT, check=True, capture_output=True, text=True)
-    first, second, *_ = [x for x in collected(command).stdout.splitlines() if "::" in x]
-    durations = tmp_path / "durations.json"
-    durations.write_text(json.dumps({first: 4.1, second: 3.9}))
-    found = collected([*command, "--quick", str(durations)]).stdout
-    assert first not in found and second in found and "1 deselected" in found

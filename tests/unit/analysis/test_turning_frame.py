@@ -36,7 +36,7 @@ def test_the_axis_is_that_of_the_joint_where_the_first_partner_is_now(comm, kind
     system = MultibodySystem(comm, [B, joint] if first is None else [A, B, joint])
     frame = turning_frame(system, "turns", 3.0)
     assert np.allclose(frame.axis, AXIS, rtol=0, atol=1e-14)
-    assert distance_to_axis(frame, POINT) <= 1e-14
+    assert distance_to_axis(frame, POINT) <= 1e-13  # round-off of coordinates of 5 m
     if first is None:
         assert frame.rigid_turns.tolist() == [True]
         return
