@@ -28,7 +28,7 @@ def mean_turns(q: Array, q_dot: Array, dt: float) -> Array:
         Shape (bodies, 3, 3).
     """
     directors, rates = (x.reshape(-1, 4, 3)[:, 1:] for x in (q, q_dot))
-    h = 0.25 * dt * np.cross(directors, rates).sum(axis=1)  # w = sum d_i x d_i'/2
-    cross = np.cross(np.eye(3), h[:, None])  # of h: rows e_k x h
-    P = np.eye(3) + cross + h[:, :, None] * h[:, None, :]
-    return np.asarray(P / (1.0 + (h * h).sum(axis=1))[:, None, None])
+    products = directors.transpose(0, 2, 1) @ rates
+    h = 0.25 * dt * (products.transpose(0, 2, 1) - products)  # of w = sum d_i x d_i'/2
+    square = 0.5 * (h * h).sum(axis=(1, 2))  # |h|^2, and h h^T = h.h + |h|^2 for the matrix h
+    return np.asarray(np.eye(3) + (h + h @ h) / (1.0 + square)[:, None, None])
