@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.postprocessing import names, power_balance
 from turbine_fenicsx.postprocessing import panels as p
 from turbine_fenicsx.postprocessing.names import Family
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries, read_history
@@ -45,6 +45,8 @@ def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
         "energy": (p.energies, p.small_energies, p.energy_steps, p.energy_error),
         "angular_momentum": (p.angular_momentum, p.momentum_steps),
     }
+    if any(power_balance.has_power_balance(run) for run in runs):
+        found["power_balance"] = (power_balance.powers, power_balance.works)
     if all(p.is_turbine(run) for run in runs):
         found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
         if any(p.other_joints(run) for run in runs):

@@ -40,6 +40,8 @@ from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 _CAPTIONS = {
     "energy": "Energies; the error is what is added to the total energy H beyond the work W of the "
     "loads. The dashed line is the tolerance of the solver times the largest energy.",
+    "power_balance": "What forces bring in stands above zero, what they, the generator and losses "
+    "take out below. Energy that is stored in motion, height and strain goes out and comes back.",
     "angular_momentum": "Angular momentum about the origin. The tower of a turbine holds the "
     "horizontal components; the vertical one, L2, changes by the yaw torque alone.",
     "angles": "Angles and speeds of the joints; yaw and pitch of a turbine in the signs of "

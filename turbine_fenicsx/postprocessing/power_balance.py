@@ -1,0 +1,76 @@
+"""Where the power of a run comes from and where it goes: works, losses and stored energy."""
+
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_line
+
+WINDOWS = 200
+"""Means of power are taken over at most so many parts of a run."""
+
+SHOWN = 4
+"""Terms shown under their names; the smaller ones are added up as "other"."""
+
+LEAST = 1e-3
+"""What moves less than this part of the largest term is too thin to be seen, and left out."""
+
+STORED = "stored energy"
+
+
+def has_power_balance(run: TimeSeries) -> bool:
+    """Whether there is more than one way in or out, so that a chart tells something."""
+    return len(_find_energies(run)) > 2
+
+
+def _find_energies(run: TimeSeries) -> dict[str, NDArray[np.float64]]:
+    """Energy [J] that each way has brought in since the start: works, minus losses, minus H.
+
+    At all times their sum is the error of the energy, which is round-off.
+    """
+    found = {STORED: -run[names.TOTAL_ENERGY]}
+    found |= {_say(name): work for name, work in run.of(names.WORK).items()}
+    found |= {_say(name): -lost for name, lost in run.of(names.DISSIPATION).items()}
+    since = {name: energy - energy[0] for name, energy in found.items()}
+    sizes = {name: float(np.nanmax(np.abs(energy))) for name, energy in since.items()}
+    order = sorted(since, key=lambda name: -sizes[name])
+    order = [name for name in order if sizes[name] > LEAST * sizes[order[0]]]
+    shown = {name: since[name] for name in order[:SHOWN]}
+    if order[SHOWN:]:
+        shown["other"] = np.sum([since[name] for name in order[SHOWN:]], axis=0)
+    return shown
+
+
+def _say(name: str) -> str:
+    """A name of a column as words."""
+    return name.replace("_", " ")
+
+
+def powers(axes: Any, run: TimeSeries, look: Look) -> None:
+    """Mean powers: what comes in stands above zero, what goes out below; both are equal."""
+    rows = np.unique(np.linspace(0, len(run[names.TIME]) - 1, WINDOWS + 1).astype(int))
+    t = run[names.TIME][rows]
+    ends = np.repeat(t, 2)[1:-1]  # each mean as a step
+    above, below = np.zeros(len(ends)), np.zeros(len(ends))
+    for (name, energy), color in zip(_find_energies(run).items(), cycle(PALETTE), strict=False):
+        power = np.repeat(np.diff(energy[rows]) / np.diff(t), 2)
+        if not look.alone:
+            axes.plot(ends, power, color=color, linestyle=look.style, label=name)
+            continue
+        for base, part in ((above, np.maximum(power, 0.0)), (below, np.minimum(power, 0.0))):
+            axes.fill_between(ends, base, base + part, color=color, lw=0.0, alpha=0.85)
+            base += part
+        axes.plot([], [], color=color, label=name)
+    axes.axhline(0.0, color="#333333", lw=0.8)
+    axes.set(title="Power", ylabel="in and out [W]")
+
+
+def works(axes: Any, run: TimeSeries, look: Look) -> None:
+    """What each way has brought in since the start."""
+    for (name, energy), color in zip(_find_energies(run).items(), cycle(PALETTE), strict=False):
+        draw_line(axes, run, energy, look, color=color, label=name)
+    axes.set(title="Since the start", ylabel="energy [J]")
