@@ -29,7 +29,7 @@ def write_aerodyn(folder, length=54.0, last=180.0, chord=4.0):
     plate = 2.0 * np.pi * np.sin(a) * np.cos(a), 0.01 + 1.3 * np.sin(a) ** 2
     for name, (lift, drag) in {"round": (0.0 * a, 0.6 + 0.0 * a), "plate": plate}.items():
         rows = "\n".join(
-            f"{x:.6f} {cl:.9f} {cd:.9f} 0.0" for x, cl, cd in zip(angle, lift, drag, strict=True)
+            f"{x:.6f} {cl:.9f} {cd:.9f} -0.05" for x, cl, cd in zip(angle, lift, drag, strict=True)
         )
         (folder / f"{name}.dat").write_text(f"{len(a)}  NumAlf\n{rows}\n")
     s = np.linspace(0.0, 1.0, STATIONS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -10,12 +11,11 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
-from turbine_fenicsx.wind.resampling import resample_blade
+from turbine_fenicsx.wind.resampling import place_stations, resample_blade
 from turbine_fenicsx.wind.windio_blade import make_aero_blade
 
 
@@ -33,7 +33,7 @@ def find_aero_file(case: Tables) -> str:
 
 
 def load_aero_blade(case: Tables) -> AeroBlade:
-    """A blade at stations in the middles of equal parts of its span.
+    """A blade at the stations of a quadrature over its span.
 
     A file that has not changed is read once.
 
@@ -57,16 +57,13 @@ def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float)
         turbine = load_turbine(path)
         hub, axis = turbine.hub.radius, turbine.blade.outer_shape.axis[2]
         tip = hub + float(axis.smooth(np.array([1.0]))[0])
-        return make_aero_blade(turbine, _middles(hub, tip, stations))
+        radius, lengths = place_stations(hub, tip, stations)
+        return replace(make_aero_blade(turbine, radius), lengths=lengths)
     blade = read_aerodyn(path, hub_radius)
-    return resample_blade(blade, _middles(blade.hub_radius, blade.tip_radius, stations))
+    radius, lengths = place_stations(blade.hub_radius, blade.tip_radius, stations)
+    return replace(resample_blade(blade, radius), lengths=lengths)
 
 
 def _is_windio(name: str) -> bool:
     """Whether a file is one of windIO by its name."""
     return Path(name).suffix.lower() in (".yaml", ".yml")
-
-
-def _middles(start: float, end: float, n: int) -> Array:
-    """Middles of equal parts, shape (n,)."""
-    return np.asarray(start + (end - start) * (np.arange(n) + 0.5) / n)

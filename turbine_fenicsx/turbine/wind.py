@@ -1,7 +1,13 @@
 """The wind on the blades: loads on their sections, and what the rotor takes out of the wind.
 
 Thrust and torque are those of the air on the blades along and about the shaft, in the middle of the
-step that ends at the time of the row; at t = 0 those of the first state.
+step that ends at the time of the row; at t = 0 those of the first state. A turn by theta about a
+shaft with the unit vector e moves a point in the middle x_m of its chord by
+
+    x_1 - x_0 = 2 tan(theta/2) e x x_m,
+
+so forces with the moment M about the shaft there do the work 2 tan(theta/2) M: the torque in the
+step is M tan(theta/2)/(theta/2), and torque times mean speed is the power exactly.
 """
 
 from __future__ import annotations
@@ -141,11 +147,13 @@ class RotorLoads:
         centre, shaft = self._centre @ q, self._shaft @ q
         motion, F = loads.motion, loads.force
         moment = np.cross(motion.position - centre, F) + loads.moment
+        half = 0.5 * loads.times.dt * self.speed(state)
+        factor = np.tan(half) / half if half else 1.0
         assert self._inflow is not None
         wind = self._inflow.velocity(motion.position, loads.times.middle) - motion.velocity
         return (
             float(F.sum(axis=0) @ shaft),
-            float(moment.sum(axis=0) @ shaft),
+            float(factor * (moment.sum(axis=0) @ shaft)),
             float(wind.mean(axis=0) @ shaft),
         )
 

@@ -33,6 +33,8 @@ class AeroBlade:
         reference: Fraction of the chord, from the leading edge, that lies on the bent span, shape
             (n,) or a number [-].
         aerodynamic_centre: Where lift and drag act, in the same way [-].
+        lengths: Length of the span whose loads each station stands for, the weights of a
+            quadrature; None for what lies between the middles of neighbours, shape (n,) [m].
 
     Raises:
         ModelError: for stations outside the blade or not in order, chords that are not positive,
@@ -48,12 +50,13 @@ class AeroBlade:
     prebend: Array | None = None
     reference: Array | float = 0.25
     aerodynamic_centre: Array | float = 0.25
+    lengths: Array | None = None
 
     def __post_init__(self) -> None:
         n = len(self.radius)
-        for what in ("radius", "chord", "twist", "prebend"):
+        for what in ("radius", "chord", "twist", "prebend", "lengths"):
             values = getattr(self, what)
-            if what == "prebend" and values is None:
+            if what in ("prebend", "lengths") and values is None:
                 continue
             if np.shape(values) != (n,) or not np.all(np.isfinite(values)):
                 raise ModelError(f"{what} of an aerodynamic blade must be {n} finite numbers")
@@ -88,6 +91,14 @@ class AeroBlade:
             raise ModelError(
                 f"chords must be positive, got {self.chord[k]:g} m at {self.radius[k]:g} m"
             )
+
+    @cached_property
+    def parts(self) -> Array:
+        """Length of the span whose loads each station stands for, shape (n,) [m]."""
+        if self.lengths is not None:
+            return self.lengths
+        middles = 0.5 * (self.radius[1:] + self.radius[:-1])
+        return np.diff(np.concatenate([[self.hub_radius], middles, [self.tip_radius]]))
 
     @cached_property
     def table(self) -> PolarTable:

@@ -122,7 +122,7 @@ class RotorAerodynamics:
         self._points = points - np.tile(back * blade.chord, B)[:, None] * chordwise
         solidity = B * self._chord / (2.0 * np.pi * radius)
         self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
-        self._lengths = np.tile(_find_lengths(blade), B) * stretch[:, 0]
+        self._lengths = np.tile(blade.parts, B) * stretch[:, 0]
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
         self._separation = SeparationTable(blade.table) if stall is not None else None
@@ -258,12 +258,6 @@ class RotorAerodynamics:
         swirl = line[:, 1] / (4.0 * density * F * through)
         swirl = np.clip(swirl, -MOST * V_y, MOST * V_y)
         return np.stack([a * V_x, swirl], axis=1) * turning[:, None], a * turning
-
-
-def _find_lengths(blade: AeroBlade) -> Array:
-    """Length of the span that belongs to each station [m]."""
-    middles = 0.5 * (blade.radius[1:] + blade.radius[:-1])
-    return np.diff(np.concatenate([[blade.hub_radius], middles, [blade.tip_radius]]))
 
 
 def fit_rotation(before: Array, after: Array) -> Array:

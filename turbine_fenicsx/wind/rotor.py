@@ -147,7 +147,7 @@ def find_section_loads(rotor: Rotor, operation: Operation, azimuths: Array) -> L
 
 
 def find_performance(rotor: Rotor, operation: Operation, sectors: int = 8) -> Performance:
-    """Thrust, torque and power, loads falling to zero at hub and tip.
+    """Thrust, torque and power, those of the moments about coned or bent spans included.
 
     Args:
         rotor: The rotor.
@@ -160,10 +160,13 @@ def find_performance(rotor: Rotor, operation: Operation, sectors: int = 8) -> Pe
     loads = find_section_loads(rotor, operation, azimuths)
     distance, _ = rotor._places
     # length of the span over that of the radius, and the part of the normal loads along the shaft
-    arc = np.cos(rotor.precone) / np.cos(rotor._slope) if blade.prebend is not None else 1.0
-    along = np.mean(loads.normal, axis=0) * np.cos(rotor._slope) * arc
-    about = np.mean(loads.tangential, axis=0) * distance * arc
-    thrust, torque = (rotor.blades * _integrate_span(blade, f) for f in (along, about))
+    slope = rotor._slope
+    arc = np.cos(rotor.precone) / np.cos(slope) if blade.prebend is not None else 1.0
+    normal, tangential, moment = (np.mean(x, axis=0) for x in loads[:3])
+    along = normal * np.cos(slope) * arc
+    # a span that leans upwind has the part -sin(slope) along the shaft
+    about = (tangential * distance - moment * np.sin(slope)) * arc
+    thrust, torque = (rotor.blades * float(blade.parts @ f) for f in (along, about))
     V, area = operation.wind_speed, np.pi * rotor.tip_distance**2
     pressure = 0.5 * operation.density * V * V
     power = torque * operation.rotor_speed
@@ -236,10 +239,3 @@ def _relative_wind(rotor: Rotor, operation: Operation, azimuths: Array) -> tuple
     V_x = np.sum(wind * normal, axis=-1)
     V_y = operation.rotor_speed * distance - np.sum(wind * way, axis=-1)
     return V_x, V_y
-
-
-def _integrate_span(blade: AeroBlade, values: Array) -> float:
-    """Integral over the span of values that are zero at both ends."""
-    radius = np.concatenate([[blade.hub_radius], blade.radius, [blade.tip_radius]])
-    padded = np.concatenate([[0.0], values, [0.0]])
-    return float(np.sum(0.5 * (padded[1:] + padded[:-1]) * np.diff(radius)))

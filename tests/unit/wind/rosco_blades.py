@@ -1,6 +1,7 @@
 """Blades of two reference turbines, from the files of AeroDyn that the package rosco brings."""
 
 import importlib.util
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -40,3 +41,9 @@ def iea_blade():
         read_aerodyn_polar(cases / "Airfoils" / f"{name}_Polar_{k:02d}.dat") for k in range(50)
     ]
     return read_aerodyn_blade(cases / f"{name}_blade.dat", 3.97, polars)
+
+
+def without_moments(blade):
+    """A blade as CCBlade and tables made with it have it: sections have lift and drag alone."""
+    found = {id(p): replace(p, moment=0.0 * p.moment) for p in blade.polars}
+    return replace(blade, polars=tuple(found[id(p)] for p in blade.polars))

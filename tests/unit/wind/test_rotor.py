@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosco_blades import iea_blade, nrel_blade
+from rosco_blades import iea_blade, nrel_blade, without_moments
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.polar import Polar
+from turbine_fenicsx.wind.resampling import place_stations, resample_blade
 from turbine_fenicsx.wind.rotor import (
     Operation,
     Rotor,
@@ -51,7 +52,7 @@ def test_line_loads_are_those_of_ccblade(name):
 
 @pytest.mark.parametrize("row", json.loads((HERE / "iea15_performance.json").read_text())[4::9])
 def test_iea_15_takes_the_power_and_thrust_of_its_published_table(row):
-    rotor = Rotor(iea_blade(), 3, np.radians(4.0), np.radians(6.0), 150.0)
+    rotor = Rotor(without_moments(iea_blade()), 3, np.radians(4.0), np.radians(6.0), 150.0)
     speed = row["rpm"] * np.pi / 30.0
     operation = Operation(row["V"], speed, np.radians(row["pitch"]), shear=0.2)
     found = find_performance(rotor, operation)
@@ -63,10 +64,28 @@ def test_iea_15_takes_the_power_and_thrust_of_its_published_table(row):
     ("wind", "pitch"), [(12.0, 3.83), (15.0, 10.45), (18.0, 14.92), (20.0, 17.47), (22.0, 19.94)]
 )
 def test_nrel_5_mw_is_held_at_rated_power_by_its_published_pitch(wind, pitch):
-    rotor = Rotor(nrel_blade(), precone=np.radians(2.5))
+    rotor = Rotor(without_moments(nrel_blade()), precone=np.radians(2.5))
     operation = Operation(wind, 12.1 * np.pi / 30.0)
     found = find_pitch(rotor, operation, 5.2966e6, (np.radians(pitch - 3.0), np.radians(pitch + 3)))
     assert np.degrees(found) == pytest.approx(pitch, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "wind", "rpm", "pitch"),
+    [("nrel", 8.0, 9.2, 0.0), ("nrel", 12.0, 12.1, 4.0), ("iea", 8.0, 5.7, 0.0)],
+)
+def test_few_stations_of_a_quadrature_give_power_and_thrust(name, wind, rpm, pitch):
+    own = {"nrel": nrel_blade, "iea": iea_blade}[name]()
+    operation = Operation(wind, rpm * np.pi / 30.0, np.radians(pitch))
+    found = []
+    for count in (16, 1000):
+        radius, lengths = place_stations(own.hub_radius, own.tip_radius, count)
+        blade = replace(resample_blade(own, radius), lengths=lengths)
+        rotor = Rotor(blade, precone=np.radians(2.5), hub_height=150.0)
+        found.append(find_performance(rotor, operation, sectors=1))
+    few, many = found
+    assert few.power == pytest.approx(many.power, rel=1.5e-3)
+    assert few.thrust == pytest.approx(many.thrust, rel=1.5e-3)
 
 
 def test_an_optimum_rotor_of_many_blades_comes_close_to_the_limit_with_wake_rotation():
