@@ -30,6 +30,7 @@ from turbine_fenicsx.foundation.checks import check_array, check_methods
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.foundation.types import Array
 
 SMALL_CHANGE = 1e-4
@@ -117,10 +118,16 @@ class BoundRigidLoads(LineSource):
         coordinates = [
             line.body.body_coordinates(p) for line, p in zip(loads.lines, points, strict=True)
         ]
-        self._xi = np.concatenate(coordinates)
         self._body = np.repeat(np.arange(len(points)), counts)
         self._starts = np.cumsum(counts) - counts
-        self._R = np.stack([np.asarray(line.body.directors, dtype=float) for line in loads.lines])
+        # a section is C (phi, d_1, d_2, d_3) of its body, c = (1, xi); all of them at once
+        self._c = np.concatenate([np.ones((sum(counts), 1)), np.concatenate(coordinates)], axis=1)
+        self._C = np.zeros((sum(counts), len(points), 4))
+        self._C[np.arange(sum(counts)), self._body] = self._c
+        self._C = self._C.reshape(sum(counts), -1)
+        R = np.stack([np.asarray(line.body.directors, dtype=float) for line in loads.lines])
+        self._R_T = R.swapaxes(1, 2)
+        self._K: Array | None = None
 
     def force(self, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
         """Generalised force in the middle of a step, and nearly its derivative."""
@@ -128,12 +135,14 @@ class BoundRigidLoads(LineSource):
         motion, F, M, _ = loads
         force = self._find_forces(F, M, arms)
         if step != self._step:
-            return force, self._assemble(None, step.dt)
-        Q = motion.axes
-        if self._slopes is None or self._age >= RENEWED:
-            slopes = self._find_slopes(motion, F, step.middle)
-            self._slopes, self._age = Q.swapaxes(1, 2) @ slopes @ Q, 0
-        return force, self._assemble(Q @ self._slopes @ Q.swapaxes(1, 2), step.dt)
+            return force, np.zeros((self.index.size,) * 2)
+        if self._K is None:  # one for all iterations of a step
+            Q, Q_T = motion.axes, motion.axes.swapaxes(1, 2)
+            if self._slopes is None or self._age >= RENEWED:
+                slopes = self._find_slopes(motion, F, step.middle)
+                self._slopes, self._age = Q_T @ slopes @ Q, 0
+            self._K = self._assemble(Q @ self._slopes @ Q_T, step.dt)
+        return force, self._K
 
     def energy(self, y: Array) -> float:
         """No energy [J]."""
@@ -145,7 +154,7 @@ class BoundRigidLoads(LineSource):
         if not self._checked:  # an error in an iteration would become one of PETSc
             self.force(y, y, step)
             self._checked = True
-        self._step, self._at = step, Memo(self._evaluate)
+        self._step, self._at, self._K = step, Memo(self._evaluate), None
 
     def finish_step(self, step: StepTimes, y0: Array, y1: Array) -> None:
         """The step from y0 to y1 is done, if none repeats it."""
@@ -188,17 +197,19 @@ class BoundRigidLoads(LineSource):
         """Motion of the sections; directors as rows and J^-1 of each body."""
         mean, rate = y.reshape(-1, 4, 3), y_dot.reshape(-1, 4, 3)
         d, d_dot = mean[:, 1:], rate[:, 1:]
-        S = np.einsum("bki,bkj->bij", d, d)
+        d_T = d.swapaxes(1, 2)
+        S, A = d_T @ d, d_T @ d_dot
         inverse = np.linalg.inv(np.trace(S, axis1=1, axis2=2)[:, None, None] * np.eye(3) - S)
-        omega = np.einsum("bij,bj->bi", inverse, np.cross(d, d_dot).sum(axis=1))
-        U, _, V_T = np.linalg.svd(np.einsum("bki,bjk->bij", d, self._R))
+        # sum d_k x d_k' is twice the axial vector of A = sum d_k d_k'
+        spin = np.stack([A[:, i, j] - A[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        omega = (inverse @ spin[:, :, None])[:, :, 0]
+        U, _, V_T = np.linalg.svd(d_T @ self._R_T)
         U[:, :, 2] *= np.linalg.det(U @ V_T)[:, None]
-        b, xi = self._body, self._xi
         motion = SectionMotion(
-            mean[b, 0] + np.einsum("nk,nki->ni", xi, d[b]),
-            (U @ V_T)[b],
-            rate[b, 0] + np.einsum("nk,nki->ni", xi, d_dot[b]),
-            omega[b],
+            self._C @ mean.reshape(-1, 3),
+            (U @ V_T)[self._body],
+            self._C @ rate.reshape(-1, 3),
+            omega[self._body],
             self._initial,
         )
         return motion, (d, inverse)
@@ -211,22 +222,18 @@ class BoundRigidLoads(LineSource):
             slopes[:, :, i] = (self.loads(moved, time)[0] - F) / SMALL_CHANGE
         return slopes
 
-    def _assemble(self, slopes: Array | None, dt: float) -> Array:
+    def _assemble(self, slopes: Array, dt: float) -> Array:
         """Derivative of the generalised force by the coordinates at the end of a step."""
         K = np.zeros((len(self._starts), 4, 3, len(self._starts), 4, 3))
-        if slopes is not None:
-            c = np.concatenate([np.ones((len(self._xi), 1)), self._xi], axis=1)
-            parts = np.einsum("nk,nij,nl->nkilj", c, slopes, c) / dt
-            for body, part in enumerate(np.add.reduceat(parts, self._starts)):
-                K[body, :, :, body] = part
+        parts = np.einsum("nk,nij,nl->nkilj", self._c, slopes, self._c) / dt
+        for body, part in enumerate(np.add.reduceat(parts, self._starts)):
+            K[body, :, :, body] = part
         return K.reshape((self.index.size,) * 2)
 
     def _find_forces(self, F: Array, M: Array, arms: tuple[Array, Array]) -> Array:
         """Generalised forces of forces and moments on the sections, shape (12 bodies,)."""
         d, inverse = arms
-        f = np.empty((len(d), 4, 3))
-        f[:, 0] = np.add.reduceat(F, self._starts)
-        f[:, 1:] = np.add.reduceat(self._xi[:, :, None] * F[:, None], self._starts)
-        turn = np.einsum("bij,bj->bi", inverse, np.add.reduceat(M, self._starts))
-        f[:, 1:] += np.cross(turn[:, None], d)
+        f = (self._C.T @ F).reshape(-1, 4, 3)
+        turn = (inverse @ np.add.reduceat(M, self._starts)[:, :, None])[:, :, 0]
+        f[:, 1:] += cross_rows(np.repeat(turn, 3, axis=0), d.reshape(-1, 3)).reshape(-1, 3, 3)
         return f.ravel()

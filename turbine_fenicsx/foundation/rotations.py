@@ -53,6 +53,16 @@ def skew(w: npt.ArrayLike) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+def cross_rows(a: Array, b: Array) -> Array:
+    """Cross products of rows, both of shape (n, 3); quicker for few rows than numpy's."""
+    (a_1, a_2, a_3), (b_1, b_2, b_3) = a.T, b.T
+    found = np.empty_like(a)
+    found[:, 0] = a_2 * b_3 - a_3 * b_2
+    found[:, 1] = a_3 * b_1 - a_1 * b_3
+    found[:, 2] = a_1 * b_2 - a_2 * b_1
+    return found
+
+
 def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -> Array:
     """Right-handed frame (t1, t2, n) with n along ``axis``.
 

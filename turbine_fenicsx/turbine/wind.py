@@ -26,6 +26,7 @@ from turbine_fenicsx.forces import (
 )
 from turbine_fenicsx.forces.line_source import SAME_TIME, StepLoads
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.observers.history import Channel
@@ -86,6 +87,7 @@ class Wind(Component):
         rotor, inflow = RotorLoads(turbine), turbine.inflow
         assert inflow is not None
         hub = np.asarray(turbine.rotor.layout.centre, dtype=float)
+        kept: list[tuple[float, list[float]]] = []  # both time series show the same wind
 
         def loads(s: Snapshot) -> list[float]:
             thrust, torque, wind = rotor.at(s)
@@ -93,8 +95,10 @@ class Wind(Component):
             return [torque * speed, thrust, torque, wind, speed * 30.0 / np.pi]
 
         def wind(s: Snapshot) -> list[float]:
-            x, y, z = AXES @ inflow.velocity(hub, s.state.time)
-            return [float(x), float(y), float(z)]
+            if not kept or kept[-1][0] != s.state.time:
+                x, y, z = AXES @ inflow.velocity(hub, s.state.time)
+                kept[:] = [(s.state.time, [float(x), float(y), float(z)])]
+            return kept[-1][1]
 
         columns = (
             *(names.AERO_POWER, names.AERO_THRUST, names.AERO_TORQUE),
@@ -146,7 +150,7 @@ class RotorLoads:
         loads, q = find_loads(self._system, WIND, state), state.q[self._q].reshape(4, 3)
         centre, shaft = self._centre @ q, self._shaft @ q
         motion, F = loads.motion, loads.force
-        moment = np.cross(motion.position - centre, F) + loads.moment
+        moment = cross_rows(motion.position - centre, F) + loads.moment
         half = 0.5 * loads.times.dt * self.speed(state)
         factor = np.tan(half) / half if half else 1.0
         assert self._inflow is not None

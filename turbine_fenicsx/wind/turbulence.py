@@ -102,19 +102,21 @@ class TurbulenceField:
         low = np.minimum(z / self.z[0], 1.0) if self.z[0] > 0.0 else np.ones_like(z)
         j, v = _locate(z, self.z)
         k, u = _locate(y, self.y)
-        w = (s - i)[..., None]
-        v, u = v[..., None], u[..., None]
-        found = np.zeros((*x.shape, 3))
-        for plane, share in ((i, 1.0 - w), (after, w)):
-            lower = (1.0 - u) * self.values[plane, j, k] + u * self.values[plane, j, k + 1]
-            upper = (1.0 - u) * self.values[plane, j + 1, k] + u * self.values[plane, j + 1, k + 1]
-            found += share * ((1.0 - v) * lower + v * upper)
+        # weights and numbers of the eight corners, along two axes each: planes, heights, widths
+        w, v, u = (np.array([1.0 - part, part]) for part in (s - i, v, u))
+        weights = w[:, None, None] * v[:, None] * u
+        height, width = len(self.z), len(self.y)
+        corner = np.array([i, after])[:, None, None] * height + np.array([j, j + 1])[:, None]
+        corner = corner * width + np.array([k, k + 1])
+        corners = self.values.reshape(-1, 3)[corner]
+        found = np.einsum("abc...,abc...x->...x", weights, corners)
         found = (found - self.intercept) / self.slope
         return np.asarray(found * np.maximum(low, 0.0)[..., None])
 
 
 def _locate(places: Array, grid: Array) -> tuple[Array, Array]:
     """Interval of an equally spaced grid that holds each place, and the part of it before."""
-    s = np.clip((places - grid[0]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.0)
+    s = (places - grid[0]) / (grid[1] - grid[0])
+    s = np.minimum(np.maximum(s, 0.0), len(grid) - 1.0)
     index = np.minimum(s.astype(int), len(grid) - 2)
     return index, s - index
