@@ -1,6 +1,7 @@
 """Linear solvers of the step, one file each."""
 
 from collections.abc import Callable
+from functools import partial
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.linear_solvers.base import LinearSolver
@@ -10,7 +11,7 @@ from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
 from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
-from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.linear_solvers.shared import shared_factor
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -19,8 +20,7 @@ def frozen_factor(step: StepBlocks, prefix: str) -> LinearSolver:
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
     name = f"{prefix}free_"
-    solver = FrozenElimination(step, lambda f, c, A, free: SymmetricFactor(A, name))
-    return QuasiNewton(step, solver)
+    return QuasiNewton(step, FrozenElimination(step, partial(shared_factor, prefix=name)))
 
 
 def conjugate_gradients(step: StepBlocks, prefix: str) -> LinearSolver:

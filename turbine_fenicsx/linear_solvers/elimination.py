@@ -131,6 +131,7 @@ class BodyElimination:
     Attributes:
         columns: Columns of r that belong to the carriers.
         schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
+        solver: The solver for A_II.
     """
 
     def __init__(
@@ -158,7 +159,7 @@ class BodyElimination:
             3 * flexible.n_owned, first=first, step=1, comm=self._comm
         )
         self._A_II, self._A_Ic, self._A_c = (self._A.createSubMatrix(*p) for p in self._parts())
-        self._solver = make_solver(self._A_II, self._free_set)
+        self.solver = make_solver(self._A_II, self._free_set)
         self._b_I, self._x_I = self._A_II.createVecs()
         self._u, self._Au = flexible.new_vector(), flexible.new_vector()
         self._c, self._Ac = self._A_Ic.createVecRight(), self._A_c.createVecLeft()
@@ -169,22 +170,25 @@ class BodyElimination:
     @property
     def iterations(self) -> int:
         """Krylov iterations for the free nodes so far."""
-        return self._solver.iterations
+        return self.solver.iterations
 
     def factorise(self) -> None:
         """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
         for part, sets in zip((self._A_II, self._A_Ic, self._A_c), self._parts(), strict=True):
             self._A.createSubMatrix(*sets, submat=part)
-        self._solver.update()
+        self.solver.update()
         self._Z[:] = self._start
         schur = np.zeros_like(self.schur)
-        for k in range(self.columns.size):
-            self._u.array[:] = self._Z[:, k]
-            self._A.mult(self._u, self._Au)
-            self._b_I.array[:] = self._Au.array_r[self._free]
-            self._solver.solve(self._b_I, self._x_I)
-            self._Z[self._free, k] -= self._x_I.array_r
-            schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
+        for first in range(0, self.columns.size, 12):  # carrier by carrier, to save memory
+            columns = np.arange(first, first + 12)
+            forces = np.empty((self._free.size, 12), order="F")
+            for k in columns:
+                self._u.array[:] = self._Z[:, k]
+                self._A.mult(self._u, self._Au)
+                forces[:, k - first] = self._Au.array_r[self._free]
+            self._Z[np.ix_(self._free, columns)] -= self.solver.solve_many(forces)
+            for k in columns:
+                schur[:, k] = self._B.T @ self._contact_forces(self._Z[:, k])
         self.schur = sum_over_ranks(self._comm, schur)
 
     def eliminate(self, b_u: Array, b_c: Array, w: Array) -> Array:
@@ -192,7 +196,7 @@ class BodyElimination:
         self._c.array[:] = b_c
         self._b_I.array[:] = b_u[self._free]
         self._A_Ic.multAdd(self._c, self._b_I, self._b_I)
-        self._solver.solve(self._b_I, self._x_I)
+        self.solver.solve(self._b_I, self._x_I)
         w[self._contact] = -b_c
         w[self._free] = self._x_I.array_r
         forces = self._contact_forces(w) - b_u[self._contact]
@@ -206,7 +210,7 @@ class BodyElimination:
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
-        self._solver.destroy()
+        self.solver.destroy()
         for matrix in (self._A_II, self._A_Ic, self._A_c):
             matrix.destroy()
         for vector in (self._b_I, self._x_I, self._u, self._Au, self._c, self._Ac):

@@ -7,6 +7,7 @@ from typing import Protocol
 from petsc4py import PETSc
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.foundation.types import Array
 
@@ -28,9 +29,12 @@ class FreeSolver(Protocol):
 
     Attributes:
         iterations: Krylov iterations so far; a direct solve counts as one.
+        factors: Number of factors, and of the components of the matrix that they serve.
     """
 
     iterations: int
+    factors: tuple[int, int] = (1, 1)
+    _matrix: PETSc.Mat
 
     def update(self) -> None:
         """Prepare for the present values of the matrix."""
@@ -38,11 +42,23 @@ class FreeSolver(Protocol):
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side."""
 
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
+        x, b = self._matrix.createVecs()
+        X = np.empty_like(B)
+        for k in range(B.shape[1]):
+            b.array[:] = B[:, k]
+            self.solve(b, x)
+            X[:, k] = x.array_r
+        x.destroy()
+        b.destroy()
+        return X
+
     def destroy(self) -> None:
         """Free everything."""
 
 
-class SparseFactor:
+class SparseFactor(FreeSolver):
     """LU or Cholesky (L D L^T) factors of a distributed matrix that keeps its sparsity, by MUMPS.
 
     Args:
@@ -90,6 +106,28 @@ class SparseFactor:
         self._ksp.solve(b, x)
         self.iterations += 1
 
+    def solve_block(self, B: PETSc.Mat, X: PETSc.Mat) -> None:
+        """Solve for the columns of a dense matrix on one rank, all at once."""
+        pc = self._ksp.getPC()
+        direct = self._ksp.getType() == "preonly" and pc.getType() in ("lu", "cholesky")
+        if direct and self._mumps_error() == 0:
+            pc.getFactorMatrix().matSolve(B, X)
+            self.iterations += B.getSize()[1]
+        else:  # other solvers by the user's options; infinite numbers where there is no factor
+            X.getDenseArray()[:] = super().solve_many(B.getDenseArray())
+
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
+        if self._matrix.getComm().getSize() > 1:
+            return super().solve_many(B)
+        B = np.asfortranarray(B)
+        X = np.zeros_like(B)
+        b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
+        self.solve_block(b, x)
+        b.destroy()
+        x.destroy()
+        return X
+
     def destroy(self) -> None:
         """Free the factor. Collective."""
         self._ksp.destroy()
@@ -103,9 +141,13 @@ class SparseFactor:
 
     def _workspace_was_too_small(self) -> bool:
         """Whether MUMPS gave up for this reason."""
+        return self._mumps_error() in WORKSPACE_TOO_SMALL
+
+    def _mumps_error(self) -> int:
+        """Why MUMPS has no factor, zero if it has one."""
         if not self._is_mumps:
-            return False
-        return self._ksp.getPC().getFactorMatrix().getMumpsInfog(1) in WORKSPACE_TOO_SMALL
+            return 0
+        return min(0, int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)))
 
 
 class DefiniteFactor(SparseFactor):
@@ -146,13 +188,7 @@ class DefiniteFactor(SparseFactor):
         """None: L L^T exists."""
         return 0
 
-    def solve_many(self, B: Array) -> Array:
-        """Solutions for several right-hand sides, shape (n, k)."""
-        B = np.asfortranarray(B)
-        X = np.zeros_like(B)
-        b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
-        self._ksp.getPC().getFactorMatrix().matSolve(b, x)
-        b.destroy()
-        x.destroy()
-        self.iterations += B.shape[1]
-        return X
+
+def copy_csr(matrix: PETSc.Mat) -> csr_matrix:
+    """Copy of a matrix of this rank alone."""
+    return csr_matrix(matrix.getValuesCSR()[::-1], matrix.getSize())

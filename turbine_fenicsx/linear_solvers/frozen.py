@@ -27,6 +27,7 @@ from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.elimination import BodyElimination
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
+from turbine_fenicsx.linear_solvers.shared import SharedFactor
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
@@ -67,6 +68,12 @@ class FrozenElimination:
     def krylov_iterations(self) -> int:
         """Krylov iterations for the free nodes of all bodies so far."""
         return sum(body.iterations for body in self._bodies)
+
+    @property
+    def factors(self) -> tuple[int, int]:
+        """Number of factors, and of the components of bodies that they serve."""
+        factors, components = np.sum([body.factors for body in self._bodies], axis=0)
+        return int(factors), int(components)
 
     def begin(self) -> None:
         """Turn the frames to the guess of the step; factorise for a new step size."""
@@ -117,6 +124,7 @@ class FrozenElimination:
         for k, (body, u) in enumerate(zip(self._bodies, state.u, strict=True)):
             self._step.assemble_at_rest(k)
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
+        log.info("%d factors for %d components of bodies", *self.factors)
 
     def save(self) -> RestartData:
         """The state and step size that the factor belongs to."""
@@ -172,6 +180,7 @@ class _TurningBody:
         self._elimination = BodyElimination(
             flexible, tangent, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
         )
+        self._free = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
         self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
         self._reference = self._left = self._right = identity
@@ -184,10 +193,18 @@ class _TurningBody:
         """Krylov iterations for the free nodes so far."""
         return self._elimination.iterations
 
+    @property
+    def factors(self) -> tuple[int, int]:
+        """Number of factors, and of components that they serve."""
+        return self._elimination.solver.factors
+
     def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
         """Factorise the tangent assembled at rest in u; its frames are the reference."""
-        self._elimination.factorise()
         (self._reference,) = self._frames.rotations(u)
+        solver = self._elimination.solver
+        if isinstance(solver, SharedFactor):
+            solver.rotations = self._reference[:, :, self._free]
+        self._elimination.factorise()
         self._carriers_0 = carriers
 
     def turn_to(

@@ -7,6 +7,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -20,7 +21,7 @@ MOST_ITERATIONS = 100
 """Solid bodies take two to three iterations for a solve, thin walls several hundred."""
 
 
-class SectionMultigrid:
+class SectionMultigrid(FreeSolver):
     """Conjugate gradients, preconditioned by two-level multigrid with section motions.
 
     The smoother sees the short waves, the coarse space of `section_motions` the long ones, whose

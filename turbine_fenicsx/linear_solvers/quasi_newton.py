@@ -57,6 +57,11 @@ class QuasiNewton:
         """Krylov iterations of the approximate solver so far."""
         return self._solver.krylov_iterations
 
+    @property
+    def factors(self) -> tuple[int, int]:
+        """Number of factors, and of the components of bodies that they serve."""
+        return self._solver.factors
+
     def begin(self) -> None:
         """Forget the steps of the last iteration; refresh the solver if that pays."""
         if self._excess >= RENEWAL:

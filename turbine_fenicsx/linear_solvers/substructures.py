@@ -29,7 +29,7 @@ from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.factor import DefiniteFactor
+from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, copy_csr
 
 Indices = npt.NDArray[np.int32]
 
@@ -59,7 +59,7 @@ def is_worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
     return bool(comm.allreduce(others, op=MPI.MIN) and size**2 <= WIDEST * matrix.getSize()[0])
 
 
-class Substructures:
+class Substructures(FreeSolver):
     """Solves with a distributed symmetric positive definite matrix that keeps its sparsity.
 
     Solutions have a relative error of about `NEGLIGIBLE`.
@@ -127,7 +127,7 @@ class Substructures:
 
     def _eliminate(self) -> Array:
         """Factorise, find W_i, and return this rank's part of the matrix of S."""
-        A_ii, A_iS, A_SS = (_copy_csr(part) for part in self._parts)
+        A_ii, A_iS, A_SS = (copy_csr(part) for part in self._parts)
         self._factor.update()
         self._columns = np.unique(A_iS.indices)
         A_iS = A_iS[:, self._columns]
@@ -172,11 +172,6 @@ class Substructures:
 def _make_index_set(rows: Indices) -> PETSc.IS:
     """An index set of this rank alone."""
     return PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
-
-
-def _copy_csr(matrix: PETSc.Mat) -> csr_matrix:
-    """Copy of a matrix of this rank alone."""
-    return csr_matrix(matrix.getValuesCSR()[::-1], matrix.getSize())
 
 
 def _collect_layers(A: csr_matrix, rows: Indices, size: int) -> Indices:

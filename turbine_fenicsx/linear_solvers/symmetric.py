@@ -6,6 +6,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, SparseFactor
 from turbine_fenicsx.linear_solvers.substructures import (
     Substructures,
@@ -14,7 +15,7 @@ from turbine_fenicsx.linear_solvers.substructures import (
 )
 
 
-class SymmetricFactor:
+class SymmetricFactor(FreeSolver):
     """Factor of a symmetric matrix that is nearly always positive definite.
 
     CHOLMOD's L L^T, whose triangular solves are a quarter faster than those of MUMPS for large and
@@ -55,6 +56,17 @@ class SymmetricFactor:
         """Solve for one right-hand side. Collective."""
         self._factor.solve(b, x)
         self.iterations += 1
+
+    def solve_block(self, B: PETSc.Mat, X: PETSc.Mat) -> None:
+        """Solve for the columns of a dense matrix on one rank, all at once."""
+        assert isinstance(self._factor, SparseFactor)
+        self._factor.solve_block(B, X)
+        self.iterations += B.getSize()[1]
+
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
+        self.iterations += B.shape[1]
+        return self._factor.solve_many(B)
 
     def destroy(self) -> None:
         """Free the factor. Collective."""

@@ -15,7 +15,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, choose_solver
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton, choose_solver
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
@@ -91,6 +91,8 @@ class NewtonStepper:
         step: The equations of the step.
         linear_solver: Name of the linear solver in use.
         fallbacks: How often another attempt had to take over for one that failed.
+        factors: Number of factors of a frozen linear solver, and of the components of bodies that
+            they serve; (0, 0) for others.
         snes: The PETSc solver; options with the prefix apply.
         destroy: Frees all PETSc objects; collective; at the latest when the program ends.
     """
@@ -105,7 +107,7 @@ class NewtonStepper:
         known = FALLBACKS if self.system.flexible_bodies else {}
         exact = known.get(self.linear_solver, self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact)
-        self.fallbacks = 0
+        self.fallbacks, self.factors = 0, (0, 0)
         self._past = Extrapolation()
         self._convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(self.system.comm)
@@ -170,6 +172,8 @@ class NewtonStepper:
             reason = self.snes.getConvergedReason()
             accepted = reason > 0 and self.step.is_accepted()
             linear_solver.end(accepted)
+            if isinstance(linear_solver, QuasiNewton):
+                self.factors = linear_solver.factors
             if accepted:
                 self._attempts.learn(attempt)
                 self.fallbacks += len(failures)

@@ -13,6 +13,8 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.time_stepping.newton import NewtonStepper
+from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.flexible_blades import BODY
@@ -164,6 +166,7 @@ def summarise(
         "steps": statistics.steps,
         "halved_steps": simulation.halvings,
         "solver_fallbacks": simulation.stepper.fallbacks,
+        "factors": _count_factors(simulation.stepper),
         names.END_TIME: last.state.time,
         names.WORST_ENERGY_ERROR: statistics.worst_energy_error,
         **allowed,
@@ -224,9 +227,22 @@ def format_table(s: dict[str, Any]) -> str:
             f"{s['mean_newton_iterations']:.2f} Newton"
             + _describe_fallbacks(s["solver_fallbacks"]),
         ),
+        *_describe_factors(s["factors"]),
         ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
     ]
     return "\n".join(f"  {name:<22}{text}" for name, text in rows)
+
+
+def _count_factors(stepper: Stepper) -> dict[str, int]:
+    """Number of factors of a frozen linear solver, and of what they serve."""
+    known = stepper.factors if isinstance(stepper, NewtonStepper) else (0, 0)
+    return dict(zip(("number", "components_of_bodies"), known, strict=True))
+
+
+def _describe_factors(factors: dict[str, int]) -> list[tuple[str, str]]:
+    """The line on factors, where one may be shared."""
+    number, components = factors.values()
+    return [("factors", f"{number} for {components} blades or other parts")] * (components > 1)
 
 
 def _describe_fallbacks(number: int) -> str:

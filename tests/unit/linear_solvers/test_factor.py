@@ -98,3 +98,30 @@ def test_mumps_gets_the_work_space_that_it_finds_it_needs(comm, symmetric):
         factor.update()
         assert error_of_solution(factor, A) < 1e-6
     factor.destroy()
+
+
+def test_several_right_hand_sides_of_a_matrix_without_a_factor_give_no_numbers(comm):
+    A = tridiagonal(comm, 20, 2.5)
+    A.scale(0.0)
+    factor = SparseFactor(A, "test_")
+    factor.update()
+    assert not np.any(np.isfinite(factor.solve_many(np.ones((A.getLocalSize()[0], 3)))))
+    factor.destroy()
+
+
+@pytest.mark.parametrize("krylov", [None, "cg"])
+def test_several_right_hand_sides_at_once_also_with_a_solver_of_the_users(comm, krylov):
+    A, options = tridiagonal(comm, 50, 2.5), PETSc.Options()
+    if krylov:
+        options["test_many_ksp_type"], options["test_many_ksp_rtol"] = krylov, 1e-12
+    factor = SparseFactor(A, "test_many_", symmetric=True)
+    for name in ("ksp_type", "ksp_rtol"):
+        options.delValue(f"test_many_{name}")
+    factor.update()
+    B = np.sin(np.arange(A.getLocalSize()[0] * 3.0)).reshape(-1, 3)
+    X, (x, b) = factor.solve_many(B), A.createVecs()
+    for k in range(3):
+        x.array[:] = X[:, k]
+        A.mult(x, b)
+        assert np.allclose(b.array_r, B[:, k], rtol=0, atol=1e-10)
+    factor.destroy()

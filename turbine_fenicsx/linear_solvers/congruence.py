@@ -1,0 +1,142 @@
+"""Components of a mesh that a rigid motion takes to one another, such as the blades of a rotor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from turbine_fenicsx.foundation.types import Array
+
+Indices = npt.NDArray[np.int64]
+
+SAME_PLACE = 1e-6
+"""Largest distance of two nodes that are one after a rigid motion, as a part of the component."""
+
+ALIKE = 1e-4
+"""Largest difference of two stiffnesses that share a factor, entry by entry, as a part of the
+diagonal. It costs no accuracy, only iterations."""
+
+MOST_MOTIONS = 24
+"""So many rigid motions take a cube to itself; more are not tried."""
+
+
+@dataclass(frozen=True)
+class Copy:
+    """A component that is congruent to the first one of its group.
+
+    Args:
+        nodes: Its nodes in the order of those of the first, shape (n,).
+        rotation: Rotations T of the nodes, shape (3, 3, n): its stiffness is T A T^T with A that
+            of the first.
+    """
+
+    nodes: Indices
+    rotation: Array
+
+
+def find_groups(matrix: Any, positions: Array, rotations: Array) -> list[list[Copy]]:
+    """Connected components of a stiffness, those with the same stiffness in one group.
+
+    Let X' = Q X + t be a rigid motion that takes the nodes of a component to those of another one,
+    and R the rotation of the material around each node since then. If nothing but their position
+    distinguishes them,
+
+        A' = T A T^T,    T = R' Q R^T  at each node,
+
+    and that is what decides: whatever may differ, thickness, material, strain, is in the matrix.
+
+    Args:
+        matrix: Symmetric, three rows for each node, as csr_matrix.
+        positions: Initial positions of the nodes, shape (n, 3) [m].
+        rotations: R of the nodes, shape (3, 3, n).
+
+    Returns:
+        The components in the order of their first nodes, in groups.
+    """
+    blocks = matrix.tobsr((3, 3))
+    shape = (len(positions),) * 2
+    # numbers of the blocks, counted from one, as zeros would be dropped
+    number = csr_matrix((1 + np.arange(len(blocks.data)), blocks.indices, blocks.indptr), shape)
+    component = connected_components(number, directed=False)[1]
+    by_component = np.argsort(component, kind="stable")
+    groups: list[list[Copy]] = []
+    for nodes in np.split(by_component, np.cumsum(np.bincount(component))[:-1]):
+        for group in groups:
+            first = group[0].nodes
+            if len(first) != len(nodes):
+                continue
+            for order, Q in _find_motions(positions[first], positions[nodes]):
+                copy = nodes[order]
+                T = np.einsum("ian,ab,jbn->ijn", rotations[:, :, copy], Q, rotations[:, :, first])
+                if _is_alike(number, blocks.data, first, copy, T):
+                    group.append(Copy(copy, T))
+                    break
+            else:
+                continue
+            break
+        else:
+            unit = np.repeat(np.eye(3)[:, :, None], len(nodes), axis=2)
+            groups.append([Copy(nodes, unit)])
+    return groups
+
+
+def _find_motions(X: Array, Y: Array) -> Iterator[tuple[Indices, Array]]:
+    """Rigid motions from points X to points Y, both of shape (n, 3).
+
+    A motion is known from where the centre and two more points go: the one farthest from the
+    centre, and the one farthest from the line through both. They go to points at the same
+    distances.
+
+    Yields:
+        The number of the point of Y that each of X goes to, and Q.
+    """
+    x, y = X - X.mean(axis=0), Y - Y.mean(axis=0)
+    r, s = np.linalg.norm(x, axis=1), np.linalg.norm(y, axis=1)
+    a = int(np.argmax(r))
+    near = SAME_PLACE * r[a]
+    off_axis = np.linalg.norm(np.cross(x[a], x), axis=1)
+    b = int(np.argmax(off_axis))
+    if off_axis[b] <= near * r[a]:  # a line, or a single node
+        return
+    axes, tree, tried = _find_axes(x[a], x[b]), cKDTree(y), 0
+    for i in np.flatnonzero(np.abs(s - r[a]) < near):
+        apart = np.linalg.norm(y - y[i], axis=1) - np.linalg.norm(x[b] - x[a])
+        for j in np.flatnonzero((np.abs(s - r[b]) < near) & (np.abs(apart) < near)):
+            Q = _find_axes(y[i], y[j]) @ axes.T
+            distance, order = tree.query(x @ Q.T, distance_upper_bound=near)
+            if np.all(np.isfinite(distance)) and len(np.unique(order)) == len(order):
+                tried += 1
+                yield order, Q
+                if tried == MOST_MOTIONS:
+                    return
+
+
+def _find_axes(a: Array, b: Array) -> Array:
+    """Right-handed unit vectors along a, across it towards b, and across both; columns."""
+    first = a / np.linalg.norm(a)
+    third = np.cross(first, b)
+    third /= np.linalg.norm(third)
+    return np.column_stack([first, np.cross(third, first), third])
+
+
+def _is_alike(number: Any, data: Array, first: Indices, copy: Indices, T: Array) -> bool:
+    """Whether the blocks of the copy are T A T^T."""
+    A, B = (number[nodes][:, nodes] for nodes in (first, copy))
+    A.sort_indices()
+    B.sort_indices()
+    if not (np.array_equal(A.indptr, B.indptr) and np.array_equal(A.indices, B.indices)):
+        return False
+    R = np.ascontiguousarray(np.moveaxis(T, -1, 0))
+    rows = np.repeat(np.arange(len(first)), np.diff(A.indptr))
+    own = data[B.data - 1]
+    turned = R[rows] @ data[A.data - 1] @ np.swapaxes(R, 1, 2)[A.indices]
+    sizes = np.sqrt(np.max(np.abs(own[rows == A.indices]), axis=(1, 2)))
+    error = np.max(np.abs(own - turned), axis=(1, 2))
+    return bool(np.all(error <= ALIKE * sizes[rows] * sizes[A.indices]))
