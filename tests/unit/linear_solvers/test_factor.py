@@ -109,14 +109,14 @@ def test_several_right_hand_sides_of_a_matrix_without_a_factor_give_no_numbers(c
     factor.destroy()
 
 
-@pytest.mark.parametrize("krylov", [None, "cg"])
-def test_several_right_hand_sides_at_once_also_with_a_solver_of_the_users(comm, krylov):
-    A, options = tridiagonal(comm, 50, 2.5), PETSc.Options()
-    if krylov:
-        options["test_many_ksp_type"], options["test_many_ksp_rtol"] = krylov, 1e-12
+@pytest.mark.parametrize("given", [{}, {"ksp_type": "cg", "ksp_rtol": 1e-12, "pc_type": "jacobi"}])
+def test_several_right_hand_sides_at_once_also_with_a_solver_of_the_users(comm, given):
+    A, options = tridiagonal(comm, 50, 2.5), PETSc.Options("test_many_")
+    for name, value in given.items():
+        options[name] = value
     factor = SparseFactor(A, "test_many_", symmetric=True)
-    for name in ("ksp_type", "ksp_rtol"):
-        options.delValue(f"test_many_{name}")
+    for name in given:
+        options.delValue(name)
     factor.update()
     B = np.sin(np.arange(A.getLocalSize()[0] * 3.0)).reshape(-1, 3)
     X, (x, b) = factor.solve_many(B), A.createVecs()
