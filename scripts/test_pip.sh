@@ -82,7 +82,10 @@ echo "== pip: tests on 1 rank"
 # some 400 factors of MUMPS at a time, and tests leave theirs to the end of a module or longer.
 failed=0
 parts=("tests/unit" "tests/cli tests/verification $(echo tests/test_*.py)")
-[ -z "$subset" ] || parts=("$(scripts/test_subset.sh --list)")
+if [ -n "$subset" ]; then
+    list=$(scripts/test_subset.sh --list)
+    parts=("$(grep tests/unit <<<"$list")" "$(grep -v tests/unit <<<"$list")")
+fi
 for part in "${parts[@]}"; do
     # shellcheck disable=SC2086 # several words
     pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic $part || failed=1
