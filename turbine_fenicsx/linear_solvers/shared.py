@@ -127,7 +127,8 @@ class _Group:
         b = b.reshape(3 * shape[1], -1)
         loaded = np.any(b != 0.0, axis=0)
         x = np.zeros_like(b)
-        x[:, loaded] = self._factor.solve_many(b[:, loaded])
+        if loaded.any():
+            x[:, loaded] = self._factor.solve_many(b[:, loaded])
         x = np.einsum("ijcn,njck->cnik", T, x.reshape(shape[1], 3, self.copies, -1))
         X[self._dofs] = x.reshape(self._dofs.size, -1)
 
