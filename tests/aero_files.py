@@ -68,3 +68,13 @@ def write_turbsim(path, duration=40.0, size=160.0, speed=10.0, bottom=10.0):
     values = speed * (axis == 0) + waves
     path.write_bytes(head.tobytes() + np.round(1000.0 * values).astype("<i2").tobytes())
     return path
+
+
+def write_box(folder, points=(128, 17, 17)):
+    """Files of a turbulence box: a wave along the wind in u, 1 m/s in v, nothing in w."""
+    wave = 2.0 * np.sin(2.0 * np.pi * np.arange(points[0]) / points[0])
+    u = np.broadcast_to(wave[:, None, None], points).astype("<f4")
+    paths = [folder / f"{name}.bin" for name in "uvw"]
+    for path, values in zip(paths, (u, 0.0 * u + 1.0, 0.0 * u), strict=True):
+        values.tofile(path)
+    return [str(path) for path in paths]

@@ -14,7 +14,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.tables import Tables
-from turbine_fenicsx.turbine.case.wind import WindCase
+from turbine_fenicsx.turbine.case.wind import BoxCase, WindCase
 from turbine_fenicsx.wind.gusts import (
     CoherentGust,
     DirectionChange,
@@ -23,6 +23,7 @@ from turbine_fenicsx.wind.gusts import (
     WindShear,
 )
 from turbine_fenicsx.wind.inflow import Inflow, PlacedInflow, SteadyWind
+from turbine_fenicsx.wind.mann import TurbulentWind, read_mann_box
 from turbine_fenicsx.wind.ramped_inflow import RampedInflow
 from turbine_fenicsx.wind.turbsim import read_turbsim
 from turbine_fenicsx.wind.turbulence import TurbulenceField
@@ -44,42 +45,60 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
     w = case.wind
     if not w.blows:
         return None
-    file = w.file
-    inflow: Inflow = on_rank0(comm, lambda: load_field(file)) if file else _make_wind(case)
+    turbulent = w.file is not None or w.box.files is not None
+    inflow = on_rank0(comm, lambda: load_turbulence(case)) if turbulent else _make_wind(case)
     if w.ramp:
         inflow = RampedInflow(inflow, w.ramp)
     return PlacedInflow(inflow, AXES, (0.0, case.turbine.hub_rise - case.hub_height, 0.0))
 
 
-def load_field(path: str) -> TurbulenceField:
-    """The turbulence of a file; a file that has not changed is read once.
+def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
+    """The turbulence of a case; files that have not changed are read once.
 
     Raises:
-        InputError: if it cannot be read, or is no file of TurbSim.
+        InputError: if they cannot be read, are no file of TurbSim, or no box of the given size.
     """
+    w = case.wind
+    if w.file is not None:
+        return _load_field(w.file, _find_changes(w.file))
+    assert w.speed is not None and w.box.files is not None
+    mean = SteadyWind(w.speed, case.hub_height, w.shear)
+    return _load_box(w.box, mean, tuple(_find_changes(path) for path in w.box.files))
+
+
+def _find_changes(path: str) -> tuple[int, int]:
+    """When a file was changed, and its size."""
     try:
         status = os.stat(path)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {quote(path)}: {error}") from None
-    return _load(path, status.st_mtime_ns, status.st_size)
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=1)
-def _load(path: str, changed: int, size: int) -> TurbulenceField:
+def _load_field(path: str, changes: tuple[int, int]) -> TurbulenceField:
     """The turbulence of a file as it is now."""
     return read_turbsim(path)
 
 
+@lru_cache(maxsize=1)
+def _load_box(
+    box: BoxCase, mean: SteadyWind, changes: tuple[tuple[int, int], ...]
+) -> TurbulentWind:
+    """The turbulence of a box as it is now."""
+    assert box.files is not None and box.points is not None and box.spacing is not None
+    return read_mann_box(box.files, box.points, box.spacing, mean, box.periodic, box.scale)
+
+
 def list_field_mistakes(case: Tables) -> list[str]:
-    """What keeps the file of the wind from being that of a case, one sentence each.
+    """What keeps the turbulence of a case from being its wind, one sentence each.
 
     Raises:
         InputError: if it cannot be read.
     """
-    assert case.wind.file is not None
     radius = case.blade.hub_radius + case.blade.length
     centre = np.array([-case.turbine.hub_distance, 0.0, case.hub_height])
-    return load_field(case.wind.file).list_mistakes(case.time.end, centre, radius)
+    return load_turbulence(case).list_mistakes(case.time.end, centre, radius)
 
 
 def _make_wind(case: Tables) -> Inflow:

@@ -132,6 +132,10 @@ def _find_files(data: dict[str, Any], folder: Path) -> None:
         table = data.get(name)
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = _find_beside(table["file"], folder, name == "aero")
+    wind = data.get("wind")
+    box = wind.get("box") if isinstance(wind, dict) else None
+    if isinstance(box, dict) and isinstance(box.get("files"), list):
+        box["files"] = [str(folder / x) if isinstance(x, str) else x for x in box["files"]]
 
 
 def _find_beside(name: str, folder: Path, windio: bool) -> str:

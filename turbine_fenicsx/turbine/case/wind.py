@@ -25,14 +25,31 @@ STEEPEST = pi / 3.0
 """Largest angle between wind and ground [rad]."""
 
 Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
+Points = Annotated[Whole, Field(ge=2, le=100_000)]
+Distance = Annotated[Metres, Positive]
+Scale = Annotated[Number, Field(ge=-100.0, le=100.0)]
+
+
+class BoxCase(Section):
+    """Turbulence box of Mann's model or HAWC2: three ``files`` with u, v and w.
+
+    They hold fluctuations, which the steady wind of ``wind.speed`` and ``wind.shear`` carries
+    along; the middle of the box is at the height of the hub.
+    """
+
+    files: tuple[str, str, str] | None = None
+    points: tuple[Points, Points, Points] | None = None
+    spacing: tuple[Distance, Distance, Distance] | None = None
+    periodic: Flag = True
+    scale: tuple[Scale, Scale, Scale] = (1.0, 1.0, 1.0)
 
 
 class WindCase(Section):
     """The wind, which blows along e3 at the height of the hub; none without ``speed`` or ``file``.
 
     It is steady with a power law over the height, or one of the transients of IEC 61400-1 that
-    begins at ``gust_start``, or the turbulence of a full-field file of TurbSim. It sets in smoothly
-    in the time ``ramp``.
+    begins at ``gust_start``, or the turbulence of a full-field file of TurbSim, or that of a box
+    below. It sets in smoothly in the time ``ramp``.
     """
 
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
@@ -48,6 +65,7 @@ class WindCase(Section):
     turbulence: Literal["A+", "A", "B", "C"] = "B"
     density: Annotated[Density, Positive] = 1.225
     ramp: Annotated[Seconds, NotNegative] = 0.0
+    box: BoxCase = BoxCase()
 
     @property
     def blows(self) -> bool:

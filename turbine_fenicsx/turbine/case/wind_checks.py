@@ -79,15 +79,38 @@ def _check_tower(case: Tables) -> str:
 
 def _check_field(case: Tables) -> str:
     """The turbulence can be read, and is as large as the rotor and as long as the run."""
-    if case.wind.file is None:
+    w = case.wind
+    if w.file is None and (w.box.files is None or _check_box(case) or not w.speed):
         return ""
     from turbine_fenicsx.turbine.inflow import list_field_mistakes
 
     try:
         found = list_field_mistakes(case)
-    except (InputError, OSError) as error:
+    except (InputError, ModelError, OSError) as error:
         found = [str(error)]
-    return "\n".join(f"wind.file: {sentence}" for sentence in found)
+    key = "wind.box.files" if w.file is None else "wind.file"
+    return "\n".join(f"{key}: {sentence}" for sentence in found)
+
+
+def _check_box(case: Tables) -> str:
+    """A box has a size, and a mean wind along e3 that carries it."""
+    w, box = case.wind, case.wind.box
+    if box.files is None:
+        return ""
+    for name in ("points", "spacing"):
+        if getattr(box, name) is None:
+            return f"wind.box.{name}: expected three numbers, along e3, e1 and e2, beside its files"
+    if w.file is not None:
+        return "wind.box.files: expected none beside wind.file, which has its own wind"
+    if not w.speed:
+        return "wind.box.files: expected wind.speed greater than 0, the mean wind that carries it"
+    for name in ("direction", "inclination"):
+        if getattr(w, name):
+            value = getattr(w, name)
+            return f"wind.{name} = {value:g}: expected 0 beside wind.box, which is not turned"
+    if w.gust != "none":
+        return f'wind.gust = "{w.gust}": expected "none" beside wind.box, which has its own gusts'
+    return ""
 
 
 _BLADE = ("turbine.file", "blade.hub_radius", "blade.length")
@@ -100,7 +123,8 @@ WIND_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("wind.hub_height", "wind.speed", "wind.file", *_BLADE, *_ROTOR), _check_height),
     (("aero", "wind.speed", "wind.file", *_BLADE), _check_data),
     (("aero.tower_shadow", "wind.speed", "wind.file", "tower.flexible"), _check_tower),
-    (("wind.file", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
+    (("wind.box", "wind.speed", "wind.file", "wind.gust", "wind.direction"), _check_box),
+    (("wind.file", "wind.box", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
@@ -115,6 +139,8 @@ def find_idle_wind_keys(case: Tables) -> IdleKeys:
         return
     if case.aero.tower_shadow != "powles":
         yield "aero", ("tower_drag",), f'with aero.tower_shadow = "{case.aero.tower_shadow}"'
+    if w.box.files is None:
+        yield "wind.box", tuple(set(type(w.box).model_fields) - {"files"}), "without wind.box.files"
     if w.file is not None:
         steady = ("shear", "direction", "inclination", "gust_start", "gust_sign", *turbulence)
         yield "wind", steady, "beside wind.file"
@@ -139,6 +165,9 @@ def describe_aerodynamics(case: Tables) -> list[str]:
         if w.file
         else f"wind of {w.speed:g} m/s at {case.hub_height:g} m above ground, shear {w.shear:g}"
     )
+    if w.box.files and w.box.points:
+        names = ", ".join(quote(Path(file).name) for file in w.box.files)
+        wind += f", with the turbulence of {names}, {' x '.join(map(str, w.box.points))} points"
     gust = f", {w.gust} from {w.gust_start:g} s on" if w.gust != "none" else ""
     sets_in = f", sets in within {w.ramp:g} s" if w.ramp else ""
     return [
