@@ -18,8 +18,9 @@ from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 
 SLOW = 1e-3
-"""Eigenvalues of rigid motions are below this part of the shift: they are zero and double, and
-round-off moves such ones by the root of its size."""
+"""What is below this part of the shift counts as zero if the motion is not strained: eigenvalues of
+rigid motions are double, and round-off moves such ones by the root of its size. In thin walls it
+moves them farther, see `_is_slow`."""
 
 STRAINED = 1e-13
 """A motion is rigid if y.K y is round-off, below this part of the sum of K_ii y_i^2 ..."""
@@ -35,6 +36,10 @@ IN_PHASE = 1e-12
 
 CLOSE = 0.05
 """Shift and lowest frequency may differ by a factor of one over this; digits are lost beyond."""
+
+BALANCED = 0.5
+"""Inertia and forces of the velocity balance each other if their sum is below this part of the
+larger one."""
 
 ATTEMPTS = 8
 
@@ -140,8 +145,8 @@ def _tell_rigid_ones(
     highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
     for pair in pairs:
         energy, size = _strain(problem, (pair.real, pair.imaginary))
-        is_slow = abs(pair.eigenvalue) <= SLOW * shift
-        if not is_slow or energy > max(STRAINED * size, (ROUND_OFF * highest) ** 2):
+        round_off = max(STRAINED * size, (ROUND_OFF * highest) ** 2)
+        if energy > round_off or not _is_slow(problem, pair, SLOW * shift, round_off):
             elastic.append(pair)
             continue
         for x in (pair.real, pair.imaginary):
@@ -152,6 +157,32 @@ def _tell_rigid_ones(
         pair.destroy()
     image.destroy()
     return rigid, elastic
+
+
+def _is_slow(problem: QuadraticProblem, pair: Pair, slow: float, round_off: float) -> bool:
+    """Whether the eigenvalue of an unstrained motion is zero but for round-off. Collective.
+
+    With y* . M y = 1, s^2 + s d + y* . K y = 0, d = y* . D y. Both terms of a rigid motion are
+    round-off of the third; those of one that a damper slows down, or that precesses, balance each
+    other.
+
+    Args:
+        problem: The problem.
+        pair: The eigenvalue and the motion, of unit modal mass.
+        slow: Any eigenvalue below this is zero [rad/s].
+        round_off: Round-off of y* . K y [rad^2/s^2].
+    """
+    s, d = pair.eigenvalue, 0j
+    if abs(s) <= slow:
+        return True
+    if problem.damping is not None:
+        a, b, image = pair.real, pair.imaginary, pair.real.duplicate()
+        for part, factor in ((a, 1.0), (b, 1j)):
+            problem.damping.mult(part, image)
+            d += factor * complex(a.dot(image), -b.dot(image))
+        image.destroy()
+    largest = max(abs(s), abs(d))
+    return abs(s) * largest <= round_off and abs(s + d) > BALANCED * largest
 
 
 def _strain(problem: QuadraticProblem, parts: Iterable[PETSc.Vec]) -> tuple[float, float]:
