@@ -124,7 +124,7 @@ class FrozenElimination:
         for k, (body, u) in enumerate(zip(self._bodies, state.u, strict=True)):
             self._step.assemble_at_rest(k)
             body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
-        log.info("%d factors for %d components of bodies", *self.factors)
+        log.info("components of bodies: %d, factors: %d", *self.factors[::-1])
 
     def save(self) -> RestartData:
         """The state and step size that the factor belongs to."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from petsc4py import PETSc
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.congruence import Copy, find_groups
+from turbine_fenicsx.linear_solvers.congruence import Copy, find_groups, label_components
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, copy_csr
 from turbine_fenicsx.linear_solvers.frames import turn
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
@@ -82,7 +81,7 @@ def shared_factor(
         free: Free degrees of freedom.
         prefix: Options prefix of the factors.
     """
-    if matrix.getComm().getSize() > 1 or connected_components(copy_csr(matrix))[0] < 2:
+    if matrix.getComm().getSize() > 1 or not np.any(label_components(copy_csr(matrix))):
         return SymmetricFactor(matrix, prefix)
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     return SharedFactor(matrix, flexible.positions[nodes], prefix)
