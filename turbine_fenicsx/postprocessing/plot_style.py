@@ -47,7 +47,7 @@ _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 _LETTERS = 55
 """How many letters stand beside each other above a panel; a sample of a colour takes five."""
 
-_UNITS = {"J": 12, "W": 12, "N m": 12, "N m s": 12, "m": 0}
+_UNITS = {"J": 12, "W": 12, "N": 12, "N m": 12, "N m s": 12, "m": 0}
 """Units that take a prefix, and the exponent of the largest."""
 
 

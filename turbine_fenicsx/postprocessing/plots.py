@@ -14,6 +14,7 @@ from typing import Any
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import names, power_balance
 from turbine_fenicsx.postprocessing import panels as p
+from turbine_fenicsx.postprocessing import wind_panels as w
 from turbine_fenicsx.postprocessing.names import Family
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries, read_history
 from turbine_fenicsx.postprocessing.panels import Panel
@@ -47,6 +48,8 @@ def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     }
     if any(power_balance.has_power_balance(run) for run in runs):
         found["power_balance"] = (power_balance.powers, power_balance.works)
+    if all(w.has_wind(run) and p.is_turbine(run) for run in runs):
+        found["wind"] = w.choose_wind_panels(runs[0])
     if all(p.is_turbine(run) for run in runs):
         found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
         if any(p.other_joints(run) for run in runs):
@@ -149,6 +152,8 @@ def _compose(
 def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
     """Draw what one looks at first: energies, rotor speed or angles, tips and root moments.
 
+    In wind these are the wind itself, power, thrust, rotor speed and pitch.
+
     Args:
         csv_path: The ``history.csv`` of the run.
         png: Picture to write.
@@ -162,7 +167,9 @@ def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) 
     """
     run = read_history(csv_path)
     shown: list[Panel] = [p.energies]
-    if p.is_turbine(run):
+    if w.has_wind(run) and p.is_turbine(run):
+        shown = list(w.choose_wind_panels(run))
+    elif p.is_turbine(run):
         shown.append(p.rotor_speed)
         if run.of(names.TIP_FLAP):
             shown += [p.tip_flap, p.root_flap]

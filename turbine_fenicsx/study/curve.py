@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.picture import STYLE, name_and_unit
 from turbine_fenicsx.study.plan import Run
 from turbine_fenicsx.study.results import find_quantity
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.quantities import Unit, unit_of
 
 LARGEST_REFERENCE = 100_000
 """Rows of a table of references; more are a slip."""
@@ -51,6 +54,24 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
         for name, short in wanted.items()
         if short in columns
     }
+
+
+def _find_unit(key: str) -> str:
+    """SI unit of a dotted key of a case, in brackets; empty if it has none."""
+    kind: Any = Case
+    marks: list[Any] = []
+    for name in key.split("."):
+        field = getattr(kind, "model_fields", {}).get(name)
+        if field is None:
+            return ""
+        kind, marks = field.annotation, field.metadata
+    unit = next((unit for part in (*marks, kind) if (unit := _read_unit(part))), None)
+    return f" [{unit}]" if unit else ""
+
+
+def _read_unit(part: Any) -> str | None:
+    """The unit of a type, or of what marks one."""
+    return part.symbol if isinstance(part, Unit) else unit_of(part)
 
 
 def plot_curve(
@@ -91,7 +112,7 @@ def plot_curve(
                 y = [results[run.name][full] for run in done]
                 axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study")
             title, unit = name_and_unit(full)
-            axes.set(title=f"{title}{unit}", xlabel=curve.x)
+            axes.set(title=title, xlabel=f"{curve.x}{_find_unit(curve.x)}", ylabel=f"{title}{unit}")
             axes.set_ylim(bottom=0.0)
             axes.legend()
         if study.title:

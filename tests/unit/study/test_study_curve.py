@@ -65,13 +65,31 @@ def test_a_curve_needs_a_key_that_varies():
         Study.parse({**STUDY, "curve": {**CURVE, "x": "time.step"}})
 
 
-def test_runs_are_drawn_beside_the_references(folder):
+def keep_figure(figures):
+    """Saves a figure, and keeps it."""
+    from matplotlib.figure import Figure
+
+    save = Figure.savefig
+
+    def keep(self, path, **options):
+        figures.append(self)
+        save(self, path, **options)
+
+    return keep
+
+
+def test_runs_are_drawn_beside_the_references(folder, monkeypatch):
     reference = folder / "reference.csv"
     reference.write_text("time.end,angle_rotor_[rad]\n1.0,0.5\n3,2.5\n")
     study = Study.parse({**STUDY, "curve": {**CURVE, "reference": str(reference)}})
     runs = plan(study)
     results = {run.name: {"angle_rotor_[rad]": 0.3 * k} for k, run in enumerate(runs, start=1)}
+    figures = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", keep_figure(figures))
     plot_curve(study, runs, results, folder / "curve.png")
+    (axes,) = figures[0].axes
+    assert axes.get_xlabel() == "time.end [s]"
+    assert axes.get_ylabel() == "angle rotor [rad]"
     assert (folder / "curve.png").read_bytes()[:4] == b"\x89PNG"
 
 

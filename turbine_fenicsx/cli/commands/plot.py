@@ -1,13 +1,13 @@
 """Draw the diagrams of one run, or of several on top of each other.
 
 Energies, error of the energy per step, angular momentum and its change per step, rotor speed and
-angles, the balance of power where several forces do work, and for flexible parts tip deflections,
-root moments and motion of the tower, from history.csv. Angles and loads have the signs of OpenFAST,
-see history.out. Runs that were aborted or still go on are drawn as far as they came. The error per
-step is what a step adds to the total energy H beyond the work W of the loads; of the angular
-momentum only the vertical component L2 has to stay once the yaw torque is over, because the tower
-holds the other two. The dashed line is the solver tolerance of the (first) run times its largest
-energy or momentum.
+angles, the balance of power where several forces do work, in wind power, thrust, speed and pitch,
+and for flexible parts tip deflections, root moments and motion of the tower, from history.csv.
+Angles and loads have the signs of OpenFAST, see history.out. Runs that were aborted or still go on
+are drawn as far as they came. The error per step is what a step adds to the total energy H beyond
+the work W of the loads; of the angular momentum only the vertical component L2 has to stay once
+the yaw torque is over, because the tower holds the other two. The dashed line is the solver
+tolerance of the (first) run times its largest energy or momentum.
 """
 
 from __future__ import annotations
@@ -74,7 +74,8 @@ def _draw(options: argparse.Namespace) -> list[str]:
     out = make_target_folder(options.out or options.folders[0])
     wanted = choose_figures(runs)
     if options.together:
-        wanted = {"diagrams": tuple(panel for panels in wanted.values() for panel in panels)}
+        panels = (panel for panels in wanted.values() for panel in panels)
+        wanted = {"diagrams": tuple(dict.fromkeys(panels))}
     try:
         return [
             str(path)
