@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import FrameType
+
+from mpi4py import MPI
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 """Ctrl-C; what batch systems send when time is up; and what mpirun hands on without killing."""
@@ -76,3 +78,11 @@ def end_at_once() -> Iterator[None]:
         yield
     finally:
         interrupt.at_once = before
+
+
+def end_at_once_alone(comm: MPI.Intracomm) -> AbstractContextManager[None]:
+    """`end_at_once` on one rank; several would end at different places, and wait for each other.
+
+    Those who started them end them.
+    """
+    return end_at_once() if comm.size == 1 else nullcontext()

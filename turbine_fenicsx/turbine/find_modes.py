@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.interrupts import end_at_once
+from turbine_fenicsx.foundation.interrupts import end_at_once_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.postprocessing.conventions import BLADES
@@ -132,7 +131,7 @@ def _find(
         raise InputError(f"a brake on {ROTOR!r} holds it at turbine.azimuth = 0 only")
     if turning:
         case = case.model_copy(update={"loads": case.loads.model_copy(update={"gravity": 0.0})})
-    with _let_signals_end(comm):
+    with end_at_once_alone(comm):
         turbine = build_turbine(case, comm, [*list_components(case), Brakes(wanted.locked)])
     free = count_degrees_of_freedom(turbine.system)
     count = wanted.count or min(COUNT, free)
@@ -143,7 +142,7 @@ def _find(
     before: Modes | None = None
     for speed in wanted.speeds:
         try:
-            with _let_signals_end(comm):
+            with end_at_once_alone(comm):
                 modes_here = at_each_speed(turbine, wanted, count + more, before)
                 named, rows = tell_modes(turbine, modes_here)
         except KeyboardInterrupt:
@@ -166,14 +165,6 @@ def _find(
         files.append(write_shapes(folder, turbine, last, tables[-1]))
     _free(last)
     return tables, files
-
-
-def _let_signals_end(comm: MPI.Intracomm) -> AbstractContextManager[None]:
-    """Let a signal end what is done here; several ranks would end at different places, and wait.
-
-    Those who started them end them.
-    """
-    return end_at_once() if comm.size == 1 else nullcontext()
 
 
 def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Modes | None) -> Modes:

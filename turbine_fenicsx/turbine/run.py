@@ -18,6 +18,7 @@ from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.interrupts import end_at_once_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import (
@@ -89,6 +90,7 @@ def run_case(
             something else.
         FileError: if a file cannot be written; all checkpoints are intact.
         StepFailure: if a step does not converge at the smallest size.
+        KeyboardInterrupt: if a signal came before the first step, on one rank.
     """
     if not force:
         refuse_run(case, comm)
@@ -160,6 +162,8 @@ def _run(
     comm, statistics = turbine.comm, Statistics()
     checkpoints = _make_checkpoints(case, turbine, folder)
     stepper = make_stepper(case, turbine.system)
+    with end_at_once_alone(comm):  # it may take minutes, and no file is written yet
+        first = None if resume else make_start(case, turbine.system)
     own = [each for c in turbine.components for each in c.observers(turbine, folder)]
     simulation = Simulation(
         turbine.system,
@@ -170,7 +174,7 @@ def _run(
         step_error=_make_step_error(case, comm),
         checkpoints=checkpoints,
         stop=stop,
-        start=None if resume else make_start(case, turbine.system),
+        start=first,
     )
     data = checkpoints.load(simulation.observers) if resume else None
     if data is None:

@@ -1,5 +1,8 @@
 """Claims about the state in which the run of a case starts."""
 
+import os
+import signal
+
 from mpi4py import MPI
 
 import numpy as np
@@ -9,10 +12,13 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.forces.time_functions import Hat, Product, Ramp
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.interrupts import catch_signals
 from turbine_fenicsx.joints import gear_pair
+from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine import run
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.loads import make_hat
 from turbine_fenicsx.turbine.model import build_turbine
@@ -241,3 +247,15 @@ def test_a_turbine_that_turns_freely_has_an_equilibrium_once_it_is_held(comm):
         equilibrium(turbine.system, max_iterations=3)
     state = equilibrium(turbine.system, held=["rotor", "yaw"])
     assert state.u[0].norm(3) > 0.2 and not state.joint_coordinates.any()
+
+
+def test_a_signal_ends_a_start_that_takes_long_and_leaves_no_results(monkeypatch, tmp_path):
+    def start(case, system):
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AssertionError("the start goes on")
+
+    monkeypatch.setattr(run, "make_start", start)
+    case = Case.parse({"turbine": {"model": "rigid"}, "time": {"step": 0.1, "end": 0.1}})
+    with catch_signals(), pytest.raises(KeyboardInterrupt):
+        run.run_case(case, tmp_path, MPI.COMM_SELF, "none")
+    assert not holds_run(tmp_path)
