@@ -16,6 +16,7 @@ from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
 from turbine_fenicsx.turbine.rotor_plan import RotorPlan, plan_rotor
+from turbine_fenicsx.turbine.station_check import list_station_mistakes
 from turbine_fenicsx.turbine.tower import tower_geometry
 
 TOO_LARGE = 1_000_000
@@ -69,6 +70,8 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     report, found = mesh.examine(), examine_blades(mesh, plan.layout, plan.blades)
     warnings = [*report.warnings, *found.warnings, *plan.blades.find_doubts(report)]
     mistakes = tuple(f"{name}: {m}" for m in (*report.mistakes, *plan.list_mistakes(mesh)))
+    if not mistakes:
+        mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
     made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
     return Inspection(
         mistakes,

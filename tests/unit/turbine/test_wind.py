@@ -17,6 +17,7 @@ from turbine_fenicsx.turbine import start as start_module
 from turbine_fenicsx.turbine.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.generator import find_steady_loads
+from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.wind import find_loads
@@ -201,10 +202,18 @@ def test_turning_blades_begin_without_a_kick_to_thin_walls(comm, files, monkeypa
     assert comm.allreduce(error, op=MPI.MAX) < 1e-10 * comm.allreduce(size, op=MPI.MAX)
 
 
-def test_too_many_stations_for_a_mesh_are_refused(comm, files):
-    given = case(files, "hybrid", stations=40)
+@pytest.mark.parametrize(("degree", "most"), [(1, 11), (2, 16)])
+def test_a_check_says_how_many_stations_a_mesh_takes(comm, files, degree, most):
+    mesh = {"elements": [1, 1, 8], "degree": degree}
+    too_many = case(files, "hybrid", stations=most + 1, mesh=mesh)
+    (found,) = inspect_mesh(too_many, comm).mistakes
+    assert found.startswith(f"aero.stations = {most + 1}: station ")
+    assert found.endswith(f"; take at most {most}, or a mesh that is finer along the span")
     with pytest.raises(ModelError, match="has no three nodes of the skin"):
-        build_turbine(given, comm)
+        build_turbine(too_many, comm)
+    enough = case(files, "hybrid", stations=most, mesh=mesh)
+    assert not inspect_mesh(enough, comm).mistakes
+    build_turbine(enough, comm)
 
 
 def test_stall_skew_and_tower_change_loads_and_leave_the_energy_exact(

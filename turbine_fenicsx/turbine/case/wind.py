@@ -86,7 +86,7 @@ class AeroCase(Section):
     """
 
     file: str | None = None
-    stations: Annotated[Whole, Field(ge=5, le=1000)] = 16
+    stations: Annotated[Whole, Field(ge=5, le=1000)] = 12
     dynamic_stall: Literal["none", "oeye"] = "none"
     skewed_wake: Flag = False
     tower_shadow: Literal["none", "potential", "powles"] = "none"
