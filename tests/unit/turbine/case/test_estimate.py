@@ -109,21 +109,21 @@ def test_step_takes_what_was_measured_within_a_factor_of_two(displacements, solv
 
 
 @pytest.mark.parametrize(
-    ("displacements", "gigabytes"), [(1053, 0.177), (70713, 0.609), (244881, 2.1), (302000, 2.7)]
+    ("displacements", "gigabytes"), [(1053, 0.177), (70713, 0.54), (301725, 1.84), (575000, 3.54)]
 )
 def test_memory_is_what_was_measured_within_a_third(displacements, gigabytes):
-    found = hexahedra(displacements)()
+    found = hexahedra(displacements)(linear_solver="frozen")
     assert found.memory / 1e9 == pytest.approx(gigabytes, rel=0.33)
 
 
 @pytest.mark.parametrize(
     ("mesh", "gigabytes"),
     [
-        ({"elements": [4, 4, 24], "degree": 2}, 0.501),
-        ({"elements": [6, 6, 36], "degree": 2}, 1.480),
-        ({"elements": [12, 12, 72]}, 1.060),
+        ({"elements": [4, 4, 24], "degree": 2}, 0.452),
+        ({"elements": [6, 6, 36], "degree": 2}, 1.136),
+        ({"elements": [12, 12, 72]}, 0.729),
         ({"cell": "tetrahedron", "size": 1.2, "degree": 2}, 0.342),
-        ({"cell": "tetrahedron", "size": 0.5}, 0.274),
+        ({"cell": "tetrahedron", "size": 0.5}, 0.269),
     ],
 )
 def test_memory_of_other_cells_is_what_was_measured_within_a_third(mesh, gigabytes):
@@ -158,8 +158,8 @@ def test_several_ranks_take_more_memory_and_less_time():
     one, two, many = (
         estimate(Case.parse({"solver": {"tolerance": 1e-8}}), size, ranks) for ranks in (1, 2, 64)
     )
-    # measured at 302 000 displacements: 2.85 and 3.94 GB, 1.39 and 0.75 s a step
-    assert one.memory / 1e9 == pytest.approx(2.85, rel=0.15)
+    # measured at 302 000 displacements: 1.84 and 3.94 GB, 1.39 and 0.75 s a step
+    assert one.memory / 1e9 == pytest.approx(1.84, rel=0.15)
     assert two.memory / 1e9 == pytest.approx(3.94, rel=0.15)
     assert one.step_seconds / two.step_seconds == pytest.approx(1.83, rel=0.05)
     assert many.step_seconds < 0.2 * two.step_seconds
