@@ -42,6 +42,8 @@ _CAPTIONS = {
     "loads. The dashed line is the tolerance of the solver times the largest energy.",
     "power_balance": "What forces bring in stands above zero, what they, the generator and losses "
     "take out below. Energy that is stored in motion, height and strain goes out and comes back.",
+    "wind": "The wind at the hub and what the rotor makes of it: power and torque of the air about "
+    "the shaft, thrust along it, and the mechanical power of the generator; means of each step.",
     "angular_momentum": "Angular momentum about the origin. The tower of a turbine holds the "
     "horizontal components; the vertical one, L2, changes by the yaw torque alone.",
     "angles": "Angles and speeds of the joints; yaw and pitch of a turbine in the signs of "

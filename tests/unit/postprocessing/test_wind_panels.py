@@ -8,6 +8,7 @@ from outputs import history, write
 
 from turbine_fenicsx.postprocessing import plots, wind_panels
 from turbine_fenicsx.postprocessing.output_folder import read_histories, read_history
+from turbine_fenicsx.postprocessing.report import report
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
@@ -93,3 +94,13 @@ def test_the_summary_of_a_run_in_wind_shows_it(tmp_path):
         patch.setattr(wind_panels, "power", power)
         plots.plot_summary(path, tmp_path / "s.png")
     assert shown and (tmp_path / "s.png").exists()
+
+
+def test_the_report_of_a_run_in_wind_tells_what_its_diagrams_show(tmp_path):
+    columns = in_wind()
+    path = write(
+        tmp_path / "history.csv", {**columns, "work_of_wind_[J]": 5e6 * columns["time_[s]"]}
+    )
+    assert {"wind", "power_balance"} <= set(plots.choose_figures([read_history(path)]))
+    page = report(tmp_path)
+    assert "mechanical power of the generator" in page and "comes back" in page
