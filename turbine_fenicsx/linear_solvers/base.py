@@ -29,8 +29,8 @@ class LinearSolver(Protocol):
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
 
-    def end(self, converged: bool) -> None:
-        """The Newton iteration has ended."""
+    def end(self, converged: bool) -> bool:
+        """The Newton iteration has ended; whether to try again, with a tangent less old."""
 
     def save(self) -> RestartData:
         """What later solves depend on, apart from the step; a new solver can `restore` it."""

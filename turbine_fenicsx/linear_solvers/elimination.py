@@ -69,8 +69,9 @@ class Elimination:
     def begin(self) -> None:
         """There is nothing to prepare: each update factorises anew."""
 
-    def end(self, converged: bool) -> None:
+    def end(self, converged: bool) -> bool:
         """There is nothing to learn from the iteration."""
+        return False
 
     def save(self) -> RestartData:
         """Empty data: nothing is kept between steps."""

@@ -75,13 +75,15 @@ class FrozenElimination:
         factors, components = np.sum([body.factors for body in self._bodies], axis=0)
         return int(factors), int(components)
 
-    def begin(self) -> None:
-        """Turn the frames to the guess of the step; factorise for a new step size."""
+    def begin(self) -> bool:
+        """Turn the frames to the guess of the step; factorise for a new step size: whether so."""
         start, parts = self._step.start, self._step.frames
-        if start.dt != self._dt:
+        new = start.dt != self._dt
+        if new:
             self.refresh()
         for body, u, du in zip(self._bodies, start.state.u, self._guess(), strict=True):
             body.turn_to(u, du, self._carrier_rotations(body.coupling, parts[0]), parts)
+        return new
 
     def update(self, x: PETSc.Vec) -> None:
         """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""

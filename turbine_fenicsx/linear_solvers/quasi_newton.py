@@ -49,6 +49,7 @@ class QuasiNewton:
         self._weights = step.mass_weights()
         self._steps: list[Array] = []
         self._excess = 0
+        self._new = False
         self._fewest: int | None = None
         self._products: Array = np.zeros((0, 0))
 
@@ -64,12 +65,13 @@ class QuasiNewton:
 
     def begin(self) -> None:
         """Forget the steps of the last iteration; refresh the solver if that pays."""
-        if self._excess >= RENEWAL:
+        due = self._excess >= RENEWAL
+        if due:
             self._solver.refresh()
             self._excess, self._fewest = 0, None
         self._steps = []
         self._products = np.zeros((0, 0))
-        self._solver.begin()
+        self._new = self._solver.begin() or due
 
     def update(self, x: PETSc.Vec) -> None:
         """Update the approximate solver, once per step: Broyden's method does the rest."""
@@ -86,14 +88,20 @@ class QuasiNewton:
         for part, end in zip(parts, ends, strict=True):
             part.array[:] = -s[end - part.getLocalSize() : end]
 
-    def end(self, converged: bool) -> None:
-        """Count the iterations, for the decision to refresh the solver."""
+    def end(self, converged: bool) -> bool:
+        """Count the iterations, for the decision to refresh the solver.
+
+        Returns:
+            Whether the step is to be tried again: it failed with a factor of an earlier step, and
+            one of its own costs less than the exact tangent.
+        """
         n = len(self._steps)
         if not converged:
             self._excess = RENEWAL
-            return
+            return not self._new
         self._fewest = n if self._fewest is None else min(n, self._fewest)
         self._excess += max(n - max(self._fewest, ORDINARY), 0)
+        return False
 
     def save(self) -> RestartData:
         """What the approximate solver saves, and what decides when it is refreshed."""

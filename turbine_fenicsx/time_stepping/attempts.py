@@ -1,9 +1,10 @@
 """What a step tries one after another, learnt from the steps before, and how it tells of failures.
 
-An approximate linear solver costs a fraction of the exact one, so that it goes first. Where it
-fails its iterations are lost, and those of the next steps would be too: it then waits for a number
-of steps, which doubles with every failure and halves with every success, before it goes first
-again. Between two failures in a row its factor is renewed (`QuasiNewton`).
+An approximate linear solver costs a fraction of the exact one, so that it goes first, and again
+with a factor of the same step if that of an earlier one fails (`NewtonStepper.advance`). Where that
+fails too its iterations are lost, and those of the next steps would be too: it then waits for a
+number of steps, which doubles with every failure and halves with every success, before it goes
+first again. Between two failures in a row its factor is renewed (`QuasiNewton`).
 
 Only iterations count here, never measured times: all ranks and all repetitions of a run decide
 alike. As long as the approximate solver converges within `SolverOptions.max_iterations` it is the

@@ -15,6 +15,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton, choose_solver
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.system.state import State
@@ -133,10 +134,10 @@ class NewtonStepper:
     def advance(self, state: State, dt: float, out: State) -> StepReport:
         """One step from ``state`` to t + dt.
 
-        Newton starts from where the velocities lead; if that fails, again with the exact tangent in
-        place of a frozen one, and then from x_n. Without flexible bodies, whose vibrations cannot
-        be foreseen so far, it first starts from the `Extrapolation` of the last steps, if there
-        are enough.
+        Newton starts from where the velocities lead; if that fails, again with a new factor in
+        place of a frozen one, then with the exact tangent, and then from x_n. Without flexible
+        bodies, whose vibrations cannot be foreseen so far, it first starts from the
+        `Extrapolation` of the last steps, if there are enough.
 
         Args:
             state: State at t_n, not changed.
@@ -152,12 +153,9 @@ class NewtonStepper:
         newton = krylov = 0
         failures: list[Failure] = []
         self.step.begin(state, dt)
-        attempts = self._attempts.order()
-        r = self._past.guess(state.time, dt)
-        guesses = [None] * len(attempts) if r is None else [r, *[None] * len(attempts)]
-        if r is not None:
-            attempts = [attempts[0], *attempts]
-        for attempt, guess in zip(attempts, guesses, strict=True):
+        waiting = self._list_attempts(state.time, dt)
+        while waiting:
+            attempt, guess = waiting.pop(0)
             self._log_fallback(state.time, dt, failures, attempt)
             self.step.guess(attempt.moves_on, guess)
             linear_solver = self._solvers.use(attempt.solver)
@@ -171,7 +169,8 @@ class NewtonStepper:
             krylov += linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
             accepted = reason > 0 and self.step.is_accepted()
-            linear_solver.end(accepted)
+            if linear_solver.end(accepted):
+                waiting.insert(0, (attempt, None))
             if isinstance(linear_solver, QuasiNewton):
                 self.factors = linear_solver.factors
             if accepted:
@@ -191,6 +190,12 @@ class NewtonStepper:
             + (f"; the residual is largest in {place}" if place and reason <= 0 else "")
         )
 
+    def _list_attempts(self, time: float, dt: float) -> list[tuple[Attempt, Array | None]]:
+        """What to try one after another, and the rigid unknowns to start from, if known."""
+        attempts: list[tuple[Attempt, Array | None]] = [(x, None) for x in self._attempts.order()]
+        r = self._past.guess(time, dt)
+        return attempts if r is None else [(attempts[0][0], r), *attempts]
+
     def _log_fallback(
         self, time: float, dt: float, failures: list[Failure], attempt: Attempt
     ) -> None:
@@ -202,7 +207,7 @@ class NewtonStepper:
                 dt,
                 failures[-1].cause,
                 failures[-1].attempt,
-                attempt,
+                "with a new factor" if failures[-1].attempt == attempt else attempt,
             )
 
     def save(self) -> RestartData:

@@ -102,6 +102,36 @@ def test_exact_newton_takes_over_where_the_frozen_factor_fails(solve, machine, m
     )
 
 
+def test_a_frozen_factor_that_fails_is_renewed_before_exact_newton(
+    solve, machine, monkeypatch, caplog
+):
+    system = loaded(machine(spin=3.0))
+    frozen_solve, refresh, old = FrozenElimination.solve, FrozenElimination.refresh, []
+
+    def poor_solve(self, b, x):
+        frozen_solve(self, b, x)
+        if old:
+            x.scale(-1e9)
+
+    def renew(self):
+        old.clear()
+        refresh(self)
+
+    monkeypatch.setattr(FrozenElimination, "solve", poor_solve)
+    monkeypatch.setattr(FrozenElimination, "refresh", renew)
+    solver, state, out = solve(system, options("frozen")), *(system.initial_state() for _ in "ab")
+    solver.advance(state, DT, out)
+    old.append("a step ago")
+    caplog.set_level(logging.INFO, "turbine_fenicsx")
+    solver.advance(out, DT, state)
+    assert solver.fallbacks == 1
+    assert caplog.messages[:2] == [
+        "the step from t = 0.02 s by 0.02 s: the residual grows with 'frozen' from the "
+        "extrapolated start; now with a new factor",
+        "new factor at t = 0.02 s for steps of 0.02 s",
+    ]
+
+
 def test_a_solver_that_fails_again_and_again_is_asked_less_and_less(solve, machine, monkeypatch):
     """And the state of that is saved."""
     system = loaded(machine(spin=3.0))
