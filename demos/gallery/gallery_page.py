@@ -148,6 +148,12 @@ ENTRIES = (
         "mesh",
     ),
     benchmark(
+        "iea22_campbell",
+        "Frequencies over the speed: hollow blades as solids, and the file's beam.",
+        "exact",
+        "compute",
+    ),
+    benchmark(
         "spinning_rotor",
         "The first eight revolutions: errors walk at random, within 1e-11.",
         "compute",

@@ -156,6 +156,34 @@ def hollow_blade(name: str, folder: Path, png: Path) -> None:
     plot(png, paint)
 
 
+def beam_and_solid(name: str, folder: Path, png: Path) -> None:
+    """Frequencies of a rotor of hollow blades over its speed, kept in a table, and of a beam."""
+    script = load(name)
+    table, beam = script.read_result(), script.turning_beam(40)
+    speeds = np.linspace(0.0, 8.0, 9)
+    curves = [beam.frequencies(speed * script.RPM, len(script.MODES)) for speed in speeds]
+
+    def paint(axes: Any) -> None:
+        for multiple in (1, 3, 6):
+            axes.plot(speeds, multiple * speeds / 60.0, ":", color="#999999", lw=1.0)
+            axes.annotate(f"{multiple}P", (8.0, multiple * 8.0 / 60.0), xytext=(3, -3), **NEXT_TO)
+        axes.plot(speeds, curves, color="#888888", label=["beam", *["_"] * (len(script.MODES) - 1)])
+        for way, colour in zip(("flap", "edge"), COLOURS, strict=False):
+            marks = [row for row in table if way in row[1]]
+            axes.plot(
+                [rpm for rpm, _, _ in marks],
+                [f for _, _, f in marks],
+                "o",
+                ms=5,
+                color=colour,
+                label=f"solid, {way}wise",
+            )
+        axes.set(xlabel="speed of the rotor [rpm]", ylabel="frequency [Hz]", ylim=(0.0, 1.25))
+        axes.legend(frameon=False, loc="center left", bbox_to_anchor=(0.0, 0.66))
+
+    plot(png, paint)
+
+
 def wall_errors(name: str, folder: Path, png: Path) -> None:
     """Errors of tubes of walls over the number of cells around them."""
     script = load(name)
@@ -193,6 +221,7 @@ def plot(png: Path, paint: Callable[[Any], None]) -> None:
     pyplot.close(figure)
 
 
+NEXT_TO: dict[str, Any] = {"textcoords": "offset points", "color": "#777777"}
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 TOP_UP = (0.0, 0.0, 1.0)
 
@@ -246,6 +275,7 @@ BENCHMARKS: dict[str, Callable[[str, Path, Path], None]] = {
     "turning_modes": whirls,
     "thousand_revolutions": revolutions,
     "iea22_blade": hollow_blade,
+    "iea22_campbell": beam_and_solid,
     "spinning_rotor": partial(revolutions, end=60.0),
     "laminate_walls": wall_errors,
 }
