@@ -5,6 +5,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 from dolfinx.mesh import CellType, create_unit_cube
+from rotor_meshes import BLADE, ROTOR
 from walls import load_wall, wall_arrays
 
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -25,6 +26,8 @@ from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.meshing import MeshOptions, load_arrays
+from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
@@ -243,6 +246,17 @@ def test_solver_is_chosen_by_size_and_shape(machine, monkeypatch, comm):
     body = FlexibleBody("cube", cube, StVenantKirchhoff(1.0, 1.0), 1.0)
     assert choose_solver("auto", MultibodySystem(comm, [body])) == "iterative"
     assert LARGEST_FACTOR > 300_000
+
+
+def test_equal_blades_count_one_by_one_where_one_rank_holds_them(comm, monkeypatch):
+    arrays = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=(6, 6, 6)))
+    mesh = load_arrays(comm, lambda: arrays, "rotor").mesh
+    body = FlexibleBody("blades", mesh, StVenantKirchhoff(1.0, 1.0), 1.0)
+    system, blade = MultibodySystem(comm, [body]), 3 * 7 * 7 * 7
+    monkeypatch.setattr("turbine_fenicsx.linear_solvers.SOLID", {"hexahedron": 0.5})
+    for largest, alone in ((blade + 1, "frozen"), (blade, "iterative")):
+        monkeypatch.setattr("turbine_fenicsx.linear_solvers.LARGEST_FACTOR", largest)
+        assert choose_solver("auto", system) == (alone if comm.size == 1 else "iterative")
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ with as many displacements: 0.55, 1.0 and 2.1 GB."""
 
 EQUAL_BLADES = 5.4e3
 """Memory for each displacement of three equal blades that share a factor, on one rank [B]. Measured
-with 70 713, 220 545, 301 725 and 575 000 displacements: 0.54, 1.42, 1.84 and 3.5 GB."""
+with 70 713, 220 545, 301 725, 575 000, 1 202 607 displacements: 0.54, 1.42, 1.84, 3.5, 7.9 GB."""
 
 SHARED = 1.35
 """Memory of several ranks over that of one; measured on two with 302 000 displacements."""
@@ -160,8 +160,12 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
     displacements = sum(3 * mesh.nodes for mesh in meshes)
     name = case.solver.linear_solver
     if name == "auto":
-        sizes = ((3 * mesh.nodes, mesh.cell, mesh.cells, mesh.vertices) for mesh in meshes)
-        name = "iterative" if any(is_for_iteration(*size) for size in sizes) else "frozen"
+        large = False
+        for mesh in meshes:  # as `choose_solver` counts
+            parts = N_BLADES if mesh is size and ranks == 1 else 1
+            counts = 3 * mesh.nodes // parts, mesh.cell, mesh.cells, mesh.vertices
+            large |= is_for_iteration(*counts)
+        name = "iterative" if large else "frozen"
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
     hollow = size is not None and bool(case.turbine.file or case.blade.wall)

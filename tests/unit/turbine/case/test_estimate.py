@@ -109,7 +109,7 @@ def test_step_takes_what_was_measured_within_a_factor_of_two(displacements, solv
 
 
 @pytest.mark.parametrize(
-    ("displacements", "gigabytes"), [(1053, 0.177), (70713, 0.54), (301725, 1.84), (575000, 3.54)]
+    ("displacements", "gigabytes"), [(1053, 0.177), (70713, 0.54), (301725, 1.84), (1202607, 7.92)]
 )
 def test_memory_is_what_was_measured_within_a_third(displacements, gigabytes):
     found = hexahedra(displacements)(linear_solver="frozen")
