@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from newton_steps import options, run, values
 from rotor_meshes import BLADE, ROTOR
-from scipy.sparse import block_diag, csr_matrix
+from scipy.linalg import block_diag
+from scipy.sparse import csr_matrix
 from test_factor import error_of_solution
 
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -59,7 +60,7 @@ def cubes(rng):
     # nodes of the components mixed
     mixed = rng.permutation(24)
     dofs = (3 * mixed[:, None] + np.arange(3)).ravel()
-    all_ = block_diag(matrices).toarray()[np.ix_(dofs, dofs)]
+    all_ = block_diag(*matrices)[np.ix_(dofs, dofs)]
     R = np.concatenate([R[:, :, :8], R[:, :, 8:16][:, :, order], R[:, :, 16:][:, :, order]], axis=2)
     return np.concatenate(X)[mixed], R[:, :, mixed], csr_matrix(all_)
 
