@@ -165,11 +165,19 @@ class Discon:
             24: m.yaw_error,
             27: m.wind_speed,
             28: 1.0,  # blades may have pitch angles of their own
+            30: m.flap_moments[0],
+            31: m.flap_moments[1],
+            32: m.flap_moments[2],
             33: m.pitch[1],
             34: m.pitch[2],
             37: m.yaw,
+            53: m.top_acceleration[0],
+            54: m.top_acceleration[1],
             60: m.azimuth,
             61: 3.0,
+            69: m.edge_moments[0],
+            70: m.edge_moments[1],
+            71: m.edge_moments[2],
         }
 
     def _read(self, length: int) -> bytes:

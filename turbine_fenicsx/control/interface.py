@@ -17,6 +17,9 @@ BLADES = 3
 
 Angles = tuple[float, float, float]
 
+_SEVERAL = {"pitch": BLADES, "flap_moments": BLADES, "edge_moments": BLADES, "top_acceleration": 2}
+"""Measurements of more than one number."""
+
 
 class Measurements(NamedTuple):
     """What a controller sees at the end of a step.
@@ -34,6 +37,13 @@ class Measurements(NamedTuple):
         wind_speed: Horizontal, at the hub, without the rotor [m/s]; zero without wind.
         yaw: Of the nacelle, about the upward vertical [rad].
         yaw_error: Direction of the wind minus that of the nacelle [rad].
+        flap_moments: Of the blades on the hub at their roots, out of the plane of the rotor,
+            positive if they push the tips downwind; means of the last step, zero at the first call
+            [N m].
+        edge_moments: In the plane of the rotor, positive if they push the tips to where they come
+            from [N m].
+        top_acceleration: Of the tower's top, downwind and to the left looking downwind, zero
+            without a flexible tower [m/s^2].
     """
 
     time: float
@@ -48,6 +58,9 @@ class Measurements(NamedTuple):
     wind_speed: float = 0.0
     yaw: float = 0.0
     yaw_error: float = 0.0
+    flap_moments: Angles = (0.0, 0.0, 0.0)
+    edge_moments: Angles = (0.0, 0.0, 0.0)
+    top_acceleration: tuple[float, float] = (0.0, 0.0)
 
     def to_row(self) -> list[float]:
         """All numbers in a list."""
@@ -62,8 +75,8 @@ class Measurements(NamedTuple):
         numbers = iter(np.asarray(row, dtype=float).tolist())
         found: dict[str, Any] = {}
         for name in cls._fields:
-            if name == "pitch":
-                found[name] = tuple(next(numbers) for _ in range(BLADES))
+            if name in _SEVERAL:
+                found[name] = tuple(next(numbers) for _ in range(_SEVERAL[name]))
             else:
                 found[name] = next(numbers)
         found["first"] = bool(found["first"])

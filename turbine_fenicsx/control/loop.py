@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 from turbine_fenicsx.control.drives import PitchDrive, YawDrive
 from turbine_fenicsx.control.events import Event, Orders, supervise
@@ -18,6 +19,20 @@ from turbine_fenicsx.simulation.snapshot import Snapshot
 
 Sensors = Callable[[Snapshot, float, bool], Measurements]
 """(state, time since the last call, whether this is the first) -> measurements."""
+
+
+@runtime_checkable
+class RestartableSensors(Protocol):
+    """Sensors that need to know more than the present state."""
+
+    def resume(self, snapshot: Snapshot) -> None:
+        """A run goes on from here."""
+
+    def save(self) -> RestartData:
+        """What later measurements depend on."""
+
+    def restore(self, data: RestartData) -> None:
+        """Go on like the sensors that saved this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +118,8 @@ class ControlLoop:
         """Ask for the first commands, unless a run goes on."""
         if not resumed:
             self._ask(snapshot, self._dt, first=True)
+        elif isinstance(self._sensors, RestartableSensors):
+            self._sensors.resume(snapshot)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Ask for the next commands."""
@@ -125,6 +142,8 @@ class ControlLoop:
         data = RestartData({"time": self._time, "orders": list(self.orders)})
         data.numbers["actuators"] = self._actuators.save()
         data.add("controller", self._controller.save())
+        if isinstance(self._sensors, RestartableSensors):
+            data.add("sensors", self._sensors.save())
         return data
 
     def restore(self, data: RestartData) -> None:
@@ -133,6 +152,8 @@ class ControlLoop:
         self.orders = _read_orders(data.numbers["orders"])
         self._actuators.restore(data.numbers["actuators"], self.orders)
         self._controller.restore(data.part("controller"))
+        if isinstance(self._sensors, RestartableSensors):
+            self._sensors.restore(data.part("sensors"))
 
 
 def _read_orders(values: Sequence[object]) -> Orders:

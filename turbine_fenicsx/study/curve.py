@@ -13,7 +13,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.names import split_unit
-from turbine_fenicsx.postprocessing.plots import PALETTE
+from turbine_fenicsx.postprocessing.plot_style import PALETTE, put_prefix_into_label
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.picture import STYLE, name_and_unit
 from turbine_fenicsx.study.plan import Run
@@ -114,6 +114,7 @@ def plot_curve(
             title, unit = name_and_unit(full)
             axes.set(title=title, xlabel=f"{curve.x}{_find_unit(curve.x)}", ylabel=f"{title}{unit}")
             axes.set_ylim(bottom=0.0)
+            put_prefix_into_label(axes)
             axes.legend()
         if study.title:
             figure.suptitle(study.title, x=0.01, ha="left")

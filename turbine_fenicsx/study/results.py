@@ -19,6 +19,9 @@ from turbine_fenicsx.study.plan import Run
 RESULTS = ("history.csv", "summary.json")
 """The files that a finished run has, as far as a study reads them."""
 
+TINY = 1e-300
+"""Nothing is divided by less."""
+
 
 def is_finished(run: Run, folder: Path) -> bool:
     """Whether a folder holds the results of just this run, to its end."""
@@ -71,6 +74,34 @@ def read_results(folder: Path, average: float | None = None) -> dict[str, float]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     numbers = {k: v for k, v in flatten(summary) if isinstance(v, int | float)}
     return numbers | {name: value for name, value in found.items() if name not in numbers}
+
+
+def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict[str, float]:
+    """How far means of quantities over the two halves of the last time lie apart.
+
+    Args:
+        folder: Folder of a finished run.
+        average: Time at the end over which columns are averaged [s].
+        quantities: Columns of ``history.csv``, with or without unit; others are left out.
+
+    Returns:
+        By quantity the difference of the means over the larger of them [-].
+    """
+    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    end = float(rows[-1][header.index(TIME)])
+    first = [
+        row for row in rows if float(row[header.index(TIME)]) <= end - 0.5 * average * (1 - 1e-9)
+    ]
+    if not first:
+        return {}
+    before, after = (_average(header, part, 0.5 * average) for part in (first, rows))
+    drifts = {}
+    for name in dict.fromkeys(quantities):
+        for column in (c for c in header if name in (c, split_unit(c)[0])):
+            a, b = before[column], after[column]
+            drifts[name] = abs(a - b) / max(abs(a), abs(b), TINY)
+    return drifts
 
 
 def find_quantity(results: Mapping[str, float], name: str) -> str:

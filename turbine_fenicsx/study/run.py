@@ -15,12 +15,16 @@ from turbine_fenicsx.study.plan import Run, group_series, plan
 from turbine_fenicsx.study.probe import check_quantities
 from turbine_fenicsx.study.progress import StudyProgress
 from turbine_fenicsx.study.results import (
+    find_drifts,
     find_quantity,
     is_finished,
     is_other,
     read_results,
     write_table,
 )
+
+STATIONARY = 1e-3
+"""Means of two halves of a time that differ by less are those of a stationary run [-]."""
 
 
 @dataclass
@@ -32,12 +36,16 @@ class StudyResult:
         results: Numbers of the finished runs, by name of the run and of the quantity.
         failed: Reasons of the failed runs by name.
         series: Refinements and their orders.
+        drifts: How far the means of quantities over the halves of the time over which they are
+            averaged lie apart, by name of the run and of the quantity, where that is more than
+            `STATIONARY`.
     """
 
     runs: list[Run]
     results: dict[str, dict[str, float]] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
     series: list[Series] = field(default_factory=list)
+    drifts: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
 def run_study(
@@ -86,6 +94,7 @@ def run_study(
             result.results[name] = read_results(out / name, study.average)
             for quantity in wanted:
                 find_quantity(result.results[name], quantity)
+            result.drifts[name] = _find_large_drifts(study, out / name)
         shown.show(outcome)
 
     try:
@@ -99,6 +108,14 @@ def run_study(
     if study.convergence is not None:
         write_series(out / "convergence.csv", result.series)
     return result
+
+
+def _find_large_drifts(study: Study, folder: Path) -> dict[str, float]:
+    """Drifts of the wanted quantities of a finished run that are more than `STATIONARY`."""
+    if study.average is None:
+        return {}
+    drifts = find_drifts(folder, study.average, study.wanted)
+    return {name: drift for name, drift in drifts.items() if drift > STATIONARY}
 
 
 def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:

@@ -6,12 +6,14 @@ import numpy as np
 
 from turbine_fenicsx.control.interface import Angles, Measurements
 from turbine_fenicsx.control.loop import Actuators
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, NACELLE, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.turbine.drivetrain import fast_shaft
+from turbine_fenicsx.turbine.load_sensors import RootMoments, TopAcceleration
 from turbine_fenicsx.turbine.nacelle import ROTOR, YAW
 from turbine_fenicsx.turbine.pitch import BEARINGS
 from turbine_fenicsx.turbine.rotor_plan import AZIMUTHS
@@ -36,6 +38,26 @@ class Sensors:
         self._nacelle, self._hub = bodies[NACELLE], bodies[HUB]
         # directors are principal axes, which need not be those of the turbine
         self._forward = np.asarray(turbine.part(NACELLE).directors).T @ E3
+        # controllers of others may want what takes time to find
+        wanted = turbine.case.control.kind not in ("none", "pi")
+        self._roots = RootMoments(turbine) if wanted else None
+        self._top = TopAcceleration(turbine) if wanted else None
+
+    def resume(self, snapshot: Snapshot) -> None:
+        """A run goes on from here."""
+        if self._roots is not None:
+            self._roots.at(snapshot, (0.0, 0.0, 0.0))
+        if self._top is not None:
+            self._top.resume(snapshot.state.q)
+
+    def save(self) -> RestartData:
+        """What the accelerometer remembers."""
+        return RestartData() if self._top is None else self._top.save()
+
+    def restore(self, data: RestartData) -> None:
+        """Go on like the sensors that saved this."""
+        if self._top is not None:
+            self._top.restore(data)
 
     def __call__(self, s: Snapshot, dt: float, first: bool) -> Measurements:
         """Measure."""
@@ -47,6 +69,9 @@ class Sensors:
         pitch: Angles = (angles[0], angles[1], angles[2])
         forward = state.q[self._nacelle + 3 : self._nacelle + 12].reshape(3, 3).T @ self._forward
         wind, direction = self._see_wind(state.q, forward, state.time)
+        none = (0.0, 0.0, 0.0)
+        flap, edge = (none, none) if self._roots is None else self._roots.at(s, pitch)
+        top = (0.0, 0.0) if self._top is None else self._top.at(state.q, dt, forward)
         return Measurements(
             time=state.time,
             dt=dt,
@@ -60,6 +85,9 @@ class Sensors:
             wind_speed=wind,
             yaw=OPENFAST_SIGNS[YAW] * float(T[self._yaw]),
             yaw_error=direction,
+            flap_moments=flap,
+            edge_moments=edge,
+            top_acceleration=top,
         )
 
     def _see_wind(self, q: Array, forward: Array, time: float) -> tuple[float, float]:

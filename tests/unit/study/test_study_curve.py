@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.curve import plot_curve, read_reference
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import plan
-from turbine_fenicsx.study.results import read_results
+from turbine_fenicsx.study.results import find_drifts, read_results
 
 DEMOS = Path(__file__).parents[3] / "demos"
 STUDY = {"case": str(DEMOS / "paper" / "rigid.toml"), "grid": {"time.end": [1.0, 2.0]}}
@@ -32,6 +32,17 @@ def test_columns_are_averaged_over_the_end_of_a_run(folder):
     assert found["power_[W]"] == pytest.approx((0.5 * 1.625 + 1.5 * 5.625) / 2.0)
     assert found["time_[s]"] == 3.0 and found["steps"] == 3
     assert read_results(folder, 0.1)["power_[W]"] == 9.0  # no other row is so late
+
+
+def test_means_of_two_halves_tell_what_is_not_stationary(folder):
+    t = np.arange(0.0, 10.1, 0.5)
+    steady, rising = 5.0 + 0.4 * np.cos(np.pi * t), 5.0 + 0.01 * t
+    rows = "\n".join(f"{a},{b},{c}" for a, b, c in zip(t, steady, rising, strict=True))
+    (folder / "history.csv").write_text(f"time_[s],thrust_[N],power_[W]\n{rows}\n")
+    found = find_drifts(folder, 8.0, ["thrust", "power_[W]", "steps", "power_[W]"])
+    # means from 2 to 6 s and from 6 to 10 s
+    assert found == {"thrust": pytest.approx(0.0), "power_[W]": pytest.approx(0.04 / 5.08)}
+    assert find_drifts(folder, 21.0, ["thrust"]) == {}
 
 
 def test_references_are_columns_with_or_without_unit(folder):

@@ -41,7 +41,7 @@ class Mine:
     def __call__(self, measured):
         self.total += measured.generator_speed * measured.dt
         pitch = tuple(angle + 0.01 for angle in measured.pitch)
-        return Commands(1e4 + self.total, pitch, yaw_rate=0.05)
+        return Commands(1e4 + self.total + 1e-6 * measured.flap_moments[0], pitch, yaw_rate=0.05)
 """
 
 

@@ -64,6 +64,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         names += _draw_curve(study, result, out)
     if not options.quiet:
         _print_orders(result.series)
+        _print_drifts(study, result)
         done, total = len(result.results), len(result.runs)
         print(f"{done} of {total} runs finished; results {out}/: {', '.join(names)}", flush=True)
     if result.failed:
@@ -100,6 +101,16 @@ def _print_orders(series: list[Any]) -> None:
             continue
         note = ", the finest run, whose own error makes the order too high" if s.finest else ""
         print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}\n")
+
+
+def _print_drifts(study: Any, result: Any) -> None:
+    """Say which means are not those of a stationary run."""
+    for name, drifts in result.drifts.items():
+        for quantity, drift in drifts.items():
+            print(
+                f"note: {quantity} of run {name!r} is not stationary: its means over the two "
+                f"halves of the last {study.average:g} s differ by {100.0 * drift:.2g} %"
+            )
 
 
 def _draw_curve(study: Any, result: Any, out: Path) -> list[str]:
