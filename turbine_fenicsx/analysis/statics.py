@@ -91,7 +91,7 @@ def equilibrium(
     """
     state = at_rest(system, state)
     blocks = EquilibriumBlocks(system, state, number_held(system, held))
-    solver = Elimination(blocks, "static_")
+    solver = Elimination(blocks, "static_", blocks.is_symmetric)
     try:
         with one_thread():
             for time in times:
@@ -154,6 +154,11 @@ class EquilibriumBlocks(NestedBlocks):
         for m, K, u in zip(system.flexible_models, self.tangents, state.u, strict=True):
             m.assemble_stiffness(u, 0.0, K)  # linear solvers need the sparsity when they are made
         self.residual_vector, self.correction = self.new_nested_vector(), self.new_nested_vector()
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the tangents of the flexible bodies are symmetric."""
+        return all(m.is_conservative for m in self.system.flexible_models)
 
     def residual(self) -> None:
         """Assemble the residual at the state."""

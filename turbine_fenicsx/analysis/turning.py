@@ -104,7 +104,7 @@ def turning_equilibrium(
     frame = turning_frame(system, joint, speed, state)
     names = [system.joint_coordinate_names[frame.coordinate], *held]
     blocks = TurningBlocks(frame, state, number_held(system, names))
-    solver = Elimination(blocks, "turning_")
+    solver = Elimination(blocks, "turning_", blocks.is_symmetric)
     turning = _Turning(blocks, solver, time, tolerance, max_iterations)
     try:
         with one_thread():

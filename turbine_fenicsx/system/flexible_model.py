@@ -234,6 +234,11 @@ class FlexibleModel:
         """New matrix for `assemble_stiffness`. Collective."""
         return _compat.create_matrix(self.static_forms.stiffness)
 
+    @property
+    def is_conservative(self) -> bool:
+        """Whether K is symmetric for certain: no force acts on a surface, which it may follow."""
+        return not self.surface.forces
+
     def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
         """Derivative K of the forces at rest with respect to u [N/m], into out. Collective."""
         self.set_time(time)

@@ -32,6 +32,9 @@ class SurfaceIntegrals:
         parameter: Turns numbers and arrays into UFL constants.
         quadrature_degree: Degree of the quadrature.
 
+    Attributes:
+        forces: The forces.
+
     Raises:
         ModelError: if a force has no facet on any rank, or one inside the body.
 
@@ -46,7 +49,7 @@ class SurfaceIntegrals:
         parameter: Callable[[Any], Any],
         quadrature_degree: int,
     ) -> None:
-        self._mesh, self._forces, self._parameter = mesh, tuple(forces), parameter
+        self._mesh, self.forces, self._parameter = mesh, tuple(forces), parameter
         self._factors = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in forces]
         self._time = fem.Constant(mesh, PETSc.ScalarType(0.0))
         if forces:
@@ -57,7 +60,7 @@ class SurfaceIntegrals:
     def set_time(self, time: float) -> None:
         """Set the time of the forces [s]."""
         self._time.value = time
-        for factor, force in zip(self._factors, self._forces, strict=True):
+        for factor, force in zip(self._factors, self.forces, strict=True):
             factor.value = force.function(time)
 
     def integrals(self, u: Any, v: Any, w: Any) -> list[Any]:
@@ -68,13 +71,13 @@ class SurfaceIntegrals:
             v: Velocity, a UFL expression.
             w: Test function or virtual displacement.
         """
-        if not self._forces:
+        if not self.forces:
             return []
         X, N = ufl.SpatialCoordinate(self._mesh), ufl.FacetNormal(self._mesh)
         F = deformation_gradient(u)
         forms = []
         for force, factor, mine in zip(
-            self._forces, self._factors, self._tags_of_force, strict=True
+            self.forces, self._factors, self._tags_of_force, strict=True
         ):
             at = SurfacePoint(X, X + u, v, F, N, self._time, factor, self._parameter)
             forms.append(ufl.dot(force.traction(at), w) * self._ds(mine))

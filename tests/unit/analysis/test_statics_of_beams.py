@@ -22,6 +22,7 @@ from turbine_fenicsx.forces import (
     SurfaceTraction,
 )
 from turbine_fenicsx.forces.time_functions import Ramp
+from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
@@ -117,6 +118,22 @@ def increments(system, caught, **options):
         patch.setattr(statics, "_move", record)
         equilibrium(system, [1.0], **options)
     return seen
+
+
+@pytest.mark.parametrize("follows", [False, True])
+def test_the_tangent_is_factorised_as_symmetric_unless_a_load_follows_a_surface(
+    comm, monkeypatch, follows
+):
+    def press(body, facets):
+        return [Pressure("p", body, facets(lambda x: np.isclose(x[0], 8.0)), 1e-3)]
+
+    seen = []
+    monkeypatch.setattr(
+        statics, "Elimination", lambda *args: seen.append(args[2]) or Elimination(*args)
+    )
+    system = clamped(comm, n=(2, 1, 1), loads=[press] if follows else [])
+    equilibrium(system).destroy()
+    assert seen == [not follows]
 
 
 def test_newton_converges_quadratically_also_with_loads_that_follow(comm):
