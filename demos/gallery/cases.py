@@ -133,6 +133,9 @@ CASES = {
     "pitch_to_feather": Turbine("turbine/pitch_to_feather.toml", 7.0),
     "emergency_stop": Turbine("emergency_stop/emergency_stop.toml", 13.0),
     "iea15": Turbine("iea15/iea15.toml", 2.0, ("--field", "tsai_wu", "--range", "0,0.12")),
+    "iea15_gust": Turbine(
+        "iea15_gust/iea15_gust.toml", 7.5, ("--field", "tsai_wu", "--range", "0,0.6")
+    ),
     "modes": modes,
     "campbell": campbell,
     "time_step": orders,

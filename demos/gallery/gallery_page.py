@@ -97,6 +97,12 @@ ENTRIES = (
         "plies; [how to](howto/real_turbine.md).",
     ),
     Entry(
+        "iea15_gust",
+        ("iea15_gust/iea15_gust.toml",),
+        "Just after the peak of the gust: hollow blades and tower bend, to scale, coloured by the "
+        "failure index of the plies; [how to](howto/wind.md).",
+    ),
+    Entry(
         "modes",
         ("turbine/modes.py",),
         "Both brakes are on; red is what moves most. [Modes, step by step](howto/modes.md).",

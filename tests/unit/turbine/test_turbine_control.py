@@ -267,6 +267,12 @@ def test_a_wrong_controller_is_told_before_the_run(comm, shared_tmp_path):
         run_case(case, shared_tmp_path / "out", comm, "none")
 
 
+def test_the_demo_of_a_gust_is_valid():
+    find_turbine("IEA-15-240-RWT.yaml")  # or the test is skipped
+    demo = Path(__file__).parents[3] / "demos" / "iea15_gust" / "iea15_gust.toml"
+    assert Case.load(demo).warnings == []
+
+
 def test_the_demo_of_an_emergency_stop_runs(comm, shared_tmp_path):
     """Three steps of it, with the loss of the grid in the second."""
     find_turbine("IEA-15-240-RWT.yaml")  # or the test is skipped
