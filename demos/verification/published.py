@@ -105,6 +105,21 @@ def _reference_file(benchmark: str) -> dict[str, Any]:
     return tomllib.loads((HERE / benchmark / "reference.toml").read_text(encoding="utf-8"))
 
 
+def read_long_run(benchmark: str) -> dict[str, Any]:
+    """Numbers of a run too long for the page: ``result.toml``, which its ``compute.py`` makes."""
+    return tomllib.loads((HERE / benchmark / "result.toml").read_text(encoding="utf-8"))
+
+
+def compare_long_run(benchmark: str) -> list[Row]:
+    """Rows of the table from those numbers; nothing is run."""
+    found = read_long_run(benchmark)
+    step = f"{found['steps']} steps, {found['revolutions']:.0f} revolutions"
+    return [
+        Row(r.quantity, r.unit, r.value, found[name], r.tolerance, step)
+        for name, r in references(benchmark).items()
+    ]
+
+
 def refine(
     solve: Callable[[int], Mapping[str, float]],
     steps: Sequence[int],

@@ -11,22 +11,9 @@ round-off of the elastic forces large. Steps come down to it, so that the sum of
 random walk and not a drift.
 """
 
-import tomllib
-
-from published import HERE, Row, references
-
-
-def result():
-    """Numbers of the long run, made by ``compute.py``."""
-    text = (HERE / "spinning_rotor" / "result.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+from published import compare_long_run
 
 
 def main():
     """Rows of the table; nothing is run."""
-    found = result()
-    step = f"{found['steps']} steps, {found['revolutions']:.0f} revolutions"
-    return [
-        Row(r.quantity, r.unit, r.value, found[name], r.tolerance, step)
-        for name, r in references("spinning_rotor").items()
-    ]
+    return compare_long_run("spinning_rotor")

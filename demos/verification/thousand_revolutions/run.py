@@ -12,22 +12,9 @@ times be the sum of the turns that the directors make from step to step.
 All these errors are sums of the round-off of single steps; the table shows how large they grew.
 """
 
-import tomllib
-
-from published import HERE, Row, references
-
-
-def result():
-    """Numbers of the long run, made by ``compute.py``."""
-    text = (HERE / "thousand_revolutions" / "result.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+from published import compare_long_run
 
 
 def main():
     """Rows of the table; nothing is run."""
-    found = result()
-    step = f"{found['steps']} steps, {found['revolutions']:.0f} revolutions"
-    return [
-        Row(r.quantity, r.unit, r.value, found[name], r.tolerance, step)
-        for name, r in references("thousand_revolutions").items()
-    ]
+    return compare_long_run("thousand_revolutions")
