@@ -12,6 +12,7 @@ A benchmark is a folder here with two files, and is found without being listed a
 An independent solution, if there is one, stands in ``exact.py``; tests compare it with the values.
 """
 
+import argparse
 import sys
 
 from mpi4py import MPI
@@ -45,4 +46,9 @@ def main(chosen):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("name", nargs="*", help=f"{', '.join(names())}; default: all but slow ones")
+    wanted = parser.parse_args().name
+    if unknown := set(wanted) - set(names()):
+        parser.error(f"there is no benchmark {min(unknown)!r}; there are {', '.join(names())}")
+    sys.exit(main(wanted))
