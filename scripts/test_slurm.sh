@@ -74,7 +74,7 @@ block() {
 }
 cd "$work"
 block job.sh >job.sh
-block big.toml | sed "s/^end = .*/end = 300/" >big.toml
+block big.toml | sed "s/^end = .*/end = 250/" >big.toml
 echo "== the run that nobody stops"
 srun --immediate=60 --ntasks=2 turbine-fenicsx run big.toml -o whole --quiet
 echo "== the job, at most two minutes at a time" # SLURM may send signals a minute early
