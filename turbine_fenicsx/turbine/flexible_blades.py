@@ -18,6 +18,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import RotorLayout
+from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
@@ -31,6 +32,7 @@ from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.gauges import make_gauges
 from turbine_fenicsx.turbine.pitch import RINGS
+from turbine_fenicsx.turbine.station_check import check_stations
 
 BODY = "blades"
 """Name of the flexible body of all blades."""
@@ -44,7 +46,14 @@ class FlexibleBlades(Component):
         """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
         rotor = assembly.rotor
         source, make = rotor.mesh_source(assembly.comm)
-        mesh = assembly.load_mesh(BODY, source, make, rotor.list_mistakes)
+
+        def examine(mesh: MeshArrays) -> tuple[str, ...]:
+            mistakes = rotor.list_mistakes(mesh)
+            if not mistakes:
+                check_stations(assembly.case, mesh, rotor.layout, rotor.blades.degree)
+            return mistakes
+
+        mesh = assembly.load_mesh(BODY, source, make, examine)
         frames = {
             mesh.cell_names[name]: rotor.layout.frame(k) for k, name in enumerate(BLADES, start=1)
         }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -51,6 +52,22 @@ def list_station_mistakes(
             f"no {NEEDED} nodes of blade_{number} around it; {way} finer along the span"
         ]
     return []
+
+
+def check_stations(case: Tables, mesh: MeshArrays, layout: RotorLayout, degree: int) -> None:
+    """Refuse a case in wind with more stations than its mesh has nodes for.
+
+    Args:
+        case: A case with flexible blades.
+        mesh: Their mesh.
+        layout: Where they stand.
+        degree: Polynomial degree of the displacement.
+
+    Raises:
+        ModelError: with the sentence of `list_station_mistakes`.
+    """
+    for sentence in list_station_mistakes(case, mesh, layout, degree):
+        raise ModelError(sentence)
 
 
 def _find_nodes(mesh: MeshArrays, layout: RotorLayout, number: int, degree: int) -> Array:

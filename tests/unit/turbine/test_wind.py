@@ -203,14 +203,15 @@ def test_turning_blades_begin_without_a_kick_to_thin_walls(comm, files, monkeypa
 
 
 @pytest.mark.parametrize(("degree", "most"), [(1, 11), (2, 16)])
-def test_a_check_says_how_many_stations_a_mesh_takes(comm, files, degree, most):
+def test_check_and_run_say_how_many_stations_a_mesh_takes(comm, files, degree, most):
     mesh = {"elements": [1, 1, 8], "degree": degree}
     too_many = case(files, "hybrid", stations=most + 1, mesh=mesh)
     (found,) = inspect_mesh(too_many, comm).mistakes
     assert found.startswith(f"aero.stations = {most + 1}: station ")
     assert found.endswith(f"; take at most {most}, or a mesh that is finer along the span")
-    with pytest.raises(ModelError, match="has no three nodes of the skin"):
+    with pytest.raises(ModelError) as refused:
         build_turbine(too_many, comm)
+    assert str(refused.value) == found
     enough = case(files, "hybrid", stations=most, mesh=mesh)
     assert not inspect_mesh(enough, comm).mistakes
     build_turbine(enough, comm)
