@@ -2,6 +2,8 @@
 
 import importlib.util
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -62,3 +64,32 @@ def test_other_deflections_give_no_ratio():
     assert not agree
     assert "| full Newton + LU / ours, 70 k | at least 8 | not measured |" in text
     assert "tips disagree" in text
+
+
+@pytest.mark.skipif(not shutil.which("mpicc"), reason="needs mpicc")
+def test_a_step_on_two_ranks_sends_between_neighbours_and_has_the_same_result(tmp_path):
+    command = [sys.executable, str(FOLDER / "ranks.py"), "--sizes", "2x2x12", "--ranks", "1,2"]
+    command += ["--solvers", "frozen", "--steps", "3", "--out", str(tmp_path)]
+    clean = dict(os.environ)  # without what MPI has added since
+    done = subprocess.run(command, capture_output=True, text=True, env=clean)
+    assert done.returncode == 0, done.stdout + done.stderr
+    alone, both = (run["of_rank"] for run in json.loads((tmp_path / "ranks.json").read_text()))
+    assert alone["messages"] == [0.0] and both["messages"][0] == both["messages"][1] > 0
+    assert 0 < max(both["ghosts"]) < max(both["owned"]) < alone["owned"][0]
+    assert "| `frozen` | 2 |" in done.stdout
+
+
+def test_what_depends_on_the_number_of_ranks_is_told():
+    runs = [
+        {"solver": "frozen", "ranks": 1, "iterations": [5], "tips": [[0.0, 1.0, 0.0]]},
+        {"solver": "frozen", "ranks": 4, "iterations": [6], "tips": [[0.0, 1.0 + 1e-8, 0.0]]},
+    ]
+    sys.path.insert(0, str(FOLDER))
+    try:
+        import ranks
+    finally:
+        sys.path.remove(str(FOLDER))
+    assert ranks.compare(runs) == [
+        '"frozen" on 4 ranks: tips differ by 1.0e-08 from those on 1',
+        '"frozen" on 4 ranks: iterations [6], not [5]',
+    ]
