@@ -15,6 +15,7 @@ from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.wind import BoxCase, WindCase
+from turbine_fenicsx.turbine.case.wind_table import FALLBACKS, load_wind_table
 from turbine_fenicsx.wind.gusts import (
     CoherentGust,
     DirectionChange,
@@ -25,6 +26,7 @@ from turbine_fenicsx.wind.gusts import (
 from turbine_fenicsx.wind.inflow import Inflow, PlacedInflow, SteadyWind
 from turbine_fenicsx.wind.mann import TurbulentWind, read_mann_box
 from turbine_fenicsx.wind.ramped_inflow import RampedInflow
+from turbine_fenicsx.wind.tabulated_wind import TabulatedWind
 from turbine_fenicsx.wind.turbsim import read_turbsim
 from turbine_fenicsx.wind.turbulence import TurbulenceField
 
@@ -45,11 +47,29 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
     w = case.wind
     if not w.blows:
         return None
-    turbulent = w.file is not None or w.box.files is not None
-    inflow = on_rank0(comm, lambda: load_turbulence(case)) if turbulent else _make_wind(case)
+    if w.table is not None:
+        inflow: Inflow = on_rank0(comm, lambda: make_tabulated_wind(case))
+    elif w.file is not None or w.box.files is not None:
+        inflow = on_rank0(comm, lambda: load_turbulence(case))
+    else:
+        inflow = _make_wind(case)
     if w.ramp:
         inflow = RampedInflow(inflow, w.ramp)
     return PlacedInflow(inflow, AXES, (0.0, case.turbine.hub_rise - case.hub_height, 0.0))
+
+
+def make_tabulated_wind(case: Tables) -> TabulatedWind:
+    """The wind of a table; shear, direction and inclination that it has not are those of the case.
+
+    Raises:
+        InputError: if it cannot be read.
+    """
+    w = case.wind
+    assert w.table is not None
+    table = load_wind_table(w.table)
+    columns = {key: np.full(len(table.times), getattr(w, key)) for key in FALLBACKS}
+    diameter = 2.0 * (case.blade.hub_radius + case.blade.length)
+    return TabulatedWind(table.times, {**columns, **table.columns}, case.hub_height, diameter)
 
 
 def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:

@@ -13,22 +13,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.control.drives import PitchDrive
 from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
-from turbine_fenicsx.forces.time_functions import Constant, Ramp, Sum
+from turbine_fenicsx.forces.time_functions import Constant, Ramp, Sum, Table
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.joints import PrescribedMotion, Revolute
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.load_tables import load_pitch
 from turbine_fenicsx.turbine.case.pitch import PitchCase, check_pitch
-from turbine_fenicsx.turbine.case.tables import LoadsCase
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
-from turbine_fenicsx.turbine.loads import make_hat
+from turbine_fenicsx.turbine.loads import make_hat, make_torque, read_torques
 from turbine_fenicsx.turbine.rotor_plan import PITCH_SIGNS
 
 BEARINGS = ("pitch_1", "pitch_2", "pitch_3")
@@ -63,8 +66,8 @@ class Pitch(Component):
         return [
             *new,
             *bearings,
-            *make_pitch_torques(case.loads, case.time.ramp),
-            *make_pitch_drive(case.pitch),
+            *make_pitch_torques(case, assembly.comm),
+            *make_pitch_drive(case.pitch, assembly.comm),
         ]
 
     def channels(self, turbine: Turbine) -> Channels:
@@ -111,12 +114,18 @@ def _make_bearings(
         yield Revolute(name, hub, body, point=point, axis=sign * span, reference=normal)
 
 
-def make_pitch_drive(pitch: PitchCase) -> list[Any]:
-    """Springs, dampers or prescribed motions of the pitch bearings.
+def make_pitch_drive(pitch: PitchCase, comm: MPI.Intracomm = MPI.COMM_SELF) -> list[Any]:
+    """Springs, dampers or prescribed motions of the pitch bearings. Collective.
 
     Args:
         pitch: Drive and its values.
+        comm: Whose rank 0 reads the file of the pitch, if there is one.
+
+    Raises:
+        InputError: if it cannot be read, on all ranks.
     """
+    if pitch.drive == "prescribed" and pitch.file is not None:
+        return _follow_table(pitch.file, comm)
     parts: list[Any] = []
     for name, sign in ((bearing, OPENFAST_SIGNS[bearing]) for bearing in BEARINGS):
         rest = sign * pitch.initial
@@ -134,12 +143,33 @@ def make_pitch_drive(pitch: PitchCase) -> list[Any]:
     return parts
 
 
-def make_pitch_torques(loads: LoadsCase, ramp: float = 0.0) -> list[JointTorque]:
-    """Equal hats of torque on all pitch bearings, positive to feather; none for a zero torque."""
-    if loads.pitch_torque == 0.0:
-        return []
-    hat = make_hat(loads, ramp)
+def _follow_table(file: str, comm: MPI.Intracomm) -> list[PrescribedMotion]:
+    """Motions of the bearings as in a file. Collective."""
+    blades = on_rank0(comm, lambda: load_pitch(file))
     return [
-        JointTorque(f"torque on {name}", name, -sign * loads.pitch_torque, hat)
+        PrescribedMotion(
+            name,
+            Table(table.times.tolist(), (OPENFAST_SIGNS[name] * table.columns[column]).tolist()),
+        )
+        for name, (table, column) in zip(BEARINGS, blades, strict=True)
+    ]
+
+
+def make_pitch_torques(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> list[JointTorque]:
+    """Equal torques on all pitch bearings, positive to feather; none without one. Collective.
+
+    Args:
+        case: The case.
+        comm: Whose rank 0 reads the file of the torques, if there is one.
+
+    Raises:
+        InputError: if it cannot be read, on all ranks.
+    """
+    peak, table = case.loads.pitch_torque, read_torques(case, comm).get("pitch_torque")
+    if peak == 0.0 and table is None:
+        return []
+    hat = make_hat(case.loads, case.time.ramp)
+    return [
+        make_torque(f"torque on {name}", name, -sign, peak, hat, table)
         for name, sign in zip(BEARINGS, PITCH_SIGNS, strict=True)
     ]

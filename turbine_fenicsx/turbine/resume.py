@@ -20,6 +20,9 @@ from turbine_fenicsx.turbine.case.turbine_file import FOREIGN
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change when a run goes on."""
 
+FILES = ("mesh", "turbine", "wind", "aero", "loads", "pitch")
+"""Tables that name a file of data."""
+
 OF_THE_START = ("start", "ramp")
 """Keys of the table ``time`` that say how a run began."""
 
@@ -27,7 +30,7 @@ OF_THE_START = ("start", "ramp")
 def label_case(case: Case) -> dict[str, str]:
     """What a checkpoint and the run that reads it must agree in."""
     tables = case.model_dump(mode="json", exclude=set(FREE))
-    files = {table: tables[table].pop("file") for table in ("mesh", "turbine", "wind", "aero")}
+    files = {table: tables[table].pop("file") for table in FILES}
     if files["aero"]:
         files["aero"] = find_aero_file(case)
     for key in ("kind", "library", "input"):
@@ -38,8 +41,9 @@ def label_case(case: Case) -> dict[str, str]:
         "mesh": _hash_file(files["mesh"], "built in"),
         "windIO file": _hash_file(files["turbine"], "none"),
     }
-    if files["wind"]:
-        labels["wind file"] = _hash_file(files["wind"], "none")
+    for table in ("wind", "loads", "pitch"):
+        if files[table]:
+            labels[f"{table} file"] = _hash_file(files[table], "none")
     if files["aero"]:
         labels["aerodynamics file"] = _hash_file(find_aero_file(case), "none")
     labels.update({what: _hash_file(name, "none") for what, name in case.control.files.items()})
@@ -84,7 +88,7 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
 def write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:
     """Write the case with all defaults, files by their absolute paths."""
     data = case.model_dump(mode="json")
-    for table in ("mesh", "wind"):
+    for table in ("mesh", "wind", "loads", "pitch"):
         if data[table]["file"]:
             data[table]["file"] = os.path.abspath(data[table]["file"])
     if case.aero.file:

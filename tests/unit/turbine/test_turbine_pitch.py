@@ -9,7 +9,6 @@ from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import estimate
 from turbine_fenicsx.turbine.case.pitch import PitchCase
-from turbine_fenicsx.turbine.case.tables import LoadsCase
 from turbine_fenicsx.turbine.model import assemble, build_turbine
 from turbine_fenicsx.turbine.nacelle import Nacelle
 from turbine_fenicsx.turbine.pitch import Pitch, make_pitch_drive, make_pitch_torques
@@ -86,7 +85,7 @@ def test_prescribed_motion_begins_and_ends_in_time_and_is_positive_to_feather():
 
 
 def test_pitch_torque_is_positive_to_feather():
-    torques = make_pitch_torques(LoadsCase(pitch_torque=5.0, duration=2.0))
+    torques = make_pitch_torques(Case.parse({"loads": {"pitch_torque": 5.0, "duration": 2.0}}))
     assert [(t.coordinate, t.torque * t.function(1.0)) for t in torques] == [
         (f"pitch_{k}", 5.0 * sign) for k, sign in enumerate(SIGNS, start=1)
     ]

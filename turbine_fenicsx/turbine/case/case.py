@@ -128,7 +128,7 @@ class Draft:
 
 def _find_files(data: dict[str, Any], folder: Path) -> None:
     """Make the files that tables name relative to a folder; ``turbine.file`` is found later."""
-    for name in ("mesh", "wind", "aero"):
+    for name in ("mesh", "wind", "aero", "loads", "pitch"):
         table = data.get(name)
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = _find_beside(table["file"], folder, name == "aero")

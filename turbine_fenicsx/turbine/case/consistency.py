@@ -21,6 +21,7 @@ from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_idle_wall
 from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_idle_control_keys
 from turbine_fenicsx.turbine.case.gauges import check_gauges
 from turbine_fenicsx.turbine.case.generator import check_generator, find_idle_generator_keys
+from turbine_fenicsx.turbine.case.load_tables import TABLE_CHECKS
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake
 from turbine_fenicsx.turbine.case.pitch import check_pitch, find_idle_pitch_keys
 from turbine_fenicsx.turbine.case.rigid_parts import check_inertia
@@ -254,6 +255,7 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     *CONTROL_CHECKS,
     (("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
     *WIND_CHECKS,
+    *TABLE_CHECKS,
     (("generator", "wind", "turbine.rotor_speed", "control"), _check_generator),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
@@ -324,4 +326,5 @@ def find_idle_keys(case: Tables) -> IdleKeys:
     loads = case.loads
     if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
         yield "loads", ("duration",), "without a torque"
-        yield "time", ("ramp",), "without a torque"
+        if loads.file is None:
+            yield "time", ("ramp",), "without a torque"

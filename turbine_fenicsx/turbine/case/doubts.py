@@ -86,7 +86,7 @@ def _doubt_steps(case: Tables) -> Iterator[str]:
     acting = []
     if any((loads.rotor_torque, loads.yaw_torque, loads.pitch_torque)):
         acting.append(("loads.duration", loads.duration))
-    if pitch.drive == "prescribed" and pitch.angle:
+    if pitch.drive == "prescribed" and pitch.angle and pitch.file is None:
         acting.append(("pitch.duration", pitch.duration))
     for key, duration in acting:
         if 2.0 * case.time.step > duration:

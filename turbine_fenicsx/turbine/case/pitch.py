@@ -31,9 +31,9 @@ class PitchCase(Section):
 
     The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
     ring between hub and root of each blade. All blades start at the pitch ``initial``. With the
-    drive ``"prescribed"`` they turn from there by ``angle`` in ``duration``, smoothly; with
-    ``"actuator"`` they follow commands of the controller like an oscillator of ``frequency`` and
-    ``damping_ratio``.
+    drive ``"prescribed"`` they turn from there by ``angle`` in ``duration``, smoothly, or follow
+    the columns of a ``file`` of comma-separated values; with ``"actuator"`` they follow commands of
+    the controller like an oscillator of ``frequency`` and ``damping_ratio``.
     """
 
     bearings: Flag = False
@@ -48,6 +48,7 @@ class PitchCase(Section):
     duration: Annotated[Seconds, Positive] = 5.0
     frequency: Annotated[AngularSpeed, Positive] = 6.0
     damping_ratio: Annotated[Number, Positive] = 0.8
+    file: str | None = None
 
 
 def has_bearings(pitch: PitchCase, model: str) -> bool:
@@ -80,7 +81,7 @@ def find_idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
         yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
     drives = {
         "spring": ("stiffness", "damping"),
-        "prescribed": ("angle", "start", "duration"),
+        "prescribed": ("angle", "start", "duration", "file"),
         "actuator": ("frequency", "damping_ratio"),
     }
     for drive, names in drives.items():
@@ -89,5 +90,7 @@ def find_idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
     if pitch.drive in ("prescribed", "actuator"):
         yield "loads", ("pitch_torque",), f'with pitch.drive = "{pitch.drive}"'
     if pitch.drive == "prescribed":
-        if pitch.angle == 0.0:
+        if pitch.file is not None:
+            yield "pitch", ("angle", "start", "duration"), "beside pitch.file"
+        elif pitch.angle == 0.0:
             yield "pitch", ("start", "duration"), "with pitch.angle = 0"

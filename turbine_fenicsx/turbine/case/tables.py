@@ -234,9 +234,14 @@ class MaterialCase(Section):
 
 
 class LoadsCase(Section):
-    """Gravity, and hat functions of torque on rotor, yaw and pitch bearings, eq. (60)."""
+    """Gravity, and torques on rotor, yaw and pitch bearings.
+
+    Torques are hat functions of time, eq. (60), or columns of the same names in a ``file`` of
+    comma-separated values.
+    """
 
     gravity: Annotated[Acceleration, NotNegative] = 9.81
+    file: str | None = None
     rotor_torque: Annotated[Torque, Finite] = 0.0
     yaw_torque: Annotated[Torque, Finite] = 0.0
     pitch_torque: Annotated[Torque, Finite] = 0.0

@@ -24,6 +24,9 @@ FASTEST = 200.0
 STEEPEST = pi / 3.0
 """Largest angle between wind and ground [rad]."""
 
+TABLES = (".csv", ".wnd", ".hh")
+"""Endings of files with tables of wind."""
+
 Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
 Points = Annotated[Whole, Field(ge=2, le=100_000)]
 Distance = Annotated[Metres, Positive]
@@ -48,8 +51,9 @@ class WindCase(Section):
     """The wind, which blows along e3 at the height of the hub; none without ``speed`` or ``file``.
 
     It is steady with a power law over the height, or one of the transients of IEC 61400-1 that
-    begins at ``gust_start``, or the turbulence of a full-field file of TurbSim, or that of a box
-    below. It sets in smoothly in the time ``ramp``.
+    begins at ``gust_start``, or that of a ``file``: turbulence of TurbSim (``.bts``), or a table
+    over the time, comma-separated (``.csv``) or OpenFAST's uniform wind (``.wnd``, ``.hh``); or it
+    has the turbulence of a box below. It sets in smoothly in the time ``ramp``.
     """
 
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
@@ -66,6 +70,12 @@ class WindCase(Section):
     density: Annotated[Density, Positive] = 1.225
     ramp: Annotated[Seconds, NotNegative] = 0.0
     box: BoxCase = BoxCase()
+
+    @property
+    def table(self) -> str | None:
+        """The file with a table over the time; None without one."""
+        is_table = self.file is not None and self.file.lower().endswith(TABLES)
+        return self.file if is_table else None
 
     @property
     def blows(self) -> bool:

@@ -9,6 +9,12 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.section import IdleKeys
 from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.case.wind_table import (
+    FALLBACKS,
+    check_wind_table,
+    describe_wind_table,
+    find_own_keys,
+)
 
 
 def _check_source(case: Tables) -> str:
@@ -80,6 +86,8 @@ def _check_tower(case: Tables) -> str:
 def _check_field(case: Tables) -> str:
     """The turbulence can be read, and is as large as the rotor and as long as the run."""
     w = case.wind
+    if w.table is not None:
+        return check_wind_table(w.table, case.time.end)
     if w.file is None and (w.box.files is None or _check_box(case) or not w.speed):
         return ""
     from turbine_fenicsx.turbine.inflow import list_field_mistakes
@@ -142,8 +150,9 @@ def find_idle_wind_keys(case: Tables) -> IdleKeys:
     if w.box.files is None:
         yield "wind.box", tuple(set(type(w.box).model_fields) - {"files"}), "without wind.box.files"
     if w.file is not None:
-        steady = ("shear", "direction", "inclination", "gust_start", "gust_sign", *turbulence)
-        yield "wind", steady, "beside wind.file"
+        yield "wind", ("gust_start", "gust_sign", *turbulence), "beside wind.file"
+        own = FALLBACKS if w.table is None else find_own_keys(w.table)
+        yield "wind", own, "beside wind.file, which has its own"
     elif w.gust == "none":
         yield "wind", ("gust_start", "gust_sign", *turbulence), 'with wind.gust = "none"'
     else:
@@ -161,7 +170,9 @@ def describe_aerodynamics(case: Tables) -> list[str]:
 
     blade = load_aero_blade(case)
     wind = (
-        f"turbulence of {quote(Path(w.file).name)}"
+        describe_wind_table(w.table)
+        if w.table
+        else f"turbulence of {quote(Path(w.file).name)}"
         if w.file
         else f"wind of {w.speed:g} m/s at {case.hub_height:g} m above ground, shear {w.shear:g}"
     )

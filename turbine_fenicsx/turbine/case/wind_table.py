@@ -1,0 +1,78 @@
+"""Wind over the time from a file: a table of its own, or OpenFAST's uniform wind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.time_table import Column, TimeTable, keep_read, read_time_table
+from turbine_fenicsx.turbine.case.wind import FASTEST, STEEPEST
+
+FALLBACKS = ("shear", "direction", "inclination")
+"""Keys of the wind that a table may have as columns."""
+
+_SPEED, _ANY, _SLOPE = (
+    Column("m/s", 0.0, FASTEST),
+    Column("m/s", -FASTEST, FASTEST),
+    Column("", -10.0, 10.0),
+)
+
+COLUMNS = {
+    "speed": _SPEED,
+    "direction": Column("rad", -7.0, 7.0),
+    "inclination": Column("rad", -STEEPEST, STEEPEST),
+    "shear": Column("", 0.0, 2.0),
+    "vertical_speed": _ANY,
+    "horizontal_shear": _SLOPE,
+    "vertical_shear": _SLOPE,
+    "gust": _ANY,
+}
+"""Columns of a table of comma-separated values."""
+
+
+def _read(path: str) -> TimeTable:
+    """The wind of a file of either format."""
+    if Path(path).suffix.lower() != ".csv":
+        from turbine_fenicsx.wind.tabulated_wind import read_uniform_wind
+
+        times, columns = read_uniform_wind(path)
+        return TimeTable(Path(path).name, times, columns)
+    table = read_time_table(path, COLUMNS)
+    if "speed" not in table.columns:
+        raise InputError(f"{table.name} has no column speed, the wind at the height of the hub")
+    return table
+
+
+load_wind_table = keep_read(_read)
+"""The wind of a file; raises InputError."""
+
+
+def check_wind_table(path: str, end: float) -> str:
+    """A sentence if the wind of a file cannot be that of a run; else nothing.
+
+    Args:
+        path: The file.
+        end: End of the run [s].
+    """
+    try:
+        gap = load_wind_table(path).describe_gap(end)
+    except InputError as error:
+        return f"wind.file: {error}"
+    return f"wind.file: {gap}" if gap else ""
+
+
+def find_own_keys(path: str) -> tuple[str, ...]:
+    """Keys of the wind that a file has as columns."""
+    columns = load_wind_table(path).columns
+    return tuple(key for key in FALLBACKS if key in columns)
+
+
+def describe_wind_table(path: str) -> str:
+    """What the wind of a file is, in a few words."""
+    table = load_wind_table(path)
+    speed = table.columns["speed"]
+    return (
+        f"wind of {quote(table.name)}, {speed.min():g} to {speed.max():g} m/s in {len(speed)} "
+        f"lines from {table.times[0]:g} to {table.times[-1]:g} s"
+    )
