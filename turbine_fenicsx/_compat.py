@@ -186,9 +186,10 @@ def assemble_vector(vector: PETSc.Vec, form: Any) -> None:
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
 
-def assemble_matrix(matrix: PETSc.Mat, form: Any) -> None:
-    """Assemble a bilinear form into a matrix made by `create_matrix`."""
-    matrix.zeroEntries()
+def assemble_matrix(matrix: PETSc.Mat, form: Any, add: bool = False) -> None:
+    """Assemble a bilinear form into a matrix made by `create_matrix`, or add it to its values."""
+    if not add:
+        matrix.zeroEntries()
     dolfinx.fem.petsc.assemble_matrix(matrix, form)
     matrix.assemble()
 

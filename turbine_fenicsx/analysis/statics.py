@@ -184,9 +184,7 @@ class EquilibriumBlocks(NestedBlocks):
         for m, K, u in zip(models, self.tangents, state.u, strict=True):
             m.assemble_stiffness(u, self.time, K)
             if self.mass:
-                M = m.mass_matrix()
-                K.axpy(self.mass, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-                M.destroy()
+                m.add_mass(self.mass * np.eye(3), K)
         K = np.zeros((0, 0))
         if self.n_r:
             K = self._rigid_tangent()

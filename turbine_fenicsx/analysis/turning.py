@@ -186,9 +186,7 @@ class TurningBlocks(EquilibriumBlocks):
             zip(self.tangents, self.frame.flexible_turns, strict=True)
         ):
             if turns:
-                M = self.frame.body_matrix(body, 2)
-                K.axpy(1.0, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-                M.destroy()
+                self.system.flexible_models[body].add_mass(self.frame.spin @ self.frame.spin, K)
 
     def solve(self, solver: Elimination) -> None:
         """Solve for the correction by the tangent at the state, the axis being free to move."""

@@ -45,15 +45,16 @@ class Copy:
     rotation: Array
 
 
-def label_components(matrix: Any) -> Indices:
+def label_components(starts: npt.NDArray[Any], columns: npt.NDArray[Any]) -> Indices:
     """The connected component of each node, counted from zero, shape (nodes,).
 
     Args:
-        matrix: Symmetric, three rows for each node with the same pattern, as csr_matrix.
+        starts: Where each row of a symmetric matrix starts, of which each node has three.
+        columns: Columns of its entries, the same for the rows of a node.
     """
-    rows = matrix[::3]
-    graph = csr_matrix((np.ones(rows.nnz), rows.indices // 3, rows.indptr), (rows.shape[0],) * 2)
-    labels: Indices = connected_components(graph, directed=False)[1]
+    n = starts.size - 1
+    pattern = csr_matrix((np.ones(columns.size, dtype=np.int8), columns, starts), (n, n))
+    labels: Indices = connected_components(pattern[::3, ::3], directed=False)[1]
     return labels
 
 
@@ -77,7 +78,7 @@ def find_groups(matrix: Any, positions: Array, rotations: Array) -> list[list[Co
     Returns:
         The components in the order of their first nodes, in groups.
     """
-    component = label_components(matrix)
+    component = label_components(matrix.indptr, matrix.indices)
     by_component = np.argsort(component, kind="stable")
     # sizes of the diagonal, which scale motions and forces to the same order at all nodes
     sizes = np.sqrt(np.abs(matrix.diagonal()).reshape(-1, 3).sum(axis=1))

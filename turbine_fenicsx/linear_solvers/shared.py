@@ -81,7 +81,7 @@ def shared_factor(
         free: Free degrees of freedom.
         prefix: Options prefix of the factors.
     """
-    if matrix.getComm().getSize() > 1 or not np.any(label_components(copy_csr(matrix))):
+    if matrix.getComm().getSize() > 1 or not np.any(label_components(*matrix.getRowIJ())):
         return SymmetricFactor(matrix, prefix)
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     return SharedFactor(matrix, flexible.positions[nodes], prefix)

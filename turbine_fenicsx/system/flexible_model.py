@@ -202,14 +202,27 @@ class FlexibleModel:
                 int rho w.A a dV; the unit tensor if None.
         """
         A = np.eye(3) if tensor is None else np.asarray(tensor, dtype=float)
-        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        Aa = ufl.dot(self.parameter(A), delta)
-        form = _compat.compile_form(self.density * ufl.dot(Aa, w) * self.dx_mass)
+        form = self._mass_form(A)
         full = _compat.create_matrix(form)
         _compat.assemble_matrix(full, form)
         matrix = keep_directions(full, A != 0.0)
         full.destroy()
         return matrix
+
+    def add_mass(self, tensor: npt.ArrayLike, out: PETSc.Mat) -> None:
+        """Add the consistent mass matrix with a tensor, as of `mass_matrix`, to out. Collective.
+
+        Args:
+            tensor: The tensor A, shape (3, 3).
+            out: Matrix such as of `new_stiffness`.
+        """
+        _compat.assemble_matrix(out, self._mass_form(np.asarray(tensor, dtype=float)), add=True)
+
+    def _mass_form(self, A: Array) -> Any:
+        """The form of int rho w.A a dV."""
+        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        Aa = ufl.dot(self.parameter(A), delta)
+        return _compat.compile_form(self.density * ufl.dot(Aa, w) * self.dx_mass)
 
     def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
         """Forces [N] that the nodes lack for equilibrium, stresses minus applied forces, into out.

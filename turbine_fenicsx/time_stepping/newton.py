@@ -103,7 +103,7 @@ class NewtonStepper:
         self.step, self.system = step, step.system
         self.dissipation_names = step.dissipation_names
         self.linear_solver = choose_solver(options.linear_solver, step.system)
-        self._solvers = _LinearSolvers(step, options.prefix, self.linear_solver)
+        self._solvers = _LinearSolvers(step, options.prefix)
         # without flexible bodies all but "monolithic" are the same
         known = FALLBACKS if self.system.flexible_bodies else {}
         exact = known.get(self.linear_solver, self.linear_solver)
@@ -317,11 +317,11 @@ def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
 class _LinearSolvers:
     """The linear solvers of a step by name, made when first used; PETSc's python preconditioner."""
 
-    def __init__(self, step: NestedStep, prefix: str, name: str) -> None:
-        """Make the first one."""
+    def __init__(self, step: NestedStep, prefix: str) -> None:
+        """Nothing is made yet: what comes before the first step may need the memory."""
         self._step, self._prefix = step, prefix
         self._made: dict[str, LinearSolver] = {}
-        self.current = self.use(name)
+        self.current: LinearSolver
 
     def use(self, name: str) -> LinearSolver:
         """Switch to a linear solver."""

@@ -241,3 +241,22 @@ def test_the_mass_matrix_makes_momenta_of_velocities(make, cell, degree):
     assert by_form.norm() > 1e-3
     assert (by_matrix - by_form).norm() <= 1e-13 * by_form.norm()
     M.destroy()
+
+
+def test_masses_with_a_tensor_are_added_to_a_stiffness(make):
+    model = make("hexahedron", 1, "svk")
+    A = np.array([[2.0, -1.0, 0.5], [-1.0, 3.0, 0.0], [0.5, 0.0, 1.0]])
+    u, v = nodal(model, wild(5, 0.01)), nodal(model, wild(6, 1.0))
+    K, M = model.new_stiffness(), model.mass_matrix(A)
+    model.assemble_stiffness(u, 0.0, K)
+    wanted, found = model.new_vector(), model.new_vector()
+    K.mult(v, wanted)
+    M.multAdd(v, wanted, wanted)
+    model.add_mass(A, K)
+    K.mult(v, found)
+    assert (found - wanted).norm() <= 1e-13 * wanted.norm()
+    model.assemble_stiffness(u, 0.0, K)
+    K.mult(v, found)
+    assert (found - wanted).norm() > 1e-6 * wanted.norm()
+    K.destroy()
+    M.destroy()

@@ -46,6 +46,23 @@ def test_newton_converges_quadratically_with_the_exact_tangent(solve, machine, n
     assert np.max(orders) > 1.8 and orders[-1] > 1.5, e
 
 
+def test_a_linear_solver_is_made_at_the_first_step(solve, machine, monkeypatch):
+    """Its matrices would take memory that the search of a start needs."""
+    made = []
+
+    def make(*arguments):
+        made.append(1)
+        return wanted(*arguments)
+
+    wanted = LINEAR_SOLVERS["frozen"]
+    monkeypatch.setitem(LINEAR_SOLVERS, "frozen", make)
+    system = loaded(machine(spin=3.0))
+    solver = solve(system, options("frozen"))
+    assert not made
+    run(solver, system, steps=2)
+    assert made == [1]
+
+
 @all_solvers
 def test_a_step_conserves_energy_and_keeps_constraints(solve, machine, name):
     system = loaded(machine(spin=3.0))
