@@ -333,14 +333,7 @@ class FlexibleModel:
         return values
 
     def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
-        """Norm of the Cauchy stress at the cell centres [Pa], eqs (69)-(70).
-
-        Args:
-            u: Displacement.
-
-        Returns:
-            Shape (local cells,), ghosts included.
-        """
+        """Norm of the Cauchy stress [Pa], eqs (69)-(70), as of `cauchy_stresses`."""
         return self.cauchy_stresses(u)[0]
 
     def cauchy_stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
