@@ -28,7 +28,8 @@ class BladePlies:
         stresses: Their stresses.
         panels: Cells of each panel and web that this rank owns, of all blades together.
         place: Distance of each of these cells from the root [m].
-        made_up: Cells that stand for no layup of the file: those that close the tip.
+        made_up: Cells that stand for no layup of the file: those that close the tip, and a trailing
+            edge that is hardly wider than thick.
     """
 
     stresses: PlyStresses

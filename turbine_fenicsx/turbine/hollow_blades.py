@@ -182,7 +182,7 @@ class HollowBlades:
 
         The plate at the tip, and the row of cells as long as the wall is thick that carries it,
         belong to no panel: no file describes them, and their corners are strained by how the mesh
-        ends there.
+        ends there. Nor do cells of a trailing edge that is hardly wider than thick.
         """
         comm = mesh.mesh.comm
         body = next(b for b in system.flexible_bodies if b.mesh is mesh.mesh)
@@ -190,17 +190,18 @@ class HollowBlades:
         stresses = PlyStresses(system, body, cells.find_plies())
         closed = comm.allreduce(bool(cells.is_tip.any()), op=MPI.LOR)
         last = comm.allreduce(float(np.max(cells.span[:, 0], initial=0.0)), op=MPI.MAX)
-        tip = (cells.span[:, 0] == last) & closed
+        made_up = cells.is_ridge | ((cells.span[:, 0] == last) & closed)
         numbers: dict[str, list[int]] = {}
         for number, name in enumerate(cells.parts):
             numbers.setdefault(name.replace(", ", "_").replace(" ", "_"), []).append(number)
         every = {
-            name: np.flatnonzero(np.isin(cells.part, own) & ~tip) for name, own in numbers.items()
+            name: np.flatnonzero(np.isin(cells.part, own) & ~made_up)
+            for name, own in numbers.items()
         }
         counts = np.sum(comm.allgather([len(own) for own in every.values()]), axis=0)
         panels = {name: every[name] for name, n in zip(every, counts, strict=True) if n}
         places = cells.span.mean(axis=1) * self.length
-        return BladePlies(stresses, panels, places, np.flatnonzero(tip))
+        return BladePlies(stresses, panels, places, np.flatnonzero(made_up))
 
     def make_body(self, name: str, mesh: LoadedMesh, axes: tuple[Any, Any, Any]) -> FlexibleBody:
         """The blades as one body. Collective.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,13 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.laminate_theory import Plies
 from turbine_fenicsx.meshing.hollow_tip import TIP
 from turbine_fenicsx.windio import WindIOBlade
+from turbine_fenicsx.windio.blade import FACE_NAME
 
 NAMES = ("part", "span_start", "span_end", "arc_start", "arc_end", "wanted", "thickness")
 """Data of cells that are needed, see `turbine_fenicsx.meshing.hollow_block.HollowBlock`."""
+
+SLENDER = 3.0
+"""Half of a trailing edge's face is a wall if it is so many times as wide as it is thick."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +90,22 @@ class WallCells:
     def is_tip(self) -> Array:
         """Which cells are the plate at the tip, shape (n,)."""
         return np.asarray(self.part == len(self.parts) - 1)
+
+    @cached_property
+    def is_ridge(self) -> Array:
+        """Which cells are of a trailing edge's face that is hardly wider than thick, shape (n,).
+
+        They close the section as a hinge between suction and pressure side, whose adhesive no file
+        describes: their strains across the span tell how the hinge is meshed.
+        """
+        found = np.array([name == FACE_NAME for name in self.parts])[self.part]
+        s, middle = self.span[found].mean(axis=1), self.arc[found].mean(axis=1)
+        lines = self.shape.lines(s)
+        halves = np.where(middle[:, None] < 0.5, lines[:, :2], lines[:, -2:])
+        ends = [self.shape.surface(s, a) for a in halves.T]
+        width = np.linalg.norm(ends[1] - ends[0], axis=1)
+        found[found] = width < SLENDER * self.wanted[found]
+        return found
 
     def find_plies(self) -> list[Plies]:
         """Plies of each cell.

@@ -16,6 +16,7 @@ from turbine_fenicsx.turbine.flexible_blades import find_plies
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.wall_cells import WallCells
 
 BLADES = ("blade_1", "blade_2", "blade_3")
 
@@ -104,3 +105,30 @@ def test_a_mesh_of_somebody_else_is_refused_in_a_sentence(arrays, comm, shared_t
     with pytest.raises(ModelError, match=r"boxes\.msh': walls of laminates need quadratic hexahed"):
         build_turbine(case, comm)
     assert any("quadratic hexahedra" in m for m in inspect_mesh(case, comm).mistakes)
+
+
+@pytest.mark.parametrize(("span", "around"), [(5, 16), (10, 32)])
+def test_trailing_edges_hardly_wider_than_thick_are_ridges(arrays, shared_tmp_path, span, around):
+    """Corner to corner less than six walls, however fine the mesh is."""
+    if arrays is None:
+        return
+    blades = plan_rotor(Case.parse(tables(span=span, around=around), shared_tmp_path)).blades
+    cells = WallCells.read(blades.shape, blades.block.cell_data)
+    s = cells.span.mean(axis=1)
+    corners = blades.shape.outer_shape.corners(s)
+    height = np.linalg.norm(
+        np.diff(blades.shape.surface(s[:, None], corners), axis=1)[:, 0], axis=1
+    )
+    face = np.array([name == "trailing edge" for name in cells.parts])[cells.part]
+    assert np.array_equal(cells.is_ridge, face & (height < 6.0 * cells.wanted))
+    assert cells.is_ridge.any() and not cells.is_ridge[face].all()
+
+
+def test_ridges_count_for_no_panel(arrays, comm, shared_tmp_path):
+    turbine = build_turbine(Case.parse(tables(), shared_tmp_path), comm)
+    plies, mesh = find_plies(turbine), turbine.meshes["blades"]
+    ridge = np.flatnonzero(WallCells.read(turbine.rotor.blades.shape, mesh.cell_data).is_ridge)
+    assert comm.allreduce(len(ridge)) == 24
+    assert set(ridge) <= set(plies.made_up)
+    assert not any(np.isin(cells, ridge).any() for cells in plies.panels.values())
+    assert comm.allreduce(len(plies.panels["trailing_edge"])) == 12
