@@ -9,6 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.types import Array
 
 EXTRA_WORKSPACE = 60
@@ -173,7 +174,8 @@ class DefiniteFactor(SparseFactor):
         x.set(1.0)
         self._matrix.mult(x, b)
         try:
-            super().update()
+            with default_options(self._ksp.getOptionsPrefix(), {"mat_cholmod_print": "0"}):
+                super().update()  # and no warning: there is another factor for such a matrix
             self.solve(b, x)
             x.shift(-1.0)
             definite = x.norm(PETSc.NormType.INFINITY) < TRUSTED

@@ -7,6 +7,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.system.coupling_block import CouplingBlock
@@ -99,14 +100,10 @@ class SectionMultigrid(FreeSolver):
         diagonal = self._coarse.getDiagonal()
         self._coarse.shift(1e-12 * diagonal.max()[1])  # points with few nodes
         diagonal.destroy()
-        options = PETSc.Options()
-        mine = not options.hasName(self._sub_type)  # can only be set through options
-        if mine:
-            rows = self._matrix.getLocalSize()[0]
-            options[self._sub_type] = "icc" if rows else "none"  # icc crashes without rows
-        self._ksp.setUp()
-        if mine:
-            options.delValue(self._sub_type)
+        rows = self._matrix.getLocalSize()[0]
+        sub_type = "icc" if rows else "none"  # icc crashes without rows
+        with default_options(None, {self._sub_type: sub_type}):  # there is no other way to set it
+            self._ksp.setUp()
         if not self._tried:
             self._try()
 

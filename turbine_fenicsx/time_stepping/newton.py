@@ -14,6 +14,7 @@ import numpy as np
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton, choose_solver
@@ -127,7 +128,8 @@ class NewtonStepper:
         pc = ksp.getPC()
         pc.setType("python")
         pc.setPythonContext(self._solvers)
-        _set_from_options(snes, {"snes_linesearch_type": "basic"})
+        with default_options(options.prefix, {"snes_linesearch_type": "basic"}):
+            snes.setFromOptions()
         # Factors must go before MPI does, also when a script just ends.
         self.destroy = weakref.finalize(self, _destroy, self._solvers, snes)
 
@@ -301,17 +303,6 @@ def evaluate_tangent(
     """SNES Jacobian: the linear solver is prepared for the tangent at x."""
     with timing.event("linear set-up"):
         linear_solvers.current.update(x)
-
-
-def _set_from_options(snes: PETSc.SNES, defaults: dict[str, str]) -> None:
-    """Apply the user's options over defaults, which leave no trace in PETSc's database."""
-    options = PETSc.Options(snes.getOptionsPrefix())
-    mine = [key for key in defaults if not options.hasName(key)]
-    for key in mine:
-        options[key] = defaults[key]
-    snes.setFromOptions()
-    for key in mine:
-        options.delValue(key)
 
 
 class _LinearSolvers:

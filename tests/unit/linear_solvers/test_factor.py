@@ -5,7 +5,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from turbine_fenicsx.linear_solvers.factor import SparseFactor
+from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, SparseFactor
 from turbine_fenicsx.linear_solvers.substructures import NEGLIGIBLE
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 
@@ -61,6 +61,23 @@ def test_follows_a_matrix_that_loses_positive_definiteness(comm):
         assert error_of_solution(factor, A) < ACCURACY
     assert factor.iterations >= 3
     factor.destroy()
+
+
+def test_a_matrix_that_is_not_positive_definite_is_no_news_for_users(capfd):
+    """CHOLMOD prints a warning of its own where its supernodes meet a negative pivot."""
+    n = 400
+    A = PETSc.Mat().createAIJ((n, n), nnz=n, comm=PETSc.COMM_SELF)
+    values = np.ones((n, n)) + n * np.eye(n)
+    values[n - 1, n - 1] = -1.0
+    A.setValues(range(n), range(n), values)
+    A.assemble()
+    factor = DefiniteFactor(A, "test_quiet_")
+    with pytest.raises(np.linalg.LinAlgError):
+        factor.update()
+    assert capfd.readouterr() == ("", "")
+    assert not PETSc.Options("test_quiet_").getAll()
+    factor.destroy()
+    A.destroy()
 
 
 @pytest.mark.parametrize("last", [2.5, 0.7, 0.0])
