@@ -8,11 +8,13 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.machine import machine_memory
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
+from turbine_fenicsx.linear_solvers.memory import BodyCounts, choose_by_memory
 from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.linear_solvers.shared import shared_factor
@@ -45,24 +47,9 @@ LINEAR_SOLVERS: dict[str, Callable[[StepBlocks, str], LinearSolver]] = {
 }
 """The selectable linear solvers by name (`solver.linear_solver` in case files)."""
 
-LARGEST_FACTOR = 500_000
-"""From this number of displacements on, "auto" takes the iterative solver for solid bodies.
-
-On one rank those of the largest connected component of a mesh count, such as a blade, as each has
-a factor of its own or shares one: three equal blades of 400 000 displacements each take 5 s per
-step and 7.9 GB, with the iterative solver 11 s and 9.5 GB.
-"""
-
-SOLID = {"hexahedron": 0.75, "tetrahedron": 4.0}
-"""Cells per vertex above which a mesh is solid: some 7 x 7 hexahedra in a section.
-
-Thin walls and slender rods have fewer, and their factor grows hardly faster than their mesh: a
-tube of 520 560 displacements, one cell through the wall, takes 13 s and 2.8 GB.
-"""
-
 
 def choose_solver(name: str, system: MultibodySystem) -> str:
-    """Resolve "auto" by the size of the largest solid body, or of a component of it.
+    """Resolve "auto" by the memory that a factor needs and that the machines have. Collective.
 
     Args:
         name: A key of `LINEAR_SOLVERS`, or "auto".
@@ -70,40 +57,34 @@ def choose_solver(name: str, system: MultibodySystem) -> str:
     """
     if name != "auto":
         return name
-    large = False
-    for model in system.flexible_models:
-        mesh, displacements = model.body.mesh, 3 * _count_nodes(model)
-        mesh.topology.create_entities(0)
-        counts = (mesh.topology.index_map(d).size_global for d in (3, 0))
-        large |= is_for_iteration(displacements, _compat.cell_name(mesh), *counts)
-    return "iterative" if large else "frozen"
+    models, ranks = system.flexible_models, system.comm.size
+    meshes, available = [_count(model) for model in models], machine_memory(system.comm)
+    found = choose_by_memory(meshes, ranks, False, available)
+    largest = max(models, key=lambda model: model.n_owned, default=None)
+    if found == "iterative" and ranks == 1 and largest and _has_equal_parts(largest):
+        found = choose_by_memory(meshes, ranks, True, available)
+    return found
 
 
-def _count_nodes(model: FlexibleModel) -> int:
-    """Nodes of a body, on one rank of the largest component of its mesh."""
-    nodes = model.space.dofmap.index_map.size_global
-    if model.body.mesh.comm.size > 1 or 3 * nodes < LARGEST_FACTOR:
-        return int(nodes)
+def _count(model: FlexibleModel) -> BodyCounts:
+    """Cells, vertices and nodes of a body, on all ranks."""
+    mesh = model.body.mesh
+    mesh.topology.create_entities(0)
+    cells, vertices = (int(mesh.topology.index_map(d).size_global) for d in (3, 0))
+    nodes = int(model.space.dofmap.index_map.size_global)
+    return BodyCounts(_compat.cell_name(mesh), cells, vertices, nodes)
+
+
+def _has_equal_parts(model: FlexibleModel) -> bool:
+    """Whether its mesh, on one rank, falls into several parts of as many nodes each."""
     cells = _compat.dofs_of_cells(model.space)
     edges = np.repeat(cells[:, 0], cells.shape[1]), cells.ravel()
-    graph = csr_matrix((np.ones(cells.size), edges), (nodes, nodes))
-    return int(np.max(np.bincount(connected_components(graph, directed=False)[1])))
-
-
-def is_for_iteration(displacements: int, cell: str, cells: int, vertices: int) -> bool:
-    """Whether a mesh is so large and so solid that its factor is worth avoiding.
-
-    Args:
-        displacements: Number of displacements.
-        cell: "hexahedron" or "tetrahedron".
-        cells: Number of cells.
-        vertices: Number of their corners.
-    """
-    return displacements >= LARGEST_FACTOR and cells > SOLID[cell] * vertices
+    graph = csr_matrix((np.ones(cells.size), edges), (model.n_owned,) * 2)
+    parts = np.bincount(connected_components(graph, directed=False)[1])
+    return parts.size > 1 and bool(np.all(parts == parts[0]))
 
 
 __all__ = [
-    "LARGEST_FACTOR",
     "LINEAR_SOLVERS",
     "Elimination",
     "FrozenElimination",
@@ -112,5 +93,4 @@ __all__ = [
     "QuasiNewton",
     "SectionMultigrid",
     "choose_solver",
-    "is_for_iteration",
 ]

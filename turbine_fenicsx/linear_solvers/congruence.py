@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from turbine_fenicsx.foundation.types import Array
 
@@ -133,6 +132,8 @@ def _find_motions(X: Array, Y: Array) -> Iterator[tuple[Indices, Array]]:
     Yields:
         The number of the point of Y that each of X goes to, and Q.
     """
+    from scipy.spatial import cKDTree
+
     x, y = X - X.mean(axis=0), Y - Y.mean(axis=0)
     r, s = np.linalg.norm(x, axis=1), np.linalg.norm(y, axis=1)
     a = int(np.argmax(r))

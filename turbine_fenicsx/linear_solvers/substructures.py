@@ -7,7 +7,7 @@ Without S the ranks are independent, so that with W_i = A_ii^{-1} A_iS
                             x_i = A_ii^{-1} b_i - W_i x_S:
 
 each rank solves once with its own factor, and S, a few cross-sections of a slender body, is solved
-for by all of them.
+for by all of them, each for itself: its matrix is sparse too, as a section only meets the next.
 
 W_i has a column for each unknown of S. By Saint-Venant's principle they look alike far from S:
 motions of whole cross-sections. With a slab s of rows next to S and the rows o beyond it
@@ -20,14 +20,16 @@ solutions with the large factor are needed.
 
 from __future__ import annotations
 
+from typing import Any
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, vstack
 
-from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, copy_csr
 
@@ -39,8 +41,11 @@ SLAB = 16
 NEGLIGIBLE = 1e-6
 """Singular values of the forces beyond the slab below this part of the largest are left out."""
 
-WIDEST = 30
-"""Largest square of the size of S for each row of the matrix: slender bodies lie below 10."""
+WIDEST = 90
+"""Largest square of the number of columns of W_i for each row of a rank."""
+
+LONGEST = 2
+"""Unknowns of S for each row of a rank, up to which solving for S takes no longer than the rest."""
 
 
 def find_interface_rows(matrix: PETSc.Mat) -> Indices:
@@ -53,10 +58,21 @@ def find_interface_rows(matrix: PETSc.Mat) -> Indices:
 
 
 def is_worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
-    """Whether S is small, as it is in slender bodies, and no rank is without other rows."""
-    comm, others = matrix.getComm().tompi4py(), matrix.getLocalSize()[0] - interface.size
+    """Whether S is small, for each rank and in all: slender bodies, not too many ranks.
+
+    Args:
+        matrix: The matrix.
+        interface: `find_interface_rows` of the matrix.
+    """
+    comm, (first, last) = matrix.getComm().tompi4py(), matrix.getOwnershipRange()
+    columns = matrix.getValuesCSR()[1]
+    others = last - first - interface.size
+    met = interface.size + np.unique(columns[columns < first]).size
+    fits = bool(others > 0 and met**2 <= WIDEST * (last - first))
     size = comm.allreduce(interface.size)
-    return bool(comm.allreduce(others, op=MPI.MIN) and size**2 <= WIDEST * matrix.getSize()[0])
+    return bool(comm.allreduce(fits, op=MPI.LAND)) and (
+        size * comm.size <= LONGEST * matrix.getSize()[0]
+    )
 
 
 class Substructures(FreeSolver):
@@ -85,6 +101,8 @@ class Substructures(FreeSolver):
         self._prefix = prefix
         self._factor = DefiniteFactor(self._parts[0], prefix)
         self._b, self._x = self._parts[0].createVecs()
+        self._common: tuple[Any, ...] = ()  # the matrix of S and its factor, if there is any S
+        self._b_S, self._x_S = (PETSc.Vec().createSeq(S.getSize()) for _ in range(2))
         self.iterations = 0
 
     def update(self) -> None:
@@ -94,25 +112,32 @@ class Substructures(FreeSolver):
             LinAlgError: on all ranks, if the matrix is not positive definite.
         """
         self._parts = self._matrix.createSubMatrices(*self._sets, submats=self._parts)
+        own: tuple[csr_matrix, Array] | None = None
         try:
-            schur = self._eliminate()
-            definite = bool(np.all(np.isfinite(schur)))
+            own = self._eliminate()
+            definite = bool(np.all(np.isfinite(own[1])))
         except (PETSc.Error, np.linalg.LinAlgError):
             definite = False
-        if not self._comm.allreduce(definite, op=MPI.LAND):
-            raise np.linalg.LinAlgError("the matrix is not positive definite")
-        schur = from_rank0(self._comm, sum_over_ranks(self._comm, schur))
-        self._inverse = np.linalg.inv(schur)
+        self._require(definite)
+        definite = True
+        try:
+            self._factorise_common(self._comm.allgather((own, self._columns)))
+        except np.linalg.LinAlgError:
+            definite = False
+        self._require(definite)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side. Collective."""
         self._b.array[:] = b.array_r[self._i]
         self._factor.solve(self._b, self._x)
         x_i = self._x.array
-        b_S = np.zeros(len(self._inverse))
+        b_S = np.zeros(self._b_S.size)
         b_S[self._mine] = b.array_r[self._S]
         b_S[self._columns] -= self._A_Se @ x_i[self._edge]
-        x_S = self._inverse @ sum_over_ranks(self._comm, b_S)
+        self._b_S.array[:] = sum_over_ranks(self._comm, b_S)
+        if self._common:
+            self._common[1].solve(self._b_S, self._x_S)
+        x_S = self._x_S.array_r
         near = x_S[self._columns]
         x_i[self._slab] -= self._W_single @ near.astype(np.float32)
         x_i -= self._far @ (self._modes @ near)
@@ -122,11 +147,37 @@ class Substructures(FreeSolver):
     def destroy(self) -> None:
         """Free everything."""
         self._factor.destroy()
-        for thing in (*self._parts, self._b, self._x, *self._sets[0], *self._sets[1]):
+        sets, vectors = (*self._sets[0], *self._sets[1]), (self._b, self._x, self._b_S, self._x_S)
+        for thing in (*self._common, *self._parts, *vectors, *sets):
             thing.destroy()
 
-    def _eliminate(self) -> Array:
-        """Factorise, find W_i, and return this rank's part of the matrix of S."""
+    def _require(self, definite: bool) -> None:
+        """Raise a LinAlgError on all ranks if it is not so on one."""
+        if not self._comm.allreduce(definite, op=MPI.LAND):
+            raise np.linalg.LinAlgError("the matrix is not positive definite")
+
+    def _factorise_common(self, parts: list[Any]) -> None:
+        """Add up the matrix of S from the parts of all ranks, and factorise it."""
+        rows = [own[0] for own, _ in parts]
+        S = vstack(rows).tocoo()
+        entries, i, j = [S.data], [S.row], [S.col]
+        for (_, block), columns in parts:
+            entries.append(-block.ravel())
+            i.append(np.repeat(columns, columns.size))
+            j.append(np.tile(columns, columns.size))
+        indices = np.concatenate(i), np.concatenate(j)
+        A = csr_matrix((np.concatenate(entries), indices), S.shape)
+        for thing in self._common:
+            thing.destroy()
+        self._common = ()
+        if A.nnz:
+            csr = A.indptr, A.indices, A.data
+            matrix = PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)
+            self._common = matrix, DefiniteFactor(matrix, self._prefix)
+            self._common[1].update()
+
+    def _eliminate(self) -> tuple[csr_matrix, Array]:
+        """Factorise, find W_i, and return this rank's rows of A_SS, and its A_Si W_i."""
         A_ii, A_iS, A_SS = (copy_csr(part) for part in self._parts)
         self._factor.update()
         self._columns = np.unique(A_iS.indices)
@@ -137,11 +188,8 @@ class Substructures(FreeSolver):
         W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray(order="F"))
         self._W_single = W.astype(np.float32)  # as accurate as the rest, and half the memory
         self._far, self._modes = self._respond_beyond(A_ii, W)
-        schur = np.zeros((A_SS.shape[1],) * 2)
-        schur[self._mine] = A_SS.toarray()
         W_e = W[np.searchsorted(self._slab, self._edge)] + self._far[self._edge] @ self._modes
-        schur[np.ix_(self._columns, self._columns)] -= self._A_Se @ W_e
-        return schur
+        return A_SS, self._A_Se @ W_e
 
     def _respond(self, A_ss: csr_matrix, forces: Array) -> Array:
         """A_ss^{-1} times some forces; the matrix is factorised for this alone."""

@@ -13,7 +13,6 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from scipy.special import ellipe, roots_legendre
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -133,6 +132,8 @@ class BladeGeometry:
 
     def _integrate_rings(self) -> float:
         """Volume of the wall by Gauss's rule between stations, exact to round-off."""
+        from scipy.special import ellipe, roots_legendre
+
         nodes, weights = roots_legendre(12)
         s, steps = np.asarray(self.stations), np.diff(self.stations)
         at = s[:-1, None] + steps[:, None] * (nodes + 1.0) / 2.0

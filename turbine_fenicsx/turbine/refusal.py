@@ -5,6 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.machine import machine_memory
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import (
     estimate,
@@ -13,7 +14,6 @@ from turbine_fenicsx.turbine.case.estimate import (
     mesh_memory,
 )
 from turbine_fenicsx.turbine.case.size import MeshSize
-from turbine_fenicsx.turbine.machine import machine_memory
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 WAY_OUT = "--force continues anyway"
@@ -36,9 +36,8 @@ def refuse_run(case: Case, comm: MPI.Intracomm) -> None:
         InputError: on all ranks, if the memory is too small.
     """
     available = machine_memory(comm)
-    if sentence := estimate(case, size_of_blades(case, comm), comm.size).describe_shortage(
-        available
-    ):
+    found = estimate(case, size_of_blades(case, comm), comm.size, available)
+    if sentence := found.describe_shortage(available):
         raise InputError(f"{sentence}; {WAY_OUT}")
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.windio.curves import make_spline
 from turbine_fenicsx.windio.entry import Entry
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 FACE = 20
 """Intervals on each half of the trailing edge's face."""
@@ -66,7 +70,7 @@ class Airfoil:
             if len(at) < 2:  # a sharp edge has no face
                 resampled.append(np.repeat(known, n + 1, axis=0))
             else:
-                resampled.append(np.asarray(PchipInterpolator(at, known)(wanted)))
+                resampled.append(np.asarray(make_spline(at, known)(wanted)))
         return np.concatenate([resampled[0], resampled[1][1:], resampled[2][1:]])
 
 
@@ -92,7 +96,7 @@ class Sections:
 
     @cached_property
     def _spline(self) -> PchipInterpolator:
-        return PchipInterpolator(self.thicknesses, self._contours)
+        return make_spline(self.thicknesses, self._contours)
 
     def contour(self, thickness: float) -> tuple[Array, Array]:
         """Points of a section in units of chord, and their fractions of the contour.

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.windio.entry import Entry
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 MOST = 2000
 """Stations of a curve; the reference turbines have a hundred."""
@@ -47,7 +50,7 @@ class Curve:
 
     @cached_property
     def _spline(self) -> PchipInterpolator:
-        return PchipInterpolator(self.grid, self.values)
+        return make_spline(self.grid, self.values)
 
     def smooth(self, s: Array) -> Array:
         """The monotone cubic spline (PCHIP) through the same values."""
@@ -56,6 +59,16 @@ class Curve:
     def slope(self, s: Array) -> Array:
         """The derivative of `smooth`."""
         return np.asarray(self._spline(s, 1))
+
+
+def make_spline(at: Array, values: Array) -> PchipInterpolator:
+    """The monotone cubic spline through values along their first axis.
+
+    SciPy's part for it is loaded here: that takes a quarter of what else a check of a case does.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(at, values)
 
 
 def read_curve(entry: Entry, least: float = -inf, most: float = inf, whole: bool = False) -> Curve:

@@ -14,15 +14,19 @@ from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.linear_solvers import (
-    LARGEST_FACTOR,
     Elimination,
     choose_solver,
-    is_for_iteration,
     sections,
 )
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
+from turbine_fenicsx.linear_solvers.memory import (
+    FITS,
+    BodyCounts,
+    choose_by_memory,
+    estimate_memory,
+)
 from turbine_fenicsx.linear_solvers.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.materials import StVenantKirchhoff
@@ -235,44 +239,55 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
         assert abs(ends[name][1] - ends["lu"][1]) < 1e-10 * abs(ends["lu"][1])
 
 
-def test_solver_is_chosen_by_size_and_shape(machine, monkeypatch, comm):
-    system = machine().system()
-    assert choose_solver("auto", system) == "frozen"
-    monkeypatch.setattr("turbine_fenicsx.linear_solvers.LARGEST_FACTOR", 10)
-    # two cells: a rod, whose factor is small at any length
-    assert choose_solver("auto", system) == "frozen"
-    assert choose_solver("lu", system) == "lu"
+@pytest.fixture
+def memory(monkeypatch):
+    """Sets the memory of the machines [B]."""
+    name = "turbine_fenicsx.linear_solvers.machine_memory"
+    return lambda size: monkeypatch.setattr(name, lambda comm: size)
+
+
+def test_solver_is_chosen_by_memory_and_shape(machine, memory, comm):
+    rod = machine().system()
     cube = create_unit_cube(comm, 12, 12, 12, CellType.hexahedron)
-    body = FlexibleBody("cube", cube, StVenantKirchhoff(1.0, 1.0), 1.0)
-    assert choose_solver("auto", MultibodySystem(comm, [body])) == "iterative"
-    assert LARGEST_FACTOR > 300_000
+    solid = MultibodySystem(comm, [FlexibleBody("cube", cube, StVenantKirchhoff(1.0, 1.0), 1.0)])
+    memory(10e9 * comm.size)
+    assert choose_solver("auto", rod) == choose_solver("auto", solid) == "frozen"
+    memory(0.2e9 * comm.size)
+    assert choose_solver("auto", solid) == "iterative"
+    # two cells: a rod, whose factor is small at any length
+    assert choose_solver("auto", rod) == "frozen"
+    assert choose_solver("lu", solid) == "lu"
 
 
-def test_equal_blades_count_one_by_one_where_one_rank_holds_them(comm, monkeypatch):
+def test_equal_blades_need_less_where_one_rank_holds_them(comm, memory, monkeypatch):
     arrays = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=(6, 6, 6)))
     mesh = load_arrays(comm, lambda: arrays, "rotor").mesh
     body = FlexibleBody("blades", mesh, StVenantKirchhoff(1.0, 1.0), 1.0)
-    system, blade = MultibodySystem(comm, [body]), 3 * 7 * 7 * 7
-    monkeypatch.setattr("turbine_fenicsx.linear_solvers.SOLID", {"hexahedron": 0.5})
-    for largest, alone in ((blade + 1, "frozen"), (blade, "iterative")):
-        monkeypatch.setattr("turbine_fenicsx.linear_solvers.LARGEST_FACTOR", largest)
-        assert choose_solver("auto", system) == (alone if comm.size == 1 else "iterative")
+    system, counts = MultibodySystem(comm, [body]), BodyCounts("hexahedron", 648, 1029, 1029)
+    monkeypatch.setattr("turbine_fenicsx.linear_solvers.memory.SOLID", {"hexahedron": 0.5})
+    monkeypatch.setattr("turbine_fenicsx.linear_solvers.memory.EQUAL_PARTS", 1e3)
+    shared, own = (estimate_memory("frozen", [counts], comm.size, x) for x in (True, False))
+    memory(0.5 * (shared + own) / FITS)
+    assert choose_solver("auto", system) == ("frozen" if shared < own else "iterative")
+    assert (shared < own) == (comm.size == 1)
 
 
 @pytest.mark.parametrize(
     ("cell", "section", "layers", "expected"),
     [
-        ("hexahedron", (8, 8), 10**4, True),
-        ("hexahedron", (8, 8), 10, False),  # small
-        ("hexahedron", (1, 400), 10**3, False),  # a wall
-        ("tetrahedron", (8, 8), 10**4, True),
-        ("tetrahedron", (1, 400), 10**3, False),
+        ("hexahedron", (8, 8), 10**4, "iterative"),
+        ("hexahedron", (8, 8), 10, "frozen"),  # small
+        ("hexahedron", (1, 400), 10**4, "frozen"),  # a wall
+        ("tetrahedron", (8, 8), 10**4, "iterative"),
+        ("tetrahedron", (1, 400), 10**4, "frozen"),
     ],
 )
-def test_iteration_is_for_large_solids(cell, section, layers, expected):
+def test_iteration_is_for_solids_whose_factor_does_not_fit(cell, section, layers, expected):
     cells = np.prod(section) * layers * {"hexahedron": 1, "tetrahedron": 6}[cell]
     vertices = np.prod(np.add(section, 1)) * (layers + 1)
-    assert is_for_iteration(3 * vertices, cell, cells, vertices) == expected
+    counts = BodyCounts(cell, cells, vertices, vertices)
+    assert choose_by_memory([counts], 1, True, 10e9) == expected
+    assert choose_by_memory([counts], 1, True, 200e9) == "frozen"
 
 
 def test_iterative_solver_refuses_thin_walls_in_words(comm):

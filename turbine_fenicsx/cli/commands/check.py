@@ -24,6 +24,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     """Say everything that is wrong, or the estimate and then size and quality of the mesh."""
     need_dolfinx()
     from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.foundation.machine import machine_memory
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing.output_folder import holds_run
     from turbine_fenicsx.turbine.case.case import Draft
@@ -31,7 +32,6 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
     from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
     from turbine_fenicsx.turbine.inspection import TOO_LARGE, inspect_mesh
-    from turbine_fenicsx.turbine.machine import machine_memory
     from turbine_fenicsx.turbine.refusal import size_of_blades
 
     if options.ranks is not None and options.ranks < 1:
@@ -48,8 +48,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         raise InputError("\n".join(dict.fromkeys(mistakes)))
 
     size = own.size if own else size_of_blades(case, comm)
-    expected = estimate(case, size, options.ranks or comm.size)
     here, warnings = machine_memory(comm), list(case.warnings)
+    expected = estimate(case, size, options.ranks or comm.size, here)
     if options.ranks in (None, comm.size):  # others run on other machines
         warnings += filter(None, [expected.describe_shortage(here)])
     if case.turbine.file:

@@ -7,7 +7,7 @@ iterative solver of three; another machine is faster or slower by a factor of it
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log10
+from math import ceil, inf, log10
 
 from turbine_fenicsx.turbine.case.size import N_BLADES, MeshSize, size_of_tower
 from turbine_fenicsx.turbine.case.tables import Tables
@@ -36,12 +36,6 @@ START = {"undeformed": 0.0, "equilibrium": 3.0, "turning": 9.0}
 RIGID_STEP = 0.0026
 """Seconds per step of the rigid turbine."""
 
-PROGRAM = 0.17e9
-"""Memory of a rank without unknowns [B]."""
-
-QUADRATIC_HEXAHEDRA = 1.8
-"""Their memory over that of other cells with as many displacements: their rows are longer."""
-
 WALLS = 2.9
 """Time of a step of hollow blades over that of other cells: longer rows, and twice as many
 iterations. Measured with 19 287, 37 755 and 80 199 displacements of the IEA 15 MW turbine: 0.14,
@@ -51,13 +45,6 @@ while its blades pitch."""
 WALLS_MEMORY = 2.0
 """Their memory over that of other quadratic hexahedra, by the factors of the start, measured
 with as many displacements: 0.55, 1.0 and 2.1 GB."""
-
-EQUAL_BLADES = 5.4e3
-"""Memory for each displacement of three equal blades that share a factor, on one rank [B]. Measured
-with 70 713, 220 545, 301 725, 575 000, 1 202 607 displacements: 0.54, 1.42, 1.84, 3.5, 7.9 GB."""
-
-SHARED = 1.35
-"""Memory of several ranks over that of one; measured on two with 302 000 displacements."""
 
 ALONE = 0.09
 """Share of a step that several ranks do not share, from 1.83 times the speed on two ranks."""
@@ -142,15 +129,18 @@ class Estimate:
         )
 
 
-def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
+def estimate(
+    case: Tables, size: MeshSize | None, ranks: int = 1, available: float = inf
+) -> Estimate:
     """Estimate what a case will take; what components of a user's own add is not counted.
 
     Args:
         case: The case.
         size: Size of the mesh of its blades; None for the rigid turbine.
         ranks: Number of ranks.
+        available: Memory that they may use [B], by which "auto" chooses.
     """
-    from turbine_fenicsx.linear_solvers import is_for_iteration
+    from turbine_fenicsx.linear_solvers.memory import choose_by_memory, estimate_memory
 
     tower = size_of_tower(case.tower) if case.tower.flexible else None
     meshes = [mesh for mesh in (size, tower) if mesh]
@@ -158,14 +148,9 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
     n_bodies, n_joints = 2 + n_pitch + (1 if tower else 0), 2 + n_pitch
     n_drives = n_pitch if case.pitch.drive == "prescribed" else 0
     displacements = sum(3 * mesh.nodes for mesh in meshes)
-    name = case.solver.linear_solver
+    name: str = case.solver.linear_solver
     if name == "auto":
-        large = False
-        for mesh in meshes:  # as `choose_solver` counts
-            parts = N_BLADES if mesh is size and ranks == 1 else 1
-            counts = 3 * mesh.nodes // parts, mesh.cell, mesh.cells, mesh.vertices
-            large |= is_for_iteration(*counts)
-        name = "iterative" if large else "frozen"
+        name = choose_by_memory(meshes, ranks, True, available)
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
     hollow = size is not None and bool(case.turbine.file or case.blade.wall)
@@ -193,10 +178,8 @@ def estimate(case: Tables, size: MeshSize | None, ranks: int = 1) -> Estimate:
         steps,
         step * share,
         set_up * share,
-        ranks * PROGRAM
-        + _memory(name if at_once else "lu", meshes, ranks)
-        * (WALLS_MEMORY if hollow else 1.0)
-        * (SHARED if ranks > 1 else 1.0),
+        estimate_memory(name if at_once else "lu", meshes, ranks, True)
+        * (WALLS_MEMORY if hollow else 1.0),
         outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
         ranks,
     )
@@ -209,6 +192,8 @@ def checkpoint_bytes(displacements: int) -> float:
 
 def mesh_memory(size: MeshSize) -> float:
     """Memory of the rank that makes a mesh [B]."""
+    from turbine_fenicsx.linear_solvers.memory import PROGRAM
+
     return PROGRAM + VERTEX * max(size.vertices, size.cells)
 
 
@@ -226,20 +211,6 @@ def estimate_modes_memory(case: Tables, size: MeshSize | None, ranks: int, count
     )
     needed = estimate(direct, size, ranks)
     return needed.memory + 8.0 * needed.unknowns["displacements"] * BASES * (count + 20)
-
-
-def _memory(solver: str, meshes: list[MeshSize], ranks: int) -> float:
-    """Memory of all that depends on the meshes [B], without what several ranks need beyond it."""
-    found = 0.0
-    for mesh in meshes:
-        n = 3.0 * mesh.nodes
-        quadratic = mesh.nodes > 2 * mesh.vertices
-        longer = QUADRATIC_HEXAHEDRA if quadratic and mesh.cell == "hexahedron" else 1.0
-        needed = 3.0e3 * n if solver == "iterative" else 630.0 * n**1.2
-        if solver == "frozen" and ranks == 1:
-            needed = min(needed, EQUAL_BLADES * n)
-        found += longer * needed
-    return found
 
 
 def _field_bytes(

@@ -1,0 +1,107 @@
+"""Memory that a run with a linear solver needs, and the solver that this leaves.
+
+Fits to what runs of slender solid blades took at most, see `benchmarks/README.md`; within a third.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+PROGRAM = 0.17e9
+"""Memory of a rank without unknowns [B]."""
+
+QUADRATIC_HEXAHEDRA = 1.8
+"""Their memory over that of other cells with as many displacements: their rows are longer."""
+
+EQUAL_PARTS = 5.4e3
+"""Memory for each displacement of three equal blades that share a factor, on one rank [B]. Measured
+with 70 713, 220 545, 301 725, 575 000, 1 202 607 displacements: 0.54, 1.42, 1.84, 3.5, 7.9 GB."""
+
+SEVERAL_RANKS = 1.35
+"""Memory of several ranks over that of one; measured on two with 302 000 displacements."""
+
+FITS = 0.75
+"""Part of the machine's memory that a run may need by the estimate, which is within a third."""
+
+SOLID = {"hexahedron": 0.75, "tetrahedron": 4.0}
+"""Cells per vertex above which a mesh is solid: some 7 x 7 hexahedra in a section.
+
+Thin walls and slender rods have fewer, and their factor grows hardly faster than their mesh: a
+tube of 520 560 displacements, one cell through the wall, takes 13 s and 2.8 GB.
+"""
+
+
+class MeshCounts(Protocol):
+    """What is counted of the mesh of a body."""
+
+    @property
+    def cell(self) -> str:
+        """The kind of its cells: "hexahedron" or "tetrahedron"."""
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+
+    @property
+    def vertices(self) -> int:
+        """Number of their corners."""
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes, each with three displacements."""
+
+
+@dataclass(frozen=True)
+class BodyCounts:
+    """`MeshCounts` of a body."""
+
+    cell: str
+    cells: int
+    vertices: int
+    nodes: int
+
+
+def estimate_memory(
+    solver: str, meshes: Sequence[MeshCounts], ranks: int, equal_parts: bool
+) -> float:
+    """Memory of all ranks [B].
+
+    Args:
+        solver: A key of `LINEAR_SOLVERS`.
+        meshes: Meshes of the flexible bodies.
+        ranks: Number of ranks.
+        equal_parts: Whether the large one is of equal unconnected parts, such as blades.
+    """
+    found = 0.0
+    for mesh in meshes:
+        n = 3.0 * mesh.nodes
+        quadratic = mesh.nodes > 2 * mesh.vertices
+        longer = QUADRATIC_HEXAHEDRA if quadratic and mesh.cell == "hexahedron" else 1.0
+        needed = 3.0e3 * n if solver == "iterative" else 630.0 * n**1.2
+        if solver == "frozen" and ranks == 1 and equal_parts:
+            needed = min(needed, EQUAL_PARTS * n)
+        found += longer * needed
+    return ranks * PROGRAM + found * (SEVERAL_RANKS if ranks > 1 else 1.0)
+
+
+def choose_by_memory(
+    meshes: Sequence[MeshCounts], ranks: int, equal_parts: bool, available: float
+) -> str:
+    """The frozen factor, or the iterative solver where the factor of a solid body does not fit.
+
+    A factor that fits is the faster one: three blades of 400 000 displacements each take 5 s per
+    step, with the iterative solver 11 s.
+
+    Args:
+        meshes: Meshes of the flexible bodies.
+        ranks: Number of ranks.
+        equal_parts: Whether the large one is of equal unconnected parts.
+        available: Memory that all ranks may use [B].
+    """
+    if estimate_memory("frozen", meshes, ranks, equal_parts) <= FITS * available:
+        return "frozen"
+    largest = max(meshes, key=lambda mesh: mesh.nodes, default=None)
+    solid = largest is not None and largest.cells > SOLID[largest.cell] * largest.vertices
+    return "iterative" if solid else "frozen"
