@@ -4,13 +4,11 @@ The rotor is one inertia with the torque of steady blade-element momentum theory
 numbers are those of ROSCO 2.10.6 on such a rotor.
 """
 
-import sys
-from pathlib import Path
-
 from mpi4py import MPI
 
 import numpy as np
 import pytest
+from rosco_blades import nrel_blade, without_moments
 from rosco_files import rosco_files
 
 from turbine_fenicsx.control.discon import Discon
@@ -18,9 +16,6 @@ from turbine_fenicsx.control.foreign import ForeignController
 from turbine_fenicsx.control.interface import Measurements
 from turbine_fenicsx.control.pi import PIController
 from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
-
-sys.path.append(str(Path(__file__).parents[1] / "unit" / "wind"))
-from rosco_blades import nrel_blade, without_moments
 
 RPM, RATIO, INERTIA, EFFICIENCY = np.pi / 30.0, 97.0, 43702538.057, 0.944
 DT, END = 0.1, 120.0

@@ -118,22 +118,27 @@ class Performance(NamedTuple):
     power_coefficient: float
 
 
-def find_section_loads(rotor: Rotor, operation: Operation, azimuths: Array) -> LineForces:
+def find_section_loads(
+    rotor: Rotor, operation: Operation, azimuths: Array, wake: Operation | None = None
+) -> LineForces:
     """Line loads of a blade at azimuths, where every annulus is in balance with its own wind.
 
     Args:
         rotor: The rotor.
         operation: How it runs.
         azimuths: From the upward position, in the sense of rotation, shape (m,) [rad].
+        wake: An operation with the same wind and speed but another pitch, whose induction lasts, as
+            in the first moments after a change of the pitch; that of ``operation`` by default.
     """
     blade = rotor.blade
     V_x, V_y = _relative_wind(rotor, operation, np.asarray(azimuths, dtype=float))
+    before = blade.twist + (operation if wake is None else wake).pitch
     solidity = rotor.blades * blade.chord / (2.0 * np.pi * blade.radius)
     annuli = Annuli(blade.radius, solidity, rotor.blades, blade.tip_radius, blade.hub_radius)
     setting = blade.twist + operation.pitch
 
     def lift_and_drag(phi: Array) -> tuple[Array, Array]:
-        found = blade.table(phi - setting)
+        found = blade.table(phi - before)
         return found.lift, found.drag
 
     induction = solve_momentum(annuli, V_x, V_y, lift_and_drag)
@@ -146,7 +151,9 @@ def find_section_loads(rotor: Rotor, operation: Operation, azimuths: Array) -> L
     return LineForces(normal, tangential, q * blade.chord * C.moment, induction)
 
 
-def find_performance(rotor: Rotor, operation: Operation, sectors: int = 8) -> Performance:
+def find_performance(
+    rotor: Rotor, operation: Operation, sectors: int = 8, wake: Operation | None = None
+) -> Performance:
     """Thrust, torque and power, those of the moments about coned or bent spans included.
 
     Args:
@@ -154,10 +161,11 @@ def find_performance(rotor: Rotor, operation: Operation, sectors: int = 8) -> Pe
         operation: How it runs.
         sectors: Number of azimuths over which loads are averaged; one is enough where all of them
             are alike.
+        wake: As in `find_section_loads`.
     """
     blade = rotor.blade
     azimuths = 2.0 * np.pi * np.arange(sectors) / sectors
-    loads = find_section_loads(rotor, operation, azimuths)
+    loads = find_section_loads(rotor, operation, azimuths, wake)
     distance, _ = rotor._places
     # length of the span over that of the radius, and the part of the normal loads along the shaft
     slope = rotor._slope
@@ -181,6 +189,7 @@ def find_pitch(
     power: float,
     interval: tuple[float, float],
     sectors: int = 1,
+    accuracy: float = 1e-10,
 ) -> float:
     """Pitch at which the rotor takes a power out of the wind.
 
@@ -190,6 +199,7 @@ def find_pitch(
         power: [W].
         interval: Pitch angles at which power is above and below what is wanted [rad].
         sectors: As in `find_performance`.
+        accuracy: Of the pitch [rad].
 
     Returns:
         The pitch [rad].
@@ -210,7 +220,7 @@ def find_pitch(
             f"{operation.wind_speed:g} m/s; the ends give {1e-6 * (ends[0] + power):g} and "
             f"{1e-6 * (ends[1] + power):g} MW"
         )
-    return float(brentq(lacking, *interval, xtol=1e-10))
+    return float(brentq(lacking, *interval, xtol=accuracy))
 
 
 def _relative_wind(rotor: Rotor, operation: Operation, azimuths: Array) -> tuple[Array, Array]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import pi
 from pathlib import Path
 
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
+from turbine_fenicsx.windio.control import ControllerData, read_control
 from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.materials import WindIOMaterial, read_materials
 from turbine_fenicsx.windio.polars import PolarSource
@@ -39,6 +39,7 @@ class WindIOTurbine:
         hub_height: Of the rotor centre above ground or mean sea level; None where not given [m].
         rated_power: None where not given [W].
         rated_speed: Rated speed of the rotor; None where not given [rad/s].
+        control: The controller; None where the file has none.
         blade: The blade, which all have in common.
         polars: The polars of its airfoils.
         hub: The hub.
@@ -55,6 +56,7 @@ class WindIOTurbine:
     hub_height: float | None
     rated_power: float | None
     rated_speed: float | None
+    control: ControllerData | None
     blade: WindIOBlade
     polars: PolarSource
     hub: Hub
@@ -91,8 +93,8 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     structure = components["blade"]["structure"]
     sections = structure.get("elastic_properties") or components["blade"].get("elastic_properties")
     assembly = root["assembly"]
-    control = root.get("control")
-    rpm = _read_optional(control, "rated_rotor_speed") if control else None
+    section = root.get("control")
+    control = read_control(section) if section else None
     orientation = assembly.get("rotor_orientation")
     return WindIOTurbine(
         name=root["name"].text(),
@@ -100,7 +102,8 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         upwind=orientation is None or orientation.text().lower() != "downwind",
         hub_height=_read_optional(assembly, "hub_height"),
         rated_power=_read_optional(assembly, "rated_power"),
-        rated_speed=None if rpm is None else rpm * pi / 30.0,
+        rated_speed=control.rated_speed if control else None,
+        control=control,
         blade=blade,
         polars=PolarSource(root["airfoils"], components["blade"]["outer_shape"]["airfoils"]),
         hub=hub,

@@ -33,7 +33,8 @@ class TorqueLawCase(Section):
 
     There is none below ``cut_in_speed``, ``gain`` times speed squared from ``optimal_speed`` on,
     and constant power from ``rated_speed`` on; straight lines are between these regions, the second
-    with a ``slip``. The defaults are those of the NREL 5 MW turbine.
+    with a ``slip``. The defaults are those of ``turbine.file``; without one, of the NREL 5 MW
+    turbine.
     """
 
     cut_in_speed: Annotated[AngularSpeed, Positive] = _TORQUE.cut_in_speed
@@ -54,7 +55,7 @@ Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
 
 
 class PitchLawCase(Section):
-    """PI law of the pitch, of ``control.kind = "pi"``; defaults are those of the NREL 5 MW turbine.
+    """PI law of the pitch, of ``control.kind = "pi"``; defaults as for the torque.
 
     The pitch keeps the generator at ``speed``. Gains fall with the pitch and are half at
     ``gain_angle``; from ``rated_margin`` above the ``fine`` pitch on power is kept constant.

@@ -20,6 +20,11 @@ from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.turbine.case.section import IdleKeys, Section
 from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.case.turbine_control import (
+    GeneratorShaft,
+    design_control,
+    find_generator,
+)
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
     from turbine_fenicsx.windio import WindIOTurbine
@@ -81,13 +86,19 @@ def _load(path: str, changed: int, size: int) -> WindIOTurbine:
     return turbine
 
 
-def tabulate_file(turbine: WindIOTurbine, tower: bool, wind: bool = False) -> dict[str, Any]:
+def tabulate_file(
+    turbine: WindIOTurbine,
+    tower: bool,
+    wind: bool = False,
+    generator: GeneratorShaft | None = None,
+) -> dict[str, Any]:
     """Keys of a case that a file gives, as nested tables.
 
     Args:
         turbine: What the file says.
         tower: Whether its tower is wanted.
         wind: Whether there is a wind, which blows at the height of the hub.
+        generator: What the built-in controller acts on; None without one.
     """
     nacelle, hub = turbine.nacelle, turbine.hub
     assert nacelle and nacelle.body and hub.body
@@ -120,6 +131,8 @@ def tabulate_file(turbine: WindIOTurbine, tower: bool, wind: bool = False) -> di
         }
         if turbine.yaw and turbine.yaw.mass > 0.0:
             found["tower"]["top_mass"] = turbine.yaw.mass
+    if generator is not None:
+        found.update(design_control(turbine, generator).tables)
     return found
 
 
@@ -152,7 +165,8 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
     tower = not isinstance(own, Mapping) or own.get("flexible") is not False
     blows = data.get("wind")
     wind = isinstance(blows, Mapping) and ("speed" in blows or "file" in blows)
-    below = tabulate_file(load_turbine(name), tower, wind)
+    turbine = load_turbine(name)
+    below = tabulate_file(turbine, tower, wind, find_generator(data, turbine))
     for part in ("nacelle", "hub"):
         table = data["turbine"].get(part)
         if isinstance(table, Mapping) and "euler" in table:
@@ -184,7 +198,8 @@ def list_origins(case: Tables) -> tuple[list[str], list[str]]:
     turbine = load_turbine(case.turbine.file)
     taken: list[str] = []
     overridden: list[str] = []
-    for key, value in _flatten(tabulate_file(turbine, case.tower.flexible, case.wind.blows)):
+    tables = tabulate_file(turbine, case.tower.flexible, case.wind.blows, _find_shaft(case))
+    for key, value in _flatten(tables):
         mine: Any = case
         for name in key.split("."):
             mine = getattr(mine, name)
@@ -207,6 +222,12 @@ def describe_file(case: Tables) -> list[str]:
     if turbine.rated_speed is not None:
         lines.append(f"rated speed of the rotor {turbine.rated_speed * 30.0 / pi:.4g} rpm")
     return lines
+
+
+def _find_shaft(case: Tables) -> GeneratorShaft | None:
+    """The generator of a case with the built-in controller; None with another or none."""
+    d = case.drivetrain
+    return GeneratorShaft(d.ratio, d.efficiency) if case.control.kind == "pi" else None
 
 
 def _flatten(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
@@ -265,6 +286,20 @@ def _check_model(case: Tables) -> str:
     return 'turbine.model = "rigid": expected "hybrid" beside turbine.file'
 
 
+def _check_controller(case: Tables) -> str:
+    """The built-in controller knows the turbine that it is for."""
+    shaft, control = _find_shaft(case), case.control
+    if case.turbine.file is None or shaft is None:
+        return ""
+    gap = design_control(load_turbine(case.turbine.file), shaft).gap
+    if not gap or {"torque", "pitch"} <= control.model_fields_set:
+        return ""
+    return (
+        'control.kind = "pi": expected the tables control.torque and control.pitch, which do not '
+        f"follow from {quote(Path(case.turbine.file).name)}: {gap}"
+    )
+
+
 FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("turbine.model", "turbine.file"), _check_model),
     *(
@@ -277,6 +312,7 @@ FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     ),
     (("blade.length", "turbine.file"), _check_length),
     (("material.law", "turbine.file"), _check_law),
+    (("control", "drivetrain", "turbine.file"), _check_controller),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
