@@ -18,7 +18,6 @@ import measure
 import numpy as np
 import ufl
 from dolfinx import fem
-from problem import tip_points
 
 from turbine_fenicsx import _compat  # hides the differences between DOLFINx releases, no more
 from turbine_fenicsx.meshing import load_msh
@@ -44,14 +43,15 @@ class Blades:
     def __init__(self, problem, comm, options):
         mesh = load_msh(comm, problem.msh)
         domain = mesh.mesh
-        self.V = V = _compat.vector_space(domain, 1)
+        self.V = V = _compat.vector_space(domain, problem.degree)
         self.u, self.du, self.dt_v = (fem.Function(V) for _ in range(3))
         w, delta = ufl.TestFunction(V), ufl.TrialFunction(V)
         lam, mu = (fem.Constant(domain, PETSc.ScalarType(x)) for x in problem.lame)
         rho = fem.Constant(domain, PETSc.ScalarType(problem.density))
         h = fem.Constant(domain, PETSc.ScalarType(0.5 * problem.dt**2))
         g = fem.Constant(domain, np.array([0.0, -problem.gravity, 0.0], dtype=PETSc.ScalarType))
-        dx = ufl.dx(domain=domain, metadata={"quadrature_degree": 3})  # 2 x 2 x 2 Gauss points
+        points = {"quadrature_degree": 2 * problem.degree + 1}  # 2 x 2 x 2 or 3 x 3 x 3 of Gauss
+        dx = ufl.dx(domain=domain, metadata=points)
 
         F = ufl.Identity(3) + ufl.grad(self.u + 0.5 * self.du)
         E = 0.5 * (F.T * F - ufl.Identity(3))
@@ -125,12 +125,12 @@ class Blades:
         self.dt_v.x.array[:] = 2.0 * self.du.x.array - self.dt_v.x.array
         return self.snes.getIterationNumber(), self.snes.getLinearSolveIterations()
 
-    def tips(self):
-        """Displacements of the tips, shape (3, 3)."""
+    def tips(self, points):
+        """Displacements of the tips at these initial positions, shape (3, 3)."""
         comm = self.V.mesh.comm
         X = self.V.tabulate_dof_coordinates()[: self.n_owned // 3]
         found = np.zeros((3, 3))
-        for k, point in enumerate(tip_points()):
+        for k, point in enumerate(points):
             distance = np.linalg.norm(X - point, axis=1)
             near = (float(distance.min(initial=np.inf)), comm.rank)
             if comm.allreduce(near, op=MPI.MINLOC)[1] == comm.rank:
@@ -159,7 +159,7 @@ def main():
         steps.append(time.perf_counter() - t0)
         newton.append(iterations[0])
         krylov.append(iterations[1])
-    tips = blades.tips()
+    tips = blades.tips(problem.tip_points)
     memory = comm.allreduce(measure.peak_memory())
     if comm.rank == 0:
         measure.write(

@@ -11,7 +11,6 @@ from petsc4py import PETSc
 import dolfinx
 import measure
 import numpy as np
-from problem import tip_points
 
 from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, StVenantKirchhoff
 from turbine_fenicsx.foundation.rotations import E3
@@ -31,7 +30,7 @@ def build(problem, model, comm):
     if model == "clamped":
         mesh = load_msh(comm, problem.msh)
         material = StVenantKirchhoff(*problem.lame)
-        body = FlexibleBody("blades", mesh.mesh, material, problem.density)
+        body = FlexibleBody("blades", mesh.mesh, material, problem.density, problem.degree)
         roots = [Coupling(root, body, mesh.facets(root), None) for root in ROOTS]
         return MultibodySystem(comm, [body, *roots, gravity])
     first, shear = problem.lame
@@ -64,13 +63,19 @@ def turning(parts, speed):
     return found
 
 
-def tip_displacements(system, state):
-    """Displacements of the tips relative to the hub, in its initial axes, shape (3, 3)."""
+def tip_displacements(system, state, points):
+    """Displacements of the tips relative to the hub, in its initial axes, shape (3, 3).
+
+    Args:
+        system: The system.
+        state: A state of it.
+        points: Initial positions of the tips.
+    """
     (block,) = system.flexible_models
     u = state.u[0].array_r.reshape(-1, 3)
     hub = next((b for b in system.rigid_bodies if b.name == "hub"), None)
     tips = np.zeros((3, 3))
-    for k, point in enumerate(tip_points()):
+    for k, point in enumerate(points):
         distance = np.linalg.norm(block.positions - point, axis=1)
         node = int(np.argmin(distance)) if distance.size else -1
         near = float(distance[node]) if distance.size else np.inf
@@ -107,7 +112,7 @@ def main():
         system.balance(state)
         steps.append(t1 - t0)
         balances.append(time.perf_counter() - t1)
-    tips = tip_displacements(system, state)
+    tips = tip_displacements(system, state, problem.tip_points)
     memory = comm.allreduce(measure.peak_memory())
     if comm.rank == 0:
         measure.write(

@@ -44,6 +44,9 @@ class Problem:
         gravity: Acceleration along -e2 [m/s^2].
         tolerance: Relative residual to iterate to.
         msh: Mesh as a .msh file.
+        degree: Polynomial degree of displacement and cells.
+        nodes: Nodes of the mesh; those of trilinear hexahedra of three solid blades if 0.
+        tips: Initial positions of the tips, three points [m]; those of the default blades if empty.
         arrays: The same mesh as .npz: ``points`` (n, 3), ``hexahedra`` (m, 8) in the order of
             gmsh and VTK, ``clamped`` nodes, ``tips`` (three nodes).
     """
@@ -58,10 +61,15 @@ class Problem:
     tolerance: float = 1e-8
     msh: str = ""
     arrays: str = ""
+    degree: int = 1
+    nodes: int = 0
+    tips: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def unknowns(self) -> int:
         """Displacements of all nodes of the three blades."""
+        if self.nodes:
+            return 3 * self.nodes
         a, b, c = self.elements
         return 9 * (a + 1) * (b + 1) * (c + 1)
 
@@ -69,6 +77,16 @@ class Problem:
     def lame(self) -> tuple[float, float]:
         """Lambda and mu [Pa]."""
         return MATERIALS[self.material]
+
+    @property
+    def tip_points(self) -> list[np.ndarray]:
+        """Initial positions of the three tips [m]."""
+        return [np.array(tip) for tip in self.tips] or tip_points()
+
+    def write(self, path: Path) -> Path:
+        """Write it for `load`; returns the path."""
+        path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        return path
 
     @staticmethod
     def load(path: str) -> Problem:
@@ -126,13 +144,11 @@ def prepare(folder: Path, elements: tuple[int, int, int], **more: Any) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     msh, arrays = write_mesh(elements, folder)
     problem = Problem(elements, msh=msh, arrays=arrays, **more)
-    path = folder / f"{'x'.join(map(str, elements))}_{problem.material}.json"
-    path.write_text(json.dumps(asdict(problem), indent=2) + "\n", encoding="utf-8")
-    return path
+    return problem.write(folder / f"{'x'.join(map(str, elements))}_{problem.material}.json")
 
 
 def tip_points() -> list[np.ndarray]:
-    """Initial positions of the three blade tips [m]."""
+    """Initial positions of the tips of the default blades [m]."""
     from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 

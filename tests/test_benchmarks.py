@@ -11,6 +11,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 import pytest
+from windio_files import IEA_22, find_turbine
 
 pytestmark = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts programs of its own")
 
@@ -45,6 +46,33 @@ def test_smallest_run_agrees_and_writes_all_files(tmp_path):
     assert all(r["memory"] > 10 and "blas" in r for r in records)
     assert "| ours-hybrid |" in (tmp_path / "report.md").read_text()
     assert (tmp_path / "scaling.png").exists()
+
+
+def test_hollow_blades_bend_alike_in_all_codes():
+    """A table with a line for each, and the units of a step only for this package."""
+    find_turbine(IEA_22)
+    command = [sys.executable, str(FOLDER / "hollow.py"), "--span", "5", "--around", "16"]
+    command += ["--steps", "3", "clamped", "fenicsx-lagged"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = [row.split("|")[1:-1] for row in done.stdout.splitlines()[4:]]
+    ours, script = ([cell.strip() for cell in row] for row in rows)
+    assert (ours[0], script[0]) == ("clamped", "fenicsx-lagged")
+    assert float(ours[1]) < float(script[1]) and float(ours[2]) == pytest.approx(
+        100.0 * float(ours[1]), rel=0.01
+    )
+    assert float(ours[5]) > 1.0 and script[5] == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [(["calculix"], "no such code: calculix"), (["--around", "14"], "take at least 15 elements")],
+)
+def test_hollow_blades_that_cannot_be_measured_are_refused(words, sentence):
+    find_turbine(IEA_22)
+    command = [sys.executable, str(FOLDER / "hollow.py"), *words]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2 and sentence in done.stderr
 
 
 def test_ratios_come_from_the_fastest_turn_of_codes_that_agree():
