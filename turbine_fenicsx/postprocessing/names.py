@@ -93,6 +93,7 @@ VELOCITY = Family("velocity_{point}_{axis}_[m/s]")
 AERO_POWER = "aero_power_[W]"
 AERO_THRUST = "aero_thrust_[N]"
 AERO_TORQUE = "aero_torque_[Nm]"
+BLADE_WORK = Family("aero_work_{blade}_[J]")
 ROTOR_SPEED = "rotor_speed_[rpm]"
 ROTOR_WIND = "rotor_wind_[m/s]"
 HUB_WIND = Family("hub_wind_{axis}_[m/s]")

@@ -12,7 +12,8 @@ step is M tan(theta/2)/(theta/2), and torque times mean speed is the power exact
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.aero_models import make_aero_models
+from turbine_fenicsx.turbine.blade_works import BladeWorks
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.flexible_blades import BODY
 from turbine_fenicsx.turbine.inflow import AXES, make_inflow
@@ -50,7 +52,15 @@ WIND = "wind"
 
 @dataclass(frozen=True)
 class Wind(Component):
-    """Blade-element momentum theory on the sections of flexible or rigid blades."""
+    """Blade-element momentum theory on the sections of flexible or rigid blades.
+
+    Attributes:
+        works: The system that runs and the works of the air on its blades; empty before.
+    """
+
+    works: list[tuple[MultibodySystem, BladeWorks]] = field(
+        default_factory=list, init=False, compare=False
+    )
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Loads named ``wind`` on all blades."""
@@ -105,14 +115,30 @@ class Wind(Component):
             *(names.ROTOR_WIND, names.ROTOR_SPEED),
         )
         openfast = ("RtAeroPwr_[W]", "RtAeroFxh_[N]", "RtAeroMxh_[N-m]", "RtVAvgxh_[m/s]")
+        per_blade = Channel(
+            tuple(names.BLADE_WORK(blade=k) for k in range(1, turbine.rotor.layout.n_blades + 1)),
+            lambda s: self._works_of(turbine).works.tolist(),
+        )
         at_hub = tuple(names.HUB_WIND(axis=axis) for axis in "xyz")
         return Channels(
-            history=[Channel(columns, loads), Channel(at_hub, wind)],
+            history=[Channel(columns, loads), Channel(at_hub, wind), per_blade],
             openfast=[
                 Channel(tuple(f"Wind1Vel{axis}_[m/s]" for axis in "XYZ"), wind),
                 Channel(openfast, lambda s: loads(s)[:4]),
             ],
         )
+
+    def observers(self, turbine: Turbine, folder: Path) -> list[BladeWorks]:
+        """What adds up the work of the air on each blade."""
+        return [self._works_of(turbine)]
+
+    def _works_of(self, turbine: Turbine) -> BladeWorks:
+        """The works of a turbine, made where they are first asked for."""
+        system, number = turbine.system, turbine.rotor.layout.n_blades
+        if not self.works or self.works[0][0] is not system:
+            works = BladeWorks(number, lambda s: find_loads(system, WIND, s.state))
+            self.works[:] = [(system, works)]
+        return self.works[0][1]
 
 
 class RotorLoads:

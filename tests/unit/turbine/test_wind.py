@@ -83,6 +83,21 @@ def test_the_work_of_the_wind_is_its_power_times_the_time(rigid):
     assert table[-1]["work_of_wind_[J]"] == pytest.approx(work, rel=1e-8)
 
 
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_works_of_the_blades_add_up_to_that_of_the_wind(comm, files, tmp_path_factory, model):
+    wind, stations = {"speed": 9.0, "shear": 0.3}, 20 if model == "rigid" else 6
+    given = case(files, model, wind, end=0.2, stations=stations)
+    folder, _ = run(comm, tmp_path_factory, given)
+    last = rows(folder)[-1]
+    works = [last[f"aero_work_{k}_[J]"] for k in (1, 2, 3)]
+    assert works[1] > 1.02 * works[0] > 0.0  # the upright one meets more wind
+    assert sum(works) == pytest.approx(last["work_of_wind_[J]"], rel=1e-11)
+    short = case(files, model, wind, end=0.1, stations=stations)
+    folder, _ = run(comm, tmp_path_factory, short)
+    restart_case(folder, comm, ["time.end=0.2"], progress="none")
+    assert [rows(folder)[-1][f"aero_work_{k}_[J]"] for k in (1, 2, 3)] == works
+
+
 def test_power_is_work_over_time_in_long_steps_of_a_coned_rotor(comm, files, tmp_path_factory):
     # the sections have moments about spans that lean, and points move on chords of 7 degrees
     given = case(
