@@ -1,5 +1,6 @@
 """The benchmark harness at its smallest: two codes, one tiny mesh; and what the report refuses."""
 
+import importlib
 import importlib.util
 import json
 import os
@@ -94,6 +95,12 @@ def test_other_deflections_give_no_ratio():
     assert "tips disagree" in text
 
 
+def load(name, monkeypatch):
+    """A script of the benchmarks as a module."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    return importlib.import_module(name)
+
+
 @pytest.mark.skipif(not shutil.which("mpicc"), reason="needs mpicc")
 def test_a_step_on_two_ranks_sends_between_neighbours_and_has_the_same_result(tmp_path):
     command = [sys.executable, str(FOLDER / "ranks.py"), "--sizes", "2x2x12", "--ranks", "1,2"]
@@ -107,17 +114,27 @@ def test_a_step_on_two_ranks_sends_between_neighbours_and_has_the_same_result(tm
     assert "| `frozen` | 2 |" in done.stdout
 
 
-def test_what_depends_on_the_number_of_ranks_is_told():
+def test_what_depends_on_the_number_of_ranks_is_told(monkeypatch):
     runs = [
         {"solver": "frozen", "ranks": 1, "iterations": [5], "tips": [[0.0, 1.0, 0.0]]},
-        {"solver": "frozen", "ranks": 4, "iterations": [6], "tips": [[0.0, 1.0 + 1e-8, 0.0]]},
+        {"solver": "frozen", "ranks": 4, "iterations": [7], "tips": [[0.0, 1.0 + 1e-8, 0.0]]},
     ]
-    sys.path.insert(0, str(FOLDER))
-    try:
-        import ranks
-    finally:
-        sys.path.remove(str(FOLDER))
+    ranks = load("ranks", monkeypatch)
     assert ranks.compare(runs) == [
         '"frozen" on 4 ranks: tips differ by 1.0e-08 from those on 1',
-        '"frozen" on 4 ranks: iterations [6], not [5]',
+        '"frozen" on 4 ranks: iterations [7], not [5]',
     ]
+
+
+def test_model_of_many_ranks_agrees_with_steps_that_were_measured(monkeypatch, tmp_path):
+    pytest.importorskip("matplotlib")
+    model = load("scaling_model", monkeypatch)
+    runs = json.loads((FOLDER / "ranks.json").read_text())
+    machine, alone = model.Machine(), model.Slabs(70_713, 1)
+    frozen = model.frozen_step(alone, model.Counts(runs, "frozen", 16), machine)
+    iterative = model.iterative_step(alone, model.Counts(runs, "iterative", 16), machine)
+    assert 0.5 < sum(frozen.values()) / 0.25 < 1.5  # benchmarks/README.md, one factor for three
+    assert 0.5 < sum(iterative.values()) / 0.59 < 1.5
+    lines = model.draw(runs, tmp_path / "model.png").splitlines()
+    assert (tmp_path / "model.png").stat().st_size > 10_000
+    assert [line.partition(":")[0] for line in lines][-1].startswith('"iterative", 20000 unknowns')

@@ -254,13 +254,15 @@ def compile_form(form: Any) -> Any:
 
     Unless the user has set compiler flags (dolfinx_jit_options.json), the compiler may use the laws
     of algebra: a seventh faster, and only round-off changes. No flag ties the code to one
-    processor, because caches are shared.
+    processor, because caches are shared; `form_cache.read_extra_flags` does for who asks.
     """
     _settle_coordinate_element(form)
     name, complete = _jit_options()
-    if complete({})["cffi_extra_compile_args"] not in (["-O2"], ["-O2", "-g0"]):
-        return fem.form(form)
-    return fem.form(form, **{name: {"cffi_extra_compile_args": _COMPILER_FLAGS}})
+    flags = complete({})["cffi_extra_compile_args"]
+    if flags in (["-O2"], ["-O2", "-g0"]):
+        flags = _COMPILER_FLAGS
+    flags = [*flags, *form_cache.read_extra_flags()]
+    return fem.form(form, **{name: {"cffi_extra_compile_args": flags}})
 
 
 def _settle_coordinate_element(form: Any) -> None:

@@ -9,8 +9,11 @@ from __future__ import annotations
 import errno
 import fcntl
 import functools
+import hashlib
 import logging
 import os
+import re
+import shlex
 import shutil
 import sysconfig
 import time
@@ -35,6 +38,25 @@ WORTH_SAYING = 1.0
 
 T = TypeVar("T", bound=tuple[Any, ...])
 log = logging.getLogger(__name__)
+
+
+EXTRA_FLAGS = "TURBINE_FENICSX_CFLAGS"
+"""Variable with more flags for the compiler of forms, such as ``-march=native``."""
+
+
+def read_extra_flags() -> list[str]:
+    """Flags for the compiler of forms that the user adds, which also tell compiled forms apart.
+
+    Where code is made for this processor, a name of the processor is among them, so that another
+    machine with the same cache compiles for itself.
+    """
+    flags = shlex.split(os.environ.get(EXTRA_FLAGS, ""))
+    if any(flag.endswith("=native") for flag in flags):
+        processor = "\n".join(
+            sorted(set(re.findall(r"^(?:model name|flags).*$", _describe_processors(), re.M)))
+        )
+        flags.append(f"-DPROCESSOR_{hashlib.sha1(processor.encode()).hexdigest()[:16]}")
+    return flags
 
 
 def compile_on_all(comm: MPI.Intracomm, folder: Path, compile_here: Callable[[], T]) -> T:
@@ -187,3 +209,8 @@ def _describe_fault(error: Exception) -> str:
     if not Path(sysconfig.get_path("include"), "Python.h").exists():
         return "FFCx needs the header files of Python; on Debian: apt install python3-dev"
     return f"{error}; see the messages of the compiler above"
+
+
+def _describe_processors() -> str:
+    """What Linux says of the processors of this machine."""
+    return Path("/proc/cpuinfo").read_text(encoding="utf-8")

@@ -270,6 +270,35 @@ def test_all_that_dolfinx_compiles_goes_into_the_folder(comm, monkeypatch):
     assert _compat.dolfinx.jit.ffcx_jit is before  # what others compile is theirs
 
 
+def test_forms_for_this_processor_are_kept_apart(comm, monkeypatch):
+    names = []
+
+    def spy(comm, folder, compile_here):
+        made = compile_on_all(comm, folder, compile_here)
+        names.append(made[1].__name__)
+        return made
+
+    cube = mesh.create_unit_cube(comm, 2, 2, 2, mesh.CellType.hexahedron)
+    u = fem.Function(_compat.vector_space(cube, 1))
+    monkeypatch.setattr(form_cache, "compile_on_all", spy)
+    for flags in ("", "-march=native", "-march=native"):
+        monkeypatch.setenv("TURBINE_FENICSX_CFLAGS", flags)
+        _compat.compile_form(ufl.dot(u, u) * ufl.dx)
+    assert names[0] != names[1] == names[2]
+
+
+def test_another_processor_has_other_flags(monkeypatch):
+    monkeypatch.setenv("TURBINE_FENICSX_CFLAGS", "-march=native -O2")
+    here = form_cache.read_extra_flags()
+    assert here[:2] == ["-march=native", "-O2"] and here == form_cache.read_extra_flags()
+    other = "model name : another\nflags : fpu sse2\n"
+    monkeypatch.setattr(form_cache, "_describe_processors", lambda: other)
+    there = form_cache.read_extra_flags()
+    assert there[:2] == here[:2] and there[2] != here[2]
+    monkeypatch.setenv("TURBINE_FENICSX_CFLAGS", "-march=x86-64-v3")
+    assert form_cache.read_extra_flags() == ["-march=x86-64-v3"]
+
+
 KILLED = textwrap.dedent(
     """
     from mpi4py import MPI

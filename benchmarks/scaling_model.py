@@ -1,0 +1,237 @@
+"""Strong and weak scaling to 10 000 ranks on paper, from the counts of `ranks.py`.
+
+``scaling_model.py [COUNTS PICTURE]`` reads ``ranks.json`` beside it and draws
+``docs/images/scaling_model.png``. What is counted: iterations, messages, collective operations and
+their bytes. What is stated: `Machine` and the costs of an unknown. What is computed: how large the
+interfaces of slabs of three slender blades are, a x a x 12 a hexahedra each.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from math import ceil, log2
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from turbine_fenicsx.linear_solvers.substructures import LONGEST, SLAB, WIDEST
+
+HERE = Path(__file__).parent
+RANKS = [2**k for k in range(15) if 2**k <= 10_000] + [10_000]
+STRONG = {"1.2 million unknowns": 1.2e6, "20 million": 20e6}
+WEAK = 20_000
+"""Unknowns of a rank."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A cluster whose cores are all busy."""
+
+    latency: float = 1.5e-6  # of a message [s]
+    network: float = 10e9  # of a rank [B/s]
+    memory: float = 10e9  # of a core [B/s]
+    residual: float = 0.3e-6  # of an unknown [s]
+    cg: float = 0.7e-6  # of an unknown, in one iteration with its smoother [s]
+    python: float = 1e-3  # of a Newton iteration, with the rigid bodies on rank 0 [s]
+    factor: float = 1.1  # entries of the factor in a row, over the unknowns of a section
+    coarsening: float = 4.0  # elements of a section for one of its lattice
+
+
+class Counts:
+    """What one solver does in a Newton iteration, from the runs on several ranks.
+
+    Args:
+        runs: What `ranks.py` wrote.
+        solver: "frozen" or "iterative".
+        most: Runs on more ranks are left out.
+    """
+
+    def __init__(self, runs: list[dict], solver: str, most: int) -> None:
+        chosen = [r for r in runs if r["solver"] == solver and 1 < r["ranks"] <= most]
+        each = [self._count(run) for run in chosen]
+        self.ranks = np.array([run["ranks"] for run in chosen])
+        self.newton, self.cg, self.messages, self.collectives, self.sent = np.transpose(each)
+
+    @staticmethod
+    def _count(run: dict) -> list[float]:
+        """Newton iterations of a step; of each of them: CG, messages, collectives, halos sent."""
+        newton = float(np.mean(run["iterations"][2:]))
+        of = {name: max(values) for name, values in run["of_rank"].items()}
+        halos = of["message_bytes"] / (8.0 * of["ghosts"])
+        counted = (np.mean(run["krylov"][2:]), of["messages"], of["collectives"], halos)
+        return [newton, *(float(value) / newton for value in counted)]
+
+
+@dataclass(frozen=True)
+class Slabs:
+    """Three blades in slabs, one for each rank.
+
+    Args:
+        unknowns: Of all blades.
+        ranks: Number of ranks.
+    """
+
+    unknowns: float
+    ranks: int
+
+    @property
+    def across(self) -> float:
+        """Hexahedra across a section."""
+        return (self.unknowns / 108.0) ** (1.0 / 3.0)
+
+    @property
+    def section(self) -> float:
+        """Unknowns of a section."""
+        return 3.0 * (self.across + 1.0) ** 2
+
+    @property
+    def own(self) -> float:
+        """Unknowns of a rank."""
+        return self.unknowns / self.ranks
+
+    @property
+    def ghosts(self) -> float:
+        """Unknowns that a rank gets from others: two sections, or around a compact part."""
+        if self.ranks == 1:
+            return 0.0
+        compact = 6.0 * 3.0 * (self.own / 3.0) ** (2.0 / 3.0)
+        return min(2.0 * self.section, compact)
+
+    @property
+    def interface(self) -> float:
+        """Unknowns S where ranks meet."""
+        return max(0, self.ranks - 3) * self.section if self.ranks > 2 else self.section
+
+    @property
+    def has_factors(self) -> bool:
+        """Whether each rank keeps a factor of its own, as `substructures.is_worthwhile`."""
+        wide = (2.0 * self.section) ** 2 > WIDEST * self.own
+        return self.ranks == 1 or not (wide or self.interface > LONGEST * self.own)
+
+
+def frozen_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, float]:
+    """Seconds of a step with one factor for a whole run, by what takes them."""
+    b = at.section
+    several = at.ranks > 1
+    entries = machine.factor * b * at.own / (1.0 if several else 3.0)  # one for three blades
+    columns = 2.0 * b if several else 0.0
+    near = 4.0 * columns * min(SLAB * columns, at.own)  # single precision
+    common = 8.0 * 2.0 * 1.5 * b * at.interface if several else 0.0
+    stages = ceil(log2(at.ranks)) if several else 0
+    sends = np.max(counts.messages) * machine.latency if several else 0.0
+    halos = np.max(counts.sent) * 8.0 * at.ghosts / machine.network
+    of_S = 2.0 * 8.0 * at.interface / machine.network if several else 0.0
+    each = {
+        "residual": machine.residual * at.own,
+        "factor": (16.0 * entries + near) / machine.memory,
+        "where ranks meet": common / machine.memory + of_S,
+        "messages": sends + halos,
+        "collectives": np.mean(counts.collectives) * machine.latency * stages,
+        "Python": machine.python,
+    }
+    return {name: float(np.mean(counts.newton) * value) for name, value in each.items()}
+
+
+def iterative_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, float]:
+    """Seconds of a step with conjugate gradients, by what takes them."""
+    several = at.ranks > 1
+    stages = log2(at.ranks)
+    # iterations grow with the number of ranks, as each smooths its own unknowns only
+    slope, start = np.polyfit(np.log2(counts.ranks), counts.cg, 1)
+    cg = start + slope * stages
+    per_cg = 1.0 / counts.cg
+    lattice = 3.0 * (at.across / machine.coarsening + 1.0) ** 2
+    coarse = lattice * 36.0 * at.across  # sections stay one element apart
+    rows = coarse / at.ranks + 4.0 * stages * lattice  # and separators of twice the size, in turn
+    growth = np.max(counts.messages * per_cg / np.log2(counts.ranks)) if several else 0.0
+    each = {
+        "residual": machine.residual * at.own,
+        "CG and smoother": cg * machine.cg * at.own,
+        "coarse solve": cg * 16.0 * machine.factor * lattice * rows / machine.memory,
+        "messages": cg * growth * stages * machine.latency
+        + cg * 4.0 * 8.0 * at.ghosts / machine.network,
+        "collectives": cg * np.mean(counts.collectives * per_cg) * machine.latency * ceil(stages),
+        "Python": machine.python,
+    }
+    return {name: float(np.mean(counts.newton) * value) for name, value in each.items()}
+
+
+def find_largest(parts: dict[str, float]) -> str:
+    """What takes most of a step."""
+    return max(parts, key=lambda name: parts[name])
+
+
+def draw(runs: list[dict], picture: Path) -> str:
+    """Draw both kinds of scaling; returns lines on what limits each."""
+    machine = Machine()
+    models = {
+        "frozen": (frozen_step, Counts(runs, "frozen", 16)),
+        "iterative": (iterative_step, Counts(runs, "iterative", 16)),
+    }
+    figure, (strong, weak) = plt.subplots(1, 2, figsize=(11, 4.6))
+    lines = []
+    for k, (solver, (step, counts)) in enumerate(models.items()):
+        for (words, unknowns), style in zip(STRONG.items(), ("--", "-"), strict=True):
+            found = []
+            for ranks in RANKS:
+                at = Slabs(unknowns, ranks)
+                if solver == "frozen" and not at.has_factors:
+                    break
+                found.append(step(at, counts, machine))
+            seconds = np.array([sum(parts.values()) for parts in found])
+            label = f'"{solver}", {words}'
+            strong.loglog(RANKS[: len(seconds)], seconds, style, color=f"C{k}", label=label)
+            strong.plot(RANKS[len(seconds) - 1], seconds[-1], "o", color=f"C{k}")
+            if solver == "iterative":
+                ideal = seconds[0] / np.array(RANKS)
+                strong.plot(RANKS, ideal, style, color="0.8", zorder=0)
+            best = int(np.argmin(seconds))
+            lines.append(
+                f"{label}: {seconds[0]:.2g} s on one rank, {seconds[best]:.2g} s on {RANKS[best]}, "
+                f"where most is {find_largest(found[best])}"
+            )
+        found = []
+        for ranks in RANKS:
+            at = Slabs(WEAK * ranks, ranks)
+            if solver == "frozen" and not at.has_factors:
+                break
+            found.append(step(at, counts, machine))
+        seconds = np.array([sum(parts.values()) for parts in found])
+        weak.loglog(RANKS[: len(seconds)], seconds, color=f"C{k}", label=f'"{solver}"')
+        weak.plot(RANKS[len(seconds) - 1], seconds[-1], "o", color=f"C{k}")
+        lines.append(
+            f'"{solver}", {WEAK} unknowns on each rank: {seconds[0]:.2g} s on one, '
+            f"{seconds[-1]:.2g} s on {RANKS[len(seconds) - 1]}, there {find_largest(found[-1])}"
+        )
+    strong.plot([], [], color="0.8", label="ideal")
+    strong.set_title("one problem on more ranks")
+    strong.set_ylim(bottom=1e-2)
+    weak.set_title(f"{WEAK:,} unknowns on each rank".replace(",", " "))
+    for axes in (strong, weak):
+        axes.set_xlabel("ranks")
+        axes.set_ylabel("time per step [s]")
+        axes.grid(True, which="major", alpha=0.3)
+        axes.legend(fontsize="small")
+    figure.tight_layout()
+    figure.savefig(picture, dpi=110)
+    plt.close(figure)
+    return "\n".join(lines)
+
+
+def main() -> None:
+    given = [Path(word) for word in sys.argv[1:]]
+    counts, picture = given or (
+        HERE / "ranks.json",
+        HERE.parent / "docs/images/scaling_model.png",
+    )
+    print(draw(json.loads(counts.read_text(encoding="utf-8")), picture))
+
+
+if __name__ == "__main__":
+    main()
