@@ -74,7 +74,7 @@ class HollowBlades:
         file, b, m = case.turbine.file, case.blade, case.mesh
         assert file is not None
         blade = on_rank0(comm, lambda: load_turbine(file).blade)
-        blade = replace(blade, hub_radius=b.hub_radius)
+        blade = replace(blade, hub_radius=b.hub_radius, closed_tip=m.tip == "closed")
         return cls(blade, m.span, m.around, b.layup == "laminate", case.material, m.file)
 
     @property

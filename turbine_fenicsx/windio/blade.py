@@ -46,6 +46,7 @@ class WindIOBlade:
         leading: Contour fraction of the leading edge along the span [-].
         panel_lines: Lines between the trailing edge's corners.
         hub_radius: Distance of the root from the rotor centre [m].
+        closed_tip: Whether it ends in a plate, which files do not describe.
     """
 
     outer_shape: OuterShape
@@ -54,16 +55,12 @@ class WindIOBlade:
     leading: Curve
     panel_lines: PanelLines
     hub_radius: float
+    closed_tip: bool = True
 
     @property
     def length(self) -> float:
         """Length of the reference axis [m]."""
         return self.outer_shape.length
-
-    @property
-    def closed_tip(self) -> bool:
-        """True: blades end in a closed tip, which files do not describe."""
-        return True
 
     @property
     def breaks(self) -> tuple[float, ...]:

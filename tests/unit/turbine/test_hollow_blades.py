@@ -26,6 +26,8 @@ from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.start import list_held
 from turbine_fenicsx.turbine.summary import list_masses
 
+MESH = {"span": 5, "around": 16}
+OPEN = {**MESH, "tip": "open"}
 STANDING = {"tower": {"flexible": False}}
 
 
@@ -38,7 +40,7 @@ def make(comm, shared_tmp_path):
 
     def parse(**tables):
         turbine = {"file": "small.yaml", **tables.pop("turbine", {})}
-        mesh = {"span": 5, "around": 16}
+        mesh = tables.pop("mesh", MESH)
         return Case.parse({"turbine": turbine, "mesh": mesh, **STANDING, **tables}, shared_tmp_path)
 
     return parse
@@ -74,6 +76,20 @@ def _masses_of_webs(blades):
     mass = cell_volumes(block.points, block.cells, block.reference) * table.density
     first = len(blades.shape.panels)
     return [mass[block.part == first + k] for k in range(len(blades.shape.webs))]
+
+
+def test_an_open_tip_has_neither_plate_nor_short_row(make, comm):
+    """The row that holds the plate is as long as the wall is thick, a slip of a cell."""
+    closed, opened = (plan_rotor(make(mesh=mesh), comm).blades for mesh in (MESH, OPEN))
+    assert closed.block.parts[-1] == "tip" and "tip" not in opened.block.parts
+    shortest = [np.ptp(each.block.span, axis=1).min() for each in (closed, opened)]
+    assert shortest[0] < 0.01 < 0.1 < shortest[1]
+    masses = [
+        (cell_volumes(each.block.points, each.block.cells, each.block.reference))
+        @ each.table.density
+        for each in (closed, opened)
+    ]
+    assert 0.0 < masses[0] / masses[1] - 1.0 < 0.01  # by the plate
 
 
 def test_each_cell_has_the_density_of_its_place(make, comm):

@@ -52,7 +52,8 @@ def find_idle_wall_keys(case: Tables) -> IdleKeys:
     if case.turbine.model == "rigid" or case.turbine.file or case.mesh.file:
         return
     if case.blade.wall is None:
-        yield "mesh", ("span", "around"), "without blade.wall or turbine.file"
+        yield "mesh", ("span", "around", "tip"), "without blade.wall or turbine.file"
     else:
         names = ("cell", "elements", "size", "degree", "geometry_degree")
         yield "mesh", names, "beside blade.wall, which takes quadratic hexahedra"
+        yield "mesh", ("tip",), "without turbine.file"

@@ -300,7 +300,7 @@ def find_idle_keys(case: Tables) -> IdleKeys:
         idle = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])
         yield "material", tuple(idle), f'with material.law = "{law}"'
         if m.file:
-            made = ("cell", "elements", "size", "geometry_degree", "span", "around")
+            made = ("cell", "elements", "size", "geometry_degree", "span", "around", "tip")
             yield "mesh", made, "beside mesh.file"
             shape = ("stations", "chord", "thickness", "wall", "twist")
             yield "blade", shape, "on the run beside mesh.file"

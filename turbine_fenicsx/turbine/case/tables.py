@@ -160,7 +160,8 @@ class BladeCase(Section):
 class MeshCase(Section):
     """Mesh of the blades; ``file`` takes a mesh of one's own instead.
 
-    Hollow blades have ``span`` elements along the span and ``around`` around a section.
+    Hollow blades have ``span`` elements along the span and ``around`` around a section; those of a
+    windIO file end in a plate, or in an open ``tip``.
     """
 
     cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
@@ -170,6 +171,7 @@ class MeshCase(Section):
     geometry_degree: Degree = 1
     span: Count = 40
     around: Count = 24
+    tip: Literal["closed", "open"] = "closed"
     file: str | None = None
 
 
