@@ -12,11 +12,11 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 
-ORDINARY = 10
-"""So many iterations per step are worth no new factor: others had as many at rest."""
-
 RENEWAL = 30
 """Iterations that cost as much as a new factor: 11 to 37 for 1 000 to 70 000 displacements."""
+
+SETTLED = 10
+"""So many steps tell how many iterations a step takes with a new factor."""
 
 
 class QuasiNewton:
@@ -34,8 +34,9 @@ class QuasiNewton:
     No action of the tangent is ever needed: an iteration costs one residual and one solve.
 
     The approximate solver is refreshed after an iteration that failed, and once the iterations
-    that steps took beyond the fewest since the last time would have paid for it; so refreshing
-    never more than doubles what it is to save, should it not help.
+    that steps took beyond those after the last time would have paid for it. Where they grow by so
+    many with each step, that makes the sum of both costs least; where refreshing does not help, it
+    is not repeated, as there is nothing beyond what it led to. One more in a step does not count.
 
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
@@ -48,9 +49,8 @@ class QuasiNewton:
         self._comm = step.system.comm
         self._weights = step.mass_weights()
         self._steps: list[Array] = []
-        self._excess = 0
         self._new = False
-        self._fewest: int | None = None
+        self._count_anew()
         self._products: Array = np.zeros((0, 0))
 
     @property
@@ -68,10 +68,11 @@ class QuasiNewton:
         due = self._excess >= RENEWAL
         if due:
             self._solver.refresh()
-            self._excess, self._fewest = 0, None
         self._steps = []
         self._products = np.zeros((0, 0))
         self._new = self._solver.begin() or due
+        if self._new:
+            self._count_anew()
 
     def update(self, x: PETSc.Vec) -> None:
         """Update the approximate solver, once per step: Broyden's method does the rest."""
@@ -99,24 +100,34 @@ class QuasiNewton:
         if not converged:
             self._excess = RENEWAL
             return not self._new
-        self._fewest = n if self._fewest is None else min(n, self._fewest)
-        self._excess += max(n - max(self._fewest, ORDINARY), 0)
+        if self._settled < SETTLED:
+            self._settled += 1
+            self._usual += n / SETTLED
+        else:
+            self._excess = max(self._excess + n - self._usual - 1.0, 0.0)
         return False
 
     def save(self) -> RestartData:
         """What the approximate solver saves, and what decides when it is refreshed."""
-        data = RestartData({"excess": self._excess, "fewest": self._fewest})
+        data = RestartData({"excess": self._excess, "usual": self._usual, "settled": self._settled})
         data.add("solver", self._solver.save())
         return data
 
     def restore(self, data: RestartData) -> None:
         """Go on like another one."""
-        self._excess, self._fewest = data.numbers["excess"], data.numbers["fewest"]
+        numbers = data.numbers
+        self._excess, self._usual = numbers["excess"], numbers["usual"]
+        self._settled = int(numbers["settled"])
         self._solver.restore(data.part("solver"))
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._solver.destroy()
+
+    def _count_anew(self) -> None:
+        """Forget the iterations with the last factor."""
+        self._excess = self._usual = 0.0
+        self._settled = 0
 
     def _improve(self, z: Array) -> Array:
         """The step s_n for z = -P^{-1} R, remembered. One reduction over the ranks."""

@@ -27,7 +27,7 @@ from turbine_fenicsx.linear_solvers.memory import (
     choose_by_memory,
     estimate_memory,
 )
-from turbine_fenicsx.linear_solvers.quasi_newton import ORDINARY, RENEWAL, QuasiNewton
+from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.meshing import MeshOptions, load_arrays
@@ -171,7 +171,7 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
             return np.ones(1)
 
     class Solver:
-        begin = staticmethod(lambda: None)
+        begin = staticmethod(lambda: False)
         refresh = staticmethod(lambda: refreshed.append(True))
 
     def renewals(iterations, converged=True):
@@ -185,9 +185,15 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
             found.append(bool(refreshed))
         return found
 
-    assert not any(renewals([3] * 5 + [ORDINARY] * 100))
-    more = RENEWAL // 3
-    assert renewals([3, *[ORDINARY + more] * 6]) == [False, *[False, False, True], *[False] * 3]
+    usual, more = [3, 5] * (SETTLED // 2), RENEWAL // 3
+    assert not any(renewals([*usual, *[3, 4, 5, 6] * 100]))  # four, and one more
+    assert np.flatnonzero(renewals([*usual, *[5 + more] * 3])).tolist() == [SETTLED + 2]
+    # calmer steps make up for others, but not in advance
+    assert not any(renewals([*usual, *[9, 1] * 20]))
+    calm = [*usual, *[2] * 50, *[5 + more] * 3]
+    assert np.flatnonzero(renewals(calm)).tolist() == [len(calm) - 1]
+    # what a new factor does not help against is usual from then on
+    assert sum(renewals([*usual, *[5 + more] * 200])) == 1
     assert renewals([2, 2], converged=False) == [True, True]
 
 

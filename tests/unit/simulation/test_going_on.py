@@ -56,11 +56,11 @@ def test_a_run_goes_on_bit_for_bit_after_and_before_a_refreshed_factor(flexible,
         real_begin(self)
 
     monkeypatch.setattr(QuasiNewton, "begin", begin)
-    monkeypatch.setattr(quasi_newton, "ORDINARY", 5)
-    monkeypatch.setattr(quasi_newton, "RENEWAL", 3)
+    monkeypatch.setattr(quasi_newton, "SETTLED", 0)
+    monkeypatch.setattr(quasi_newton, "RENEWAL", 12)
     _, saved, _ = goes_on_everywhere(flexible, dict)
     assert 0 < sum(refreshed[:8]) < 8  # sometimes, but not always
-    due = [saved[k].numbers["solver.linear.excess"] >= 3 for k in range(1, 9)]
+    due = [saved[k].numbers["solver.linear.excess"] >= 12 for k in range(1, 9)]
     assert set(due) == {True, False}  # checkpoints just before a refresh, and others
 
 
