@@ -12,7 +12,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 
-RENEWAL = 30
+RENEWAL = 30.0
 """Iterations that cost as much as a new factor: 11 to 37 for 1 000 to 70 000 displacements."""
 
 SETTLED = 10
@@ -50,7 +50,8 @@ class QuasiNewton:
         self._weights = step.mass_weights()
         self._steps: list[Array] = []
         self._new = False
-        self._count_anew()
+        self._excess = self._usual = 0.0
+        self._settled = 0
         self._products: Array = np.zeros((0, 0))
 
     @property
