@@ -185,7 +185,7 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
             found.append(bool(refreshed))
         return found
 
-    usual, more = [3, 5] * (SETTLED // 2), RENEWAL // 3
+    usual, more = [3, 5] * (SETTLED // 2), int(RENEWAL) // 3
     assert not any(renewals([*usual, *[3, 4, 5, 6] * 100]))  # four, and one more
     assert np.flatnonzero(renewals([*usual, *[5 + more] * 3])).tolist() == [SETTLED + 2]
     # calmer steps make up for others, but not in advance
