@@ -11,13 +11,17 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing.rotor import write_msh
+from turbine_fenicsx.postprocessing.output_folder import read_history
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.flexible_blades import find_plies
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.wall_cells import WallCells
 
+NOISE = ("energy_error_[J]", "constraint_error_[-]", "wall_time_[s]")
+"""Columns of round-off and of the clock."""
 BLADES = ("blade_1", "blade_2", "blade_3")
 
 
@@ -70,6 +74,30 @@ def test_what_the_command_mesh_writes_can_be_read_again(arrays, comm, shared_tmp
     assert told[0].mistakes == told[1].mistakes == ()
     assert "mass of a blade 1.4" in told[1].report
     assert told[0].report == told[1].report
+
+
+def test_a_run_on_a_mesh_that_was_written_has_the_same_seven_digits(arrays, comm, shared_tmp_path):
+    """Layup, axes of the blades, panels, gauges: all columns of the time series."""
+    path = shared_tmp_path / "blades.msh"
+    on_rank0(comm, lambda: write_msh(arrays, path))
+    rows = []
+    for name, mesh in (("made", {"span": 5, "around": 16}), ("read", {"file": str(path)})):
+        run = {
+            "time": {"step": 0.01, "end": 0.03, "start": "turning"},
+            "output": {"gauges": {"cap": {"station": 0.3, "around": "spar cap, suction side"}}},
+        }
+        case = tables(**mesh) | run
+        case["turbine"] = case["turbine"] | {"rotor_speed": "10 rpm"}
+        case = Case.parse(case, shared_tmp_path)
+        run_case(case, shared_tmp_path / name, comm, progress="none")
+        rows.append(read_history(shared_tmp_path / name / "history.csv").columns)
+    made, read = rows
+    assert list(made) == list(read)
+    assert "strain_cap_[-]" in made and "spar_cap_suction_side_tsai_wu_[-]" in made
+    for name, values in made.items():
+        if name not in NOISE:
+            size = 1e-7 * np.abs(values).max()
+            np.testing.assert_allclose(read[name], values, rtol=0.0, atol=size, err_msg=name)
 
 
 @pytest.mark.parametrize(
