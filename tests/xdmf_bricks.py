@@ -14,7 +14,7 @@ import pytest
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 
 comm = MPI.COMM_WORLD
-VTK_TYPES = {"triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}
+VTK_TYPES = {"line": 4, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}
 READER = """
 import sys
 import numpy as np
@@ -94,7 +94,7 @@ def gathered(local: np.ndarray) -> np.ndarray:
 
 
 class Bricks:
-    """A stack of hexahedra, tetrahedra, quadrilaterals and triangles; rank r has r + 1 of each."""
+    """A stack of cells of all kinds; rank r has r + 1 of each."""
 
     def __init__(self) -> None:
         n = comm.rank + 1
@@ -110,8 +110,9 @@ class Bricks:
             ("quadrilateral", first + np.array((0, 3, 2, 1))),
             ("tetrahedron", first + np.array((0, 1, 2, 5))),
             ("triangle", first + np.array((4, 5, 7))),
+            ("line", first + np.array((0, 6))),
         ]
-        self.n_cells = 4 * n
+        self.n_cells = 5 * n
         self.fibre = np.tile((0.0, 1.0, comm.rank), (self.n_cells, 1))
         self.part = 10 * comm.rank + np.arange(self.n_cells)
 

@@ -25,6 +25,7 @@ from turbine_fenicsx.postprocessing.parts import Parts
 RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
+    *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin"),
 )
 """Names of what a run computes, beside checkpoints and its log."""
 

@@ -30,6 +30,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
+from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
@@ -41,6 +42,7 @@ from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Tur
 from turbine_fenicsx.turbine.flexible_blades import BODY
 from turbine_fenicsx.turbine.inflow import AXES, make_inflow
 from turbine_fenicsx.turbine.nacelle import ROTOR
+from turbine_fenicsx.turbine.wind_fields import WindFields
 from turbine_fenicsx.wind.aerodynamics import RotorAerodynamics
 from turbine_fenicsx.wind.turning_start import TurningAtRest
 
@@ -128,9 +130,19 @@ class Wind(Component):
             ],
         )
 
-    def observers(self, turbine: Turbine, folder: Path) -> list[BladeWorks]:
-        """What adds up the work of the air on each blade."""
-        return [self._works_of(turbine)]
+    def observers(self, turbine: Turbine, folder: Path) -> list[Observer]:
+        """The works of the air on each blade, and with fields the loads and the wind as vectors."""
+        every = turbine.case.output.fields_every
+        found: list[Observer] = [self._works_of(turbine)]
+        if every > 0.0:
+            blade = on_rank0(turbine.comm, lambda: load_aero_blade(turbine.case))
+            path, end = folder / "wind.xdmf", turbine.case.time.end
+
+            def find(state: State) -> StepLoads:
+                return find_loads(turbine.system, WIND, state)
+
+            found.append(WindFields(turbine, path, every, end, find, blade))
+        return found
 
     def _works_of(self, turbine: Turbine) -> BladeWorks:
         """The works of a turbine, made where they are first asked for."""

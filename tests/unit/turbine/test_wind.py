@@ -7,6 +7,8 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from aero_files import write_aerodyn, write_turbsim
+from xdmf_bricks import needs_pyvista
+from xdmf_bricks import read as read_series
 
 from turbine_fenicsx import ModelError, restart_case, run_case
 from turbine_fenicsx.analysis.turning_frame import turning_frame
@@ -81,6 +83,32 @@ def test_the_work_of_the_wind_is_its_power_times_the_time(rigid):
     table = rows(rigid[0])
     work = sum(0.02 * row["aero_power_[W]"] for row in table[1:])
     assert table[-1]["work_of_wind_[J]"] == pytest.approx(work, rel=1e-8)
+
+
+@needs_pyvista
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_loads_and_wind_are_written_as_vectors(comm, files, tmp_path_factory, model):
+    output, stations = {"output": {"fields_every": 0.04}}, 20 if model == "rigid" else 6
+    given = case(files, model, {"speed": 9.0, "shear": 0.3}, end=0.08, stations=stations, **output)
+    folder, _ = run(comm, tmp_path_factory, given)
+    restart_case(folder, comm, ["time.end=0.12"], progress="none")
+    found = read_series(folder / "wind.xdmf")
+    assert found["times"] == pytest.approx([0.0, 0.04, 0.08, 0.12])
+    part, n = found["0/cell/part"], 3 * stations
+    assert np.bincount(part.astype(int)).tolist() == [400, *[stations - 1] * 3]
+    points, force = found["3/points"], found["3/point/force_per_length"]
+    blade = load_aero_blade(given)
+    thrust = np.tile(blade.parts, 3) @ force[:n, 2]
+    assert thrust == pytest.approx(rows(folder)[-1]["aero_thrust_[N]"], rel=1e-3)
+    assert not force[n:].any()
+    expected = 9.0 * ((points[:, 1] + 90.0) / 90.0) ** 0.3
+    assert found["3/point/wind"][:, 2] == pytest.approx(expected, rel=1e-6)
+    # stations are where the blades are at the time, not in the middle of the step
+    turned = [
+        np.arctan2(points[stations, 0], points[stations, 1])
+        for points in (found["0/points"], found["3/points"])
+    ]
+    assert abs(turned[1] - turned[0]) == pytest.approx(0.12 * 11.0 * RPM, rel=2e-2)
 
 
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])

@@ -58,7 +58,7 @@ def carry_out(
     if comm.rank == 0 and not options.quiet:
         files = ["history.csv", "history.out", "summary.json", *pictures]
         if case.output.fields_every > 0.0:
-            files.insert(1, "fields.xdmf")
+            files[1:1] = ["fields.xdmf", *(["wind.xdmf"] if case.wind.blows else [])]
         print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
         print(format_table(result))
         print(f"  {'results':<22}{out}/: {', '.join(files)}", flush=True)

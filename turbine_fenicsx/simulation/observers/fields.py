@@ -10,19 +10,16 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.checks import check_among_parts
-from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.cell_values import CellValues, gather_values
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
-from turbine_fenicsx.simulation.observers.stored_grids import read_grids
+from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
-from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
-class Fields:
+class Fields(FieldSeries):
     """Writes ``fields.xdmf``: displacement, velocity, Cauchy stress and fibre direction.
 
     Points are the vertices at their current positions; stresses are those of the cell centres.
@@ -61,59 +58,17 @@ class Fields:
         for field in more:
             check_among_parts("flexible body", field.body, system.flexible_bodies, field.name)
         self._more = tuple(more)
-        self._every, self._end = every, end
-        self._path, self.name = Path(path), Path(path).name
+        super().__init__(path, every, end)
         self._grid = FieldGrid(system, surfaces, parts, names)
         cells = [grid.n_cells for grid in self._grid.bodies]
         self._bodies = tuple(zip(system.flexible_bodies, cells, strict=True))
-        self._series: XdmfSeries | None = None
-        self._last: float | None = None
-        self._next = 0.0
 
-    def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Open the files, which keep their times before the first state if the run goes on.
+    def _open(self, path: Path, append: float | None) -> XdmfSeries:
+        """Open the series on the grid of all parts."""
+        return self._grid.open(path, append=append)
 
-        Raises:
-            FileError: if they cannot be written, on all ranks.
-        """
-        time, every = snapshot.state.time, self._every
-        self._series = self._grid.open(self._path, append=time if resumed else None)
-        self._last = last = self._series.last_kept
-        self._next = np.ceil(time / every - 1e-9) * every
-        if last is not None:
-            self._next = (np.floor(last / every + 1e-9) + 1.0) * every
-        self.observe(snapshot)
-
-    def observe(self, snapshot: Snapshot) -> None:
-        """Write if it is time to."""
-        t = snapshot.state.time
-        slack = 1e-9 * self._every
-        if t < min(self._next, self._end) - slack:
-            return
-        self._next = (np.floor(t / self._every + 1e-9) + 1.0) * self._every
-        self._write(snapshot.state)
-
-    def save(self) -> RestartData:
-        """Bring the times to the disk; their number and the last one. Collective."""
-        assert self._series is not None
-        return RestartData({"times": self._series.sync(), "last_time": self._last})
-
-    def restore(self, data: RestartData) -> None:
-        """The files themselves have all that is needed."""
-
-    def find_shortfall(self, data: RestartData, time: float) -> str | None:
-        """Times that the files lack before a checkpoint; that of the checkpoint is written anew."""
-        first, n = time - 1e-9 * max(1.0, abs(time)), data.numbers
-        there = sum(grid.time < first for grid in read_grids(self._path))
-        needed = n["times"] - (n["times"] > 0 and n["last_time"] >= first)
-        return describe_shortfall(self.name, there, needed, "times", time)
-
-    def finish(self) -> None:
-        """The files are closed already: they are open inside the calls only."""
-
-    def _write(self, state: State) -> None:
-        assert self._series is not None
-        self._last = state.time
+    def _write(self, series: XdmfSeries, state: State) -> None:
+        """Write all fields."""
         grid = self._grid
         displacement = grid.displacement(state.q, state.u)
         norm, von_mises, fibre = [], [], []
@@ -126,7 +81,7 @@ class Fields:
             values.append(np.zeros(grid.n_faces))
         fibre.append(np.zeros((grid.n_faces, 3)))
         more = gather_values(self._more, self._bodies, state)
-        self._series.write(
+        series.write(
             state.time,
             grid.positions + displacement,
             point_data={

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import ModelError
 
-CELL_KINDS: dict[str, tuple[int, int]] = {
-    "triangle": (4, 3),
-    "quadrilateral": (5, 4),
-    "tetrahedron": (6, 4),
-    "hexahedron": (9, 8),
+CELL_KINDS: dict[str, tuple[tuple[int, ...], int]] = {
+    "line": ((2, 2), 2),
+    "triangle": ((4,), 3),
+    "quadrilateral": ((5,), 4),
+    "tetrahedron": ((6,), 4),
+    "hexahedron": ((9,), 8),
 }
-"""Cell kind to (XDMF number of the kind, number of vertices)."""
+"""Cell kind to what stands before its vertices, XDMF's number of the kind and for lines the number
+of vertices, and their number."""
 
 
 def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
@@ -29,7 +31,7 @@ def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> 
     for kind, block in cells:
         if kind not in CELL_KINDS:
             raise ModelError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
-        number, n_vertices = CELL_KINDS[kind]
+        head, n_vertices = CELL_KINDS[kind]
         vertices = np.asarray(block)
         if vertices.ndim != 2 or vertices.shape[1] != n_vertices:
             raise ModelError(
@@ -40,7 +42,7 @@ def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> 
                 f"{kind} cells name points {vertices.min()} to {vertices.max()}, "
                 f"there are 0 to {n_points - 1}"
             )
-        table = np.full((len(vertices), n_vertices + 1), number, dtype=np.int32)
-        table[:, 1:] = vertices
+        table = np.empty((len(vertices), len(head) + n_vertices), dtype=np.int32)
+        table[:, : len(head)], table[:, len(head) :] = head, vertices
         parts.append(table.ravel())
     return np.concatenate(parts)

@@ -256,7 +256,10 @@ def test_ranks_must_write_the_same_fields(folder):
 @pytest.mark.parametrize(
     ("cells", "message"),
     [
-        ([("prism", np.zeros((1, 6), dtype=int))], "unknown cell kind 'prism', known are triangle"),
+        (
+            [("prism", np.zeros((1, 6), dtype=int))],
+            "unknown cell kind 'prism', known are line, triangle",
+        ),
         ([("tetrahedron", np.zeros((1, 8), dtype=int))], r"expected \(n, 4\)"),
         ([("triangle", np.array([[0, 1, 10**6]]))], "name points 0 to 1000000"),
         ([("triangle", np.array([[0, -1, 1]]))], "name points -1 to 1"),
