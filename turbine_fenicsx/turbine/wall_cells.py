@@ -95,8 +95,8 @@ class WallCells:
     def is_ridge(self) -> Array:
         """Which cells are of a trailing edge's face that is hardly wider than thick, shape (n,).
 
-        They close the section as a hinge between suction and pressure side, whose adhesive no file
-        describes: their strains across the span tell how the hinge is meshed.
+        They close the section as a hinge between suction and pressure side: what bends them across
+        the span the adhesive would carry, which no file describes.
         """
         found = np.array([name == FACE_NAME for name in self.parts])[self.part]
         s, middle = self.span[found].mean(axis=1), self.arc[found].mean(axis=1)
