@@ -138,3 +138,24 @@ def test_model_of_many_ranks_agrees_with_steps_that_were_measured(monkeypatch, t
     lines = model.draw(runs, tmp_path / "model.png").splitlines()
     assert (tmp_path / "model.png").stat().st_size > 10_000
     assert [line.partition(":")[0] for line in lines][-1].startswith('"iterative", 20000 unknowns')
+
+
+KERNEL = """
+void tabulate_tensor_integral_1(double* restrict A, const double* restrict w,
+    const double* restrict c, const double* restrict coordinate_dofs,
+    const int* restrict entity_local_index, const uint8_t* restrict quadrature_permutation)
+{
+  double s[2];
+  s[0] = w[0] * w[1] + c[0];
+  for (int k = 0; k < 2; ++k)
+    A[k] += s[0] * coordinate_dofs[3];
+}
+"""
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
+def test_operations_and_bytes_of_a_kernel_are_counted(monkeypatch, tmp_path):
+    roofline = load("roofline", monkeypatch)
+    numbers = roofline.run_kernel(KERNEL, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], tmp_path, 2, [])
+    assert numbers[:4] == [6, 16, 8, 16]  # operations; bytes of w, coordinates and A
+    assert all(number > 0.0 for number in numbers[4:])
