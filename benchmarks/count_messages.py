@@ -55,7 +55,7 @@ def main():
         reports.append(solver.advance(state, problem.dt, spare))
         steps.append(counts - before)
         state, spare = spare, state
-    tips = ours.tip_displacements(system, state)
+    tips = ours.tip_displacements(system, state, problem.tip_points)
     (flexible,), (matrix,) = system.flexible_models, solver.step.tangents
     ghosts = 3 * flexible.space.dofmap.index_map.num_ghosts
     holds = [3 * flexible.n_owned, ghosts, find_interface_rows(matrix).size, measure.peak_memory()]
