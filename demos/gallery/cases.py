@@ -134,7 +134,7 @@ CASES = {
     "emergency_stop": Turbine("emergency_stop/emergency_stop.toml", 13.0),
     "iea15": Turbine("iea15/iea15.toml", 2.0, ("--field", "tsai_wu", "--range", "0,0.12")),
     "iea15_gust": Turbine(
-        "iea15_gust/iea15_gust.toml", 7.5, ("--field", "tsai_wu", "--range", "0,0.6")
+        "iea15_gust/iea15_gust.toml", 7.5, ("--field", "tsai_wu", "--range", "0,0.4")
     ),
     "modes": modes,
     "campbell": campbell,

@@ -18,6 +18,9 @@ RENEWAL = 30.0
 SETTLED = 10
 """So many steps tell how many iterations a step takes with a new factor."""
 
+ORDINARY = 10
+"""More than that in these steps, and than the fewest of them, count at once."""
+
 
 class QuasiNewton:
     """Turns the chord steps of a frozen tangent into Broyden steps.
@@ -51,7 +54,7 @@ class QuasiNewton:
         self._steps: list[Array] = []
         self._new = False
         self._excess = self._usual = 0.0
-        self._settled = 0
+        self._settled = self._fewest = 0
         self._products: Array = np.zeros((0, 0))
 
     @property
@@ -102,8 +105,10 @@ class QuasiNewton:
             self._excess = RENEWAL
             return not self._new
         if self._settled < SETTLED:
+            self._fewest = n if self._settled == 0 else min(n, self._fewest)
             self._settled += 1
             self._usual += n / SETTLED
+            self._excess += max(n - max(self._fewest, ORDINARY), 0)
         else:
             self._excess = max(self._excess + n - self._usual - 1.0, 0.0)
         return False
@@ -111,6 +116,7 @@ class QuasiNewton:
     def save(self) -> RestartData:
         """What the approximate solver saves, and what decides when it is refreshed."""
         data = RestartData({"excess": self._excess, "usual": self._usual, "settled": self._settled})
+        data.numbers["fewest"] = self._fewest
         data.add("solver", self._solver.save())
         return data
 
@@ -118,7 +124,7 @@ class QuasiNewton:
         """Go on like another one."""
         numbers = data.numbers
         self._excess, self._usual = numbers["excess"], numbers["usual"]
-        self._settled = int(numbers["settled"])
+        self._settled, self._fewest = int(numbers["settled"]), int(numbers["fewest"])
         self._solver.restore(data.part("solver"))
 
     def destroy(self) -> None:
@@ -128,7 +134,7 @@ class QuasiNewton:
     def _count_anew(self) -> None:
         """Forget the iterations with the last factor."""
         self._excess = self._usual = 0.0
-        self._settled = 0
+        self._settled = self._fewest = 0
 
     def _improve(self, z: Array) -> Array:
         """The step s_n for z = -P^{-1} R, remembered. One reduction over the ranks."""

@@ -194,6 +194,9 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
     assert np.flatnonzero(renewals(calm)).tolist() == [len(calm) - 1]
     # what a new factor does not help against is usual from then on
     assert sum(renewals([*usual, *[5 + more] * 200])) == 1
+    # nor does it wait so long where iterations grow fast
+    fast = [6, 9, 14, 19, 24, 29]
+    assert np.flatnonzero(renewals(fast * 3)).tolist() == [5, 11, 17]
     assert renewals([2, 2], converged=False) == [True, True]
 
 
