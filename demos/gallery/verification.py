@@ -167,6 +167,8 @@ def beam_and_solid(name: str, folder: Path, png: Path) -> None:
         for multiple in (1, 3, 6):
             axes.plot(speeds, multiple * speeds / 60.0, ":", color="#999999", lw=1.0)
             axes.annotate(f"{multiple}P", (8.0, multiple * 8.0 / 60.0), xytext=(3, -3), **NEXT_TO)
+        axes.axvline(script.RATED, color="#999999", lw=1.0)
+        axes.annotate("rated", (script.RATED, 0.0), xytext=(4, 4), **NEXT_TO)
         axes.plot(speeds, curves, color="#888888", label=["beam", *["_"] * (len(script.MODES) - 1)])
         for way, colour in zip(("flap", "edge"), COLOURS, strict=False):
             marks = [row for row in table if way in row[1]]

@@ -57,5 +57,6 @@ def test_references_are_those_of_the_turning_beam(published, script):
 
 
 def test_the_kept_diagram_of_the_solid_agrees_with_the_beam(script):
-    assert len(script.read_result()) == 10 * len(script.SPEEDS)
+    kept = script.read_result()
+    assert len(kept) == 10 * len({rpm for rpm, _, _ in kept}) >= 60
     assert [row.quantity for row in script.main() if not row.holds] == []

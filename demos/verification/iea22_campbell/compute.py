@@ -1,4 +1,4 @@
-"""The modes of this benchmark at all speeds; takes four minutes of a core.
+"""The modes of this benchmark at all speeds; takes nine minutes of a core.
 
     python demos/verification/iea22_campbell/compute.py -o out/iea22_campbell
 
@@ -16,7 +16,7 @@ from mpi4py import MPI
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
 
-SPEEDS = (0.0, 4.0, 8.0)  # [rpm]
+SPEEDS = (0.0, 2.0, 4.0, 6.0, 7.061, 8.0)  # [rpm]; 7.061 is rated
 COUNT = 10
 
 CASE = {

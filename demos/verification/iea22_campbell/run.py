@@ -2,8 +2,9 @@
 
 The rotor of the windIO file with three shear webs and all layers in each blade, 20 cells along the
 span and 24 around a section. It stands on a rigid tower, its yaw is locked and its own rotation is
-free; there is no weight. At each speed its blades are stretched by the rotation, and frequencies
-are those seen from the rotor.
+free; there is no weight. At each of six speeds up to 8 rpm the rotation stretches its blades, and
+frequencies are those seen from the rotor. The table has four of the speeds, 7.061 rpm being the
+rated one, the [picture](gallery.md#gallery-iea22_campbell) all.
 
 The reference is the beam of the [blade at rest](#iea22_blade), on a stiff hub that turns: stiffened
 as a string by the centrifugal force, with gyroscopic forces, in its undeformed shape. It has 80
@@ -22,7 +23,8 @@ from turbine_fenicsx.windio import find_turbine_file, read_turbine
 FILE = "IEA-22-280-RWT.yaml"
 MODES = ("flap_1", "edge_1", "flap_2")  # the lowest of the clamped beam
 NAMES = ("first flap", "first edge", "second flap")
-SPEEDS = (0.0, 4.0, 8.0)  # of the table [rpm]
+RATED = 7.061  # [rpm]
+SPEEDS = (0.0, 4.0, RATED, 8.0)  # of the table [rpm]
 RPM = np.pi / 30.0  # [rad/s]
 
 
