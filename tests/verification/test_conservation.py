@@ -24,8 +24,8 @@ from turbine_fenicsx.time_stepping.discrete_gradients import mean_stress
 ELEMENTS = [(c, d) for c in ("hexahedron", "tetrahedron") for d in (1, 2)]
 DT, END = 0.02, 0.8
 
-# Newton's method stops at 1e-12 of the forces in each of 40 steps. Measured: 2e-13 to 1.2e-11 of the
-# largest energy and momentum. The schemes below that do not conserve are at 7e-5 and more.
+# Newton's method stops at 1e-12 of the forces in each of 40 steps. Measured: 2e-13 to 1.2e-11 of
+# the largest energy and momentum. The schemes below that do not conserve are at 7e-5 and more.
 SOLVER_ACCURACY = 40 * 1e-12
 # With an exact tangent the last iteration goes far below that. Measured: 1e-15 to 2e-14.
 ROUND_OFF = 1e-13

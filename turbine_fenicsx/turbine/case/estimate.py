@@ -42,10 +42,6 @@ iterations. Measured with 19 287, 37 755 and 80 199 displacements of the IEA 15 
 0.22 and 0.54 s of the processor at rated speed with 4 iterations per step; 0.5 s with 37 755 and 9
 while its blades pitch."""
 
-WALLS_MEMORY = 2.0
-"""Their memory over that of other quadratic hexahedra, by the factors of the start, measured
-with as many displacements: 0.55, 1.0 and 2.1 GB."""
-
 ALONE = 0.09
 """Share of a step that several ranks do not share, from 1.83 times the speed on two ranks."""
 
@@ -178,8 +174,7 @@ def estimate(
         steps,
         step * share,
         set_up * share,
-        estimate_memory(name if at_once else "lu", meshes, ranks, True)
-        * (WALLS_MEMORY if hollow else 1.0),
+        estimate_memory(name if at_once else "lu", meshes, ranks, True),
         outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
         ranks,
     )

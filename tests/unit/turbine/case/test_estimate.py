@@ -140,12 +140,8 @@ def test_memory_of_other_cells_is_what_was_measured_within_a_third(mesh, gigabyt
     assert expected({"mesh": mesh}).memory / 1e9 == pytest.approx(gigabytes, rel=0.33)
 
 
-@pytest.mark.parametrize(
-    ("displacements", "seconds", "start", "gigabytes"),
-    [(19287, 0.14, 25.0, 0.56), (37755, 0.22, 60.0, 1.01), (80199, 0.54, 144.0, 2.14)],
-)
-def test_hollow_blades_take_what_was_measured(displacements, seconds, start, gigabytes):
-    """Of the IEA 15 MW turbine, started turning: at rated speed 0.22 s, pitching 0.5 s a step."""
+def estimate_hollow_blades(displacements):
+    """What so many displacements of hollow blades take that start turning."""
     nodes = displacements // 3
     size = MeshSize("hexahedron", nodes // 12, nodes // 4, nodes, 300, True)
     tables = {
@@ -156,7 +152,25 @@ def test_hollow_blades_take_what_was_measured(displacements, seconds, start, gig
     }
     found = estimate(Case.parse(tables), size)
     assert found.linear_solver == "frozen"
+    return found
+
+
+@pytest.mark.parametrize(
+    ("displacements", "gigabytes"), [(37881, 0.60), (71226, 1.07), (151182, 2.07)]
+)
+def test_hollow_blades_take_the_memory_that_was_measured(displacements, gigabytes):
+    """Of the IEA 15 MW turbine, then of the IEA 22 MW rotor; the start takes most."""
+    found = estimate_hollow_blades(displacements)
     assert found.memory / 1e9 == pytest.approx(gigabytes, rel=0.33)
+
+
+@pytest.mark.parametrize(
+    ("displacements", "seconds", "start"),
+    [(19287, 0.14, 25.0), (37755, 0.22, 60.0), (80199, 0.54, 144.0)],
+)
+def test_hollow_blades_take_the_time_that_was_measured(displacements, seconds, start):
+    """Of the IEA 15 MW turbine, started turning: at rated speed 0.22 s, pitching 0.5 s a step."""
+    found = estimate_hollow_blades(displacements)
     assert 0.5 < found.step_seconds / seconds < 2.0
     assert 0.5 < found.set_up_seconds / start < 2.0
     if displacements == 37755:
