@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -83,6 +84,8 @@ class Discon:
         folder.mkdir(exist_ok=True)
         self._errors = folder / ERRORS
         ours, theirs = os.pipe()
+        # not a pipe, whose SIGPIPE PETSc would catch where the process has ended
+        self._requests, theirs_too = socket.socketpair()
         files = [str(path.absolute()) for path in (library, infile)]
         command = [sys.executable, "-I", str(discon_child.__file__), *files, NAME, str(theirs)]
         with (folder / LOG).open("ab") as log, self._errors.open("ab") as errors:
@@ -90,13 +93,14 @@ class Discon:
                 command,
                 cwd=folder,
                 env=environment_without_mpi(),
-                stdin=subprocess.PIPE,
+                stdin=theirs_too.fileno(),
                 stdout=log,
                 stderr=errors,
                 pass_fds=(theirs,),
                 start_new_session=True,  # Ctrl-C is for the run, which still needs its controller
             )
         os.close(theirs)
+        theirs_too.close()
         self._replies: IO[bytes] = os.fdopen(ours, "rb", buffering=0)
         self._last: Measurements | None = None
 
@@ -125,13 +129,12 @@ class Discon:
         """Call the library once."""
         records = self._fill(measured) | {STATUS: status}
         request = b"".join(discon_child.PAIR.pack(*pair) for pair in records.items())
-        assert self._child.stdin is not None
         try:
-            self._child.stdin.write(discon_child.COUNT.pack(len(records)) + request)
-            self._child.stdin.flush()
+            count = discon_child.COUNT.pack(len(records))
+            self._requests.sendall(count + request, socket.MSG_NOSIGNAL)
             failed, *values, length = discon_child.REPLY.unpack(self._read(discon_child.REPLY.size))
             text = self._read(length).decode(errors="replace")
-        except (BrokenPipeError, EOFError):
+        except (ConnectionError, EOFError):
             raise InputError(self._tell_end(measured.time)) from None
         except TimeoutError:
             self._child.kill()
@@ -206,11 +209,7 @@ class Discon:
 
     def _end(self) -> None:
         """End the process."""
-        assert self._child.stdin is not None
-        try:
-            self._child.stdin.close()
-        except BrokenPipeError:
-            pass
+        self._requests.close()
         self._replies.close()
         try:
             self._child.wait(timeout=5.0)

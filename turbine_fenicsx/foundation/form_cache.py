@@ -49,8 +49,15 @@ def read_extra_flags() -> list[str]:
 
     Where code is made for this processor, a name of the processor is among them, so that another
     machine with the same cache compiles for itself.
+
+    Raises:
+        CompilationError: for a quotation without its end.
     """
-    flags = shlex.split(os.environ.get(EXTRA_FLAGS, ""))
+    text = os.environ.get(EXTRA_FLAGS, "")
+    try:
+        flags = shlex.split(text)
+    except ValueError as error:
+        raise CompilationError(f"{EXTRA_FLAGS} = {text!r}: {str(error).lower()}") from None
     if any(flag.endswith("=native") for flag in flags):
         processor = "\n".join(
             sorted(set(re.findall(r"^(?:model name|flags).*$", _describe_processors(), re.M)))

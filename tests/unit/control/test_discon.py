@@ -140,6 +140,7 @@ def test_ctrl_c_for_the_run_leaves_the_library_alone(tmp_path):
     assert os.getpgid(controller._child.pid) != os.getpgrp()
     controller.respond(measure(0.0, first=True))
     os.kill(controller._child.pid, signal.SIGKILL)
+    controller._child.wait()  # so that the request already finds nobody
     with pytest.raises(InputError, match=r"crashes \(SIGKILL\) at t = 0.05 s"):
         controller.respond(measure(0.05))
 

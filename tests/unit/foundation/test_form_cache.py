@@ -334,3 +334,9 @@ def test_a_process_killed_while_it_compiles_does_no_harm(comm, tmp_path):
     )
     later = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE) for _ in range(2)]
     assert [process.communicate(timeout=100)[0] for process in later] == [b"done\n"] * 2
+
+
+def test_flags_with_an_open_quotation_are_a_sentence(monkeypatch):
+    monkeypatch.setenv(form_cache.EXTRA_FLAGS, "-O3 '-g")
+    with pytest.raises(CompilationError, match=r"TURBINE_FENICSX_CFLAGS = .*: no closing quot"):
+        form_cache.read_extra_flags()
