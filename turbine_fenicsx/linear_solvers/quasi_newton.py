@@ -19,7 +19,7 @@ SETTLED = 10
 """So many steps tell how many iterations a step takes with a new factor."""
 
 ORDINARY = 10
-"""More than that in these steps, and than the fewest of them, count at once."""
+"""In these steps, iterations beyond so many and beyond the fewest so far count at once."""
 
 
 class QuasiNewton:
@@ -37,9 +37,9 @@ class QuasiNewton:
     No action of the tangent is ever needed: an iteration costs one residual and one solve.
 
     The approximate solver is refreshed after an iteration that failed, and once the iterations
-    that steps took beyond those after the last time would have paid for it. Where they grow by so
-    many with each step, that makes the sum of both costs least; where refreshing does not help, it
-    is not repeated, as there is nothing beyond what it led to. One more in a step does not count.
+    beyond those of the first steps with it would have paid for that. Where they grow steadily, the
+    sum of both costs is then nearly the least; where refreshing does not help, it is not repeated,
+    as there is nothing beyond what it led to. One more in a step does not count.
 
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
