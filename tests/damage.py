@@ -11,6 +11,8 @@ def damaged(text, random):
         random: Generator of random numbers.
     """
     for _ in range(random.integers(1, 4)):
+        if len(text) < 2:
+            break
         text = DAMAGES[random.integers(len(DAMAGES))](text, random)
     return text
 

@@ -59,11 +59,11 @@ def read_aerodyn_blade(
     count, first = find_count(path, lines, "NumBlNds")
     table = _parse_rows(path, lines[first + 2 :][:count], count, 7)
     span, prebend, twist, chord = table[:, 0], table[:, 1], table[:, 4], table[:, 5]
-    numbers = table[:, 6].astype(int)
-    strangers = sorted({int(n) for n in numbers if not 1 <= n <= len(polars)})
+    numbers = table[:, 6]
+    strangers = sorted({float(n) for n in numbers if n not in range(1, len(polars) + 1)})
     if strangers:
         raise InputError(
-            f"{os.fspath(path)} names polar {strangers[0]} in column BlAFID, but {len(polars)} "
+            f"{os.fspath(path)} names polar {strangers[0]:g} in column BlAFID, but {len(polars)} "
             "polars are given"
         )
     radius = hub_radius + span
@@ -76,7 +76,7 @@ def read_aerodyn_blade(
             radius,
             chord,
             np.radians(twist),
-            tuple(polars[n - 1] for n in numbers),
+            tuple(polars[int(n) - 1] for n in numbers),
             prebend=prebend,
         )
     except ModelError as error:
@@ -97,12 +97,14 @@ def find_count(path: str | os.PathLike[str], lines: list[str], word: str) -> tup
     for k, line in enumerate(lines):
         parts = line.split()
         if len(parts) >= 2 and parts[1] == word:
-            if not parts[0].isdigit() or not 0 < int(parts[0]) <= len(lines):
+            text = parts[0]
+            digits = text.isdecimal() and len(text) < 10
+            if not digits or not 0 < int(text) <= len(lines):
                 raise InputError(
                     f"{os.fspath(path)}, line {k + 1}: {word} must be a number of rows that the "
-                    f"file has, got {parts[0]!r}"
+                    f"file has, got {text[:40]!r}"
                 )
-            return int(parts[0]), k + 1
+            return int(text), k + 1
     raise InputError(f"{os.fspath(path)} is no file of AeroDyn 15: it has no {word}")
 
 

@@ -1,5 +1,7 @@
 """Claims about polars and blades in files of AeroDyn."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,22 @@ def test_a_blade_that_names_a_polar_too_many_is_refused(write):
     polar = read_aerodyn_polar(write(POLAR))
     with pytest.raises(InputError, match="names polar 2 in column BlAFID, but 1 polars are given"):
         read_aerodyn_blade(write(BLADE, "blade.dat"), 2.0, [polar])
+
+
+@pytest.mark.parametrize("number", ["1.5", "1e308", "0"])
+def test_a_blade_names_polars_by_whole_numbers(write, number):
+    lines = BLADE.rstrip().split("\n")
+    lines[-1] = f"{lines[-1].rsplit(maxsplit=1)[0]} {number}"
+    polars = 2 * [read_aerodyn_polar(write(POLAR))]
+    words = re.escape(f"names polar {float(number):g} in column BlAFID")
+    with pytest.raises(InputError, match=words):
+        read_aerodyn_blade(write("\n".join(lines), "blade.dat"), 2.0, polars)
+
+
+@pytest.mark.parametrize("count", ["²", "9" * 5000])
+def test_a_count_that_python_does_not_take_is_refused(write, count):
+    with pytest.raises(InputError, match="NumAlf must be a number of rows"):
+        read_aerodyn_polar(write(POLAR.replace("3   NumAlf", f"{count}   NumAlf")))
 
 
 def test_a_missing_file_is_named(tmp_path):
