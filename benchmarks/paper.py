@@ -22,7 +22,7 @@ KERNELS = ("petsc4py", "dolfinx", "PyCapsule", "nanobind")
 def run(folder, *settings, profile=""):
     """Run the case; returns seconds and the summary."""
     command = [sys.executable, *(["-m", "cProfile", "-o", profile] if profile else [])]
-    command += ["-m", "turbine_fenicsx", "run", str(CASE), "-o", folder]
+    command += ["-m", "turbine_fenicsx", "run", str(CASE), "-o", folder, "--overwrite"]
     for setting in settings:
         command += ["--set", setting]
     start = time.perf_counter()

@@ -62,7 +62,8 @@ class Results:
 
     def codes(self, part: str, size: str) -> list[str]:
         """Codes that ran, in their order."""
-        ran = [r["code"] for r in self.records if r["part"] == part and r["size"] == size]
+        parts = (part, "compare") if part == "growth" else (part,)
+        ran = [r["code"] for r in self.records if r["part"] in parts and r["size"] == size]
         return list(dict.fromkeys(ran))
 
     def unknowns(self, size: str) -> int:

@@ -95,6 +95,24 @@ def test_other_deflections_give_no_ratio():
     assert "tips disagree" in text
 
 
+def test_a_size_that_all_codes_ran_counts_as_growth_too():
+    tips = [[0.0, 1.0, 0.0]] * 3
+    big = {"size": "14x14x148", "unknowns": 301_725}
+    one, two = (
+        record(code, tips, s) | big for code, s in (("ours-hybrid", 2), ("ours-hybrid-2", 1))
+    )
+    text, agree = report(one, two)
+    assert agree
+    assert "| one rank / two ranks, 300 k | at least 1.7 | 2 | met |" in text
+
+
+def test_the_benchmark_of_the_whole_command_runs_it_as_often_as_it_needs(tmp_path, monkeypatch):
+    paper = load("paper", monkeypatch)
+    for _ in range(2):
+        seconds, summary = paper.run(str(tmp_path), "time.end=0.04", "mesh.elements=[1,1,2]")
+        assert seconds > 0.0 and summary["steps"] == 2
+
+
 def load(name, monkeypatch):
     """A script of the benchmarks as a module."""
     monkeypatch.syspath_prepend(str(FOLDER))

@@ -15,6 +15,9 @@ from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 
+SHORTEST = 1e-9
+"""Outputs at shorter distances [s] are those of all steps, and times divided by it are finite."""
+
 
 class FieldSeries:
     """Writes an XDMF file when it is time to; what is written says a class of its own.
@@ -29,7 +32,7 @@ class FieldSeries:
     """
 
     def __init__(self, path: str | os.PathLike[str], every: float, end: float) -> None:
-        self._every, self._end = every, end
+        self._every, self._end = max(every, SHORTEST), end
         self._path, self.name = Path(path), Path(path).name
         self._series: XdmfSeries | None = None
         self._last: float | None = None

@@ -220,7 +220,7 @@ def _field_bytes(
     for mesh in meshes:
         points, cells = points + mesh.vertices, cells + mesh.cells
         topology += 4 * mesh.cells * ((8 if mesh.cell == "hexahedron" else 4) + 2)
-    outputs = min(1.0 + ceil(case.time.end / every * (1.0 - 1e-9)), steps + 1.0)
+    outputs = 1.0 + ceil(min(case.time.end / every * (1.0 - 1e-9), steps))
     topology += 4 * points  # what is coupled to what
     # coordinates in double precision, displacement, velocity; two stresses, fibre
     return outputs, float(points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900), float(topology)

@@ -63,6 +63,14 @@ def pendulum():
     )
 
 
+def test_outputs_at_no_distance_at_all_are_those_of_all_steps(folder):
+    system = pendulum()
+    path = folder / "often.xdmf"
+    Simulation(system, 0.02, 0.06, [Fields(system, path, every=1e-320, end=0.06)]).run()
+    comm.Barrier()
+    assert list(read_fields(path)) == pytest.approx([0.0, 0.02, 0.04, 0.06])
+
+
 def test_any_system_is_written_with_default_parts(folder):
     system = pendulum()
     path = folder / "fields.xdmf"

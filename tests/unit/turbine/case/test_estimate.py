@@ -209,6 +209,11 @@ def test_more_steps_and_finer_tolerance_take_longer():
     assert expected({"turbine": {"model": "rigid"}}).step_seconds == pytest.approx(0.0026)
 
 
+def test_no_more_fields_are_written_than_there_are_steps():
+    rare, often = (expected({"output": {"fields_every": every}}) for every in (0.02, 1e-308))
+    assert often.disk == rare.disk
+
+
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 @pytest.mark.parametrize("every", [0.0, 0.04])
 def test_disk_space_is_that_of_the_files(comm, shared_tmp_path, model, every):
