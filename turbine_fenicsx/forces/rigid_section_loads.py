@@ -30,7 +30,7 @@ from turbine_fenicsx.foundation.checks import check_array, check_methods
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.foundation.rotations import cross_rows
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 
 SMALL_CHANGE = 1e-4
@@ -203,11 +203,9 @@ class BoundRigidLoads(LineSource):
         # sum d_k x d_k' is twice the axial vector of A = sum d_k d_k'
         spin = np.stack([A[:, i, j] - A[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
         omega = (inverse @ spin[:, :, None])[:, :, 0]
-        U, _, V_T = np.linalg.svd(d_T @ self._R_T)
-        U[:, :, 2] *= np.linalg.det(U @ V_T)[:, None]
         motion = SectionMotion(
             self._C @ mean.reshape(-1, 3),
-            (U @ V_T)[self._body],
+            nearest_rotation(d_T @ self._R_T)[self._body],
             self._C @ rate.reshape(-1, 3),
             omega[self._body],
             self._initial,

@@ -63,6 +63,21 @@ def cross_rows(a: Array, b: Array) -> Array:
     return found
 
 
+def nearest_rotation(B: Array) -> Array:
+    """Rotation R that is nearest to a matrix: the largest trace of R^T B.
+
+    Args:
+        B: Shape (..., 3, 3).
+
+    Returns:
+        Shape (..., 3, 3), nan where B is not finite, as in an attempt of a step that diverges.
+    """
+    finite = np.isfinite(B).all(axis=(-2, -1))[..., None, None]
+    U, _, V_T = np.linalg.svd(np.where(finite, B, 0.0))
+    U[..., 2] *= np.linalg.det(U @ V_T)[..., None]
+    return np.where(finite, U @ V_T, np.nan)
+
+
 def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -> Array:
     """Right-handed frame (t1, t2, n) with n along ``axis``.
 

@@ -117,7 +117,7 @@ def _make_room(
         cosine = np.maximum(half_turn[:, [corner]], _SHARPEST)
         t = thickness[:, [corner]]
         distance = np.mod(place - place[:, [corner]] + length / 2.0, length) - length / 2.0
-        lost = t * np.sqrt(1.0 - cosine**2) / cosine
+        lost = t * np.sqrt(np.maximum(0.0, 1.0 - cosine**2)) / cosine
         to_next = np.abs(distance[:, corners[corners != corner]]).min(axis=1, initial=np.inf)
         room = np.minimum(_ROOM * np.maximum(t, lost), to_next[:, None])
         share = np.maximum(0.0, 1.0 - np.abs(distance) / room)

@@ -14,6 +14,9 @@ from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.gmsh_process import Group, MshContent, read_content
 from turbine_fenicsx.meshing.model import MeshArrays
 
+FARTHEST = 1e7
+"""No node of a mesh is farther away [m]."""
+
 
 def read_msh(path: Path, volumes: Sequence[str], surfaces: Sequence[str]) -> MeshArrays:
     """Read the physical volumes and surfaces of a file, on the calling rank only.
@@ -155,11 +158,11 @@ def _read_points(content: MshContent, used: IntArray) -> Array:
     if lacking:
         raise MeshError(f"{lacking} nodes of its cells are not in it")
     points: Array = content.points[rows]
-    wild = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    wild = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(wild):
         raise MeshError(
-            f"{len(wild)} of its nodes have coordinates that are no finite numbers, the first is "
-            f"node {used[wild[0]]}"
+            f"{len(wild)} of its nodes have coordinates that are no finite numbers or beyond "
+            f"{FARTHEST:g} m, the first is node {used[wild[0]]}"
         )
     return points
 

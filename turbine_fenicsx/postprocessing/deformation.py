@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.postprocessing.parts import Parts
 
 Points = NDArray[np.float64]
@@ -50,9 +51,7 @@ def fit_motion(before: Points, after: Points) -> RigidMotion:
     start, end = before.mean(axis=0), after.mean(axis=0)
     if not span_a_plane(before):
         return RigidMotion(np.eye(3), start, end)
-    left, _, right = np.linalg.svd((after - end).T @ (before - start))
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, no reflection
-    return RigidMotion(left @ right, start, end)
+    return RigidMotion(nearest_rotation((after - end).T @ (before - start)), start, end)
 
 
 def exaggerate(

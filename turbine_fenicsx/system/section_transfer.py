@@ -25,6 +25,7 @@ from scipy.sparse import csr_matrix
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array, IntArray
 
 SLENDEREST = 1e-6
@@ -124,7 +125,7 @@ class SectionTransfer:
         self._r = y - _take(y_mean, self._station)
         return SectionMotion(
             self._centre + y_mean,
-            _polar(sums[:, 21:].reshape(-1, 3, 3)),
+            nearest_rotation(sums[:, 21:].reshape(-1, 3, 3)),
             v_mean,
             np.einsum("ijk,ik->ij", self._inverse, spin),
             self._initial,
@@ -203,11 +204,3 @@ def _share_out(
 def _take(vectors: Array, index: IntArray) -> Array:
     """Chosen vectors as columns, shape (3, m), each component in one piece of memory."""
     return np.take(np.ascontiguousarray(vectors.T), index, axis=1)
-
-
-def _polar(B: Array) -> Array:
-    """Rotations nearest to sum w r R^T, shape (n, 3, 3)."""
-    U, _, V_T = np.linalg.svd(B)
-    sign = np.linalg.det(U @ V_T)
-    U[:, :, 2] *= sign[:, None]
-    return np.asarray(U @ V_T)

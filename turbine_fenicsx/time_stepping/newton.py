@@ -165,7 +165,8 @@ class NewtonStepper:
                 linear_solver.begin()
             self._convergence.begin(approximate=attempt.solver in FALLBACKS)
             before = linear_solver.krylov_iterations
-            self.snes.solve(None, self.step.x)
+            with np.errstate(all="ignore"):  # what diverges overflows; the residual tells it
+                self.snes.solve(None, self.step.x)
             iterations = self.snes.getIterationNumber()
             newton += iterations
             krylov += linear_solver.krylov_iterations - before

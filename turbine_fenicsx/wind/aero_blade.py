@@ -38,7 +38,7 @@ class AeroBlade:
 
     Raises:
         ModelError: for stations outside the blade or not in order, chords that are not positive,
-            or numbers that do not fit together.
+            chords or prebend larger than the blade, or numbers that do not fit together.
     """
 
     hub_radius: float
@@ -86,6 +86,14 @@ class AeroBlade:
                 f"stations of an aerodynamic blade must lie between {self.hub_radius:g} and "
                 f"{self.tip_radius:g} m, got {ends[0]:g} to {ends[1]:g} m"
             )
+        for what in ("chord", "prebend"):
+            values = getattr(self, what)
+            largest = 0.0 if values is None else np.max(np.abs(values), initial=0.0)
+            if largest > self.tip_radius:
+                raise ModelError(
+                    f"{what} of an aerodynamic blade reaches {largest:g} m, more than its tip "
+                    f"radius of {self.tip_radius:g} m"
+                )
         if not np.all(self.chord > 0.0):
             k = int(np.argmin(self.chord > 0.0))
             raise ModelError(

@@ -19,7 +19,7 @@ from turbine_fenicsx.forces.section_loads import SectionMotion
 from turbine_fenicsx.foundation.checks import check_array, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.foundation.rotations import cross_rows
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
 from turbine_fenicsx.foundation.rotations import skew as cross_matrix
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import AeroBlade
@@ -273,9 +273,7 @@ class RotorAerodynamics:
 
 def fit_rotation(before: Array, after: Array) -> Array:
     """The rotation that takes points to where they are now, in the mean, shape (3, 3)."""
-    U, _, V_T = np.linalg.svd((after - _mean(after)).T @ (before - _mean(before)))
-    U[:, 2] *= np.linalg.det(U @ V_T)
-    return np.asarray(U @ V_T)
+    return nearest_rotation((after - _mean(after)).T @ (before - _mean(before)))
 
 
 def _mean(a: Array) -> Array:

@@ -20,6 +20,9 @@ from turbine_fenicsx.foundation.checks import (
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
+FASTEST = 200.0
+"""No wind is faster [m/s]; a file that has more is damaged, or in other units."""
+
 
 class Inflow(Protocol):
     """Any wind: a function of place and time."""

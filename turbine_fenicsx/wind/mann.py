@@ -19,7 +19,7 @@ from turbine_fenicsx.foundation.checks import check_array
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.inflow import SteadyWind
+from turbine_fenicsx.wind.inflow import FASTEST, SteadyWind
 from turbine_fenicsx.wind.turbulence import LARGEST, TurbulenceField
 
 
@@ -134,4 +134,9 @@ def _read_component(
         values = np.fromfile(file, "<f4", count)
     if values.size != count or not np.all(np.isfinite(values)):
         raise InputError(f"{name} has values that are not finite, or ends too early")
+    if max(values.max(), -values.min()) > FASTEST:
+        raise InputError(
+            f"{name} has fluctuations of {max(values.max(), -values.min()):g} m/s, at most "
+            f"{FASTEST:g} m/s are taken"
+        )
     return values.reshape(shape)

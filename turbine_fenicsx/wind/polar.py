@@ -19,6 +19,9 @@ SAME_ENDS = 1e-2
 """How far coefficients at -pi and pi may differ: it is one angle. Those of the thick airfoils of
 the IEA 22 MW turbine differ by 5e-3."""
 
+LARGEST = 100.0
+"""No aerofoil has larger coefficients [-]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Polar:
@@ -34,7 +37,7 @@ class Polar:
 
     Raises:
         ModelError: if the table does not close the circle, angles do not rise, numbers are not
-            finite or their counts differ.
+            finite or too large, or their counts differ.
     """
 
     name: str
@@ -54,6 +57,11 @@ class Polar:
                 )
             if not np.all(np.isfinite(values)):
                 raise ModelError(f"polar {self.name!r} has values of {what} that are not finite")
+            largest = np.max(np.abs(values), initial=0.0)
+            if largest > LARGEST:
+                raise ModelError(
+                    f"{what} of polar {self.name!r} reaches {largest:g}, more than {LARGEST:g}"
+                )
         if n < 2 or not np.all(np.diff(self.angle) > 0.0):
             raise ModelError(f"angles of polar {self.name!r} must rise from -180 to 180 degrees")
         if (

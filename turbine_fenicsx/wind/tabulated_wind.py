@@ -21,7 +21,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote, read_text
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.inflow import turn
+from turbine_fenicsx.wind.inflow import FASTEST, turn
 
 COLUMNS = (
     "speed",
@@ -34,6 +34,16 @@ COLUMNS = (
     "inclination",
 )
 """Columns of a table, in the order of OpenFAST's files, where the first is the time."""
+
+RANGES = {
+    "speed": (0.0, FASTEST),
+    "vertical_speed": (-FASTEST, FASTEST),
+    "horizontal_shear": (-10.0, 10.0),
+    "shear": (0.0, 2.0),
+    "vertical_shear": (-10.0, 10.0),
+    "gust": (-FASTEST, FASTEST),
+}
+"""What lies beyond is no wind [m/s, -]; angles may have any value."""
 
 _ANGLES = ("direction", "inclination")
 
@@ -123,8 +133,13 @@ def read_uniform_wind(path: str | os.PathLike[str]) -> tuple[Array, dict[str, Ar
             raise InputError(
                 f"{name}, line {number}: times must rise, got {row[0]:g} s after {rows[-1][0]:g} s"
             )
-        if row[1] < 0.0:
-            raise InputError(f"{name}, line {number}: speed = {row[1]:g} m/s must not be negative")
+        for key, value in zip(COLUMNS, row[1:], strict=False):
+            low, high = RANGES.get(key, (-np.inf, np.inf))
+            if not low <= value <= high:
+                raise InputError(
+                    f"{name}, line {number}: {key} = {value:g} must lie between {low:g} and "
+                    f"{high:g}"
+                )
         rows.append(row)
     if not rows:
         raise InputError(f"{name} holds no wind, expected lines of 8 or 9 numbers")

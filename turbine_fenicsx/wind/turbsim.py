@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.wind.inflow import FASTEST
 from turbine_fenicsx.wind.turbulence import LARGEST, TurbulenceField
 
 NOT_PERIODIC, PERIODIC = 7, 8
@@ -55,6 +56,10 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
         )
     planes = raw.reshape(n_t, row)[:, : 3 * n_z * n_y].reshape(n_t, n_z, n_y, 3)
     slope, intercept = head["scales"].astype(float).T
+    ends = np.array([planes.min(axis=(0, 1, 2)), planes.max(axis=(0, 1, 2))])
+    fastest = np.max(np.abs((ends - intercept) / slope))
+    if not fastest <= FASTEST:
+        raise InputError(f"{name} has a wind of {fastest:g} m/s, at most {FASTEST:g} m/s are taken")
     y = (np.arange(n_y) - 0.5 * (n_y - 1)) * float(head["dy"])
     z = float(head["z_bottom"]) + np.arange(n_z) * float(head["dz"])
     periodic, speed = int(head["kind"]) == PERIODIC, float(head["u_hub"])

@@ -8,6 +8,7 @@ from turbine_fenicsx.foundation.rotations import (
     E2,
     E3,
     frame_with_axis,
+    nearest_rotation,
     rotation_about,
     skew,
     unit,
@@ -92,3 +93,20 @@ def test_a_frame_cannot_point_along_its_own_axis():
         frame_with_axis((1.0, 2.0, 3.0), (-2.0, -4.0, -6.0))
     with pytest.raises(ValueError):
         frame_with_axis(E1, (0.0, 0.0, 0.0))
+
+
+def test_the_nearest_rotation_of_a_stretched_one_is_that_rotation(rng):
+    R = np.array([rotation_about(rng.normal(size=3), angle) for angle in rng.uniform(0.0, 3.0, 20)])
+    A = rng.normal(size=(20, 3, 3))
+    stretch = np.eye(3) + A.swapaxes(1, 2) @ A
+    assert np.abs(nearest_rotation(R @ stretch) - R).max() <= 100.0 * ROUND_OFF
+    mirrored = nearest_rotation(R @ np.diag([1.0, 1.0, -0.1]))
+    assert np.linalg.det(mirrored) == pytest.approx(np.ones(20))
+
+
+def test_what_is_not_finite_has_no_nearest_rotation():
+    found = nearest_rotation(
+        np.array([np.eye(3), np.full((3, 3), np.inf), np.full((3, 3), np.nan)])
+    )
+    assert np.array_equal(found[0], np.eye(3))
+    assert np.isnan(found[1:]).all()

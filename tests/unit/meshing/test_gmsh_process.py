@@ -73,7 +73,7 @@ def test_a_mesh_by_another_name_is_refused(comm, copy, name):
         read(comm, path)
 
 
-@pytest.mark.parametrize("number", [b"nan", b"inf", b"-inf"])
+@pytest.mark.parametrize("number", [b"nan", b"inf", b"-inf", b"1e200"])
 def test_a_coordinate_that_is_no_number_is_named(comm, copy, number):
     lines = ROTOR.read_bytes().split(b"\n")
     words = lines[600].split(b" ")

@@ -98,6 +98,9 @@ def test_files_that_are_no_box_are_refused(paths):
     np.full(POINTS, np.nan, dtype="<f4").tofile(paths[1])
     with pytest.raises(InputError, match=r"v.bin has values that are not finite"):
         read(paths)
+    np.full(POINTS, -1e30, dtype="<f4").tofile(paths[1])
+    with pytest.raises(InputError, match=r"v.bin has fluctuations of 1e\+30 m/s, at most 200 m/s"):
+        read(paths)
     paths[1].unlink()
     with pytest.raises(FileError, match=r"v.bin"):
         read(paths)

@@ -41,6 +41,7 @@ def test_polars_with_different_angles_keep_their_values_in_one_table():
         (lambda: polar(angle=ANGLES[::-1]), "angles of polar 'p' must rise"),
         (lambda: polar(lift=np.arange(6.0)), "lift of polar 'p' must be the same at -180 and 180"),
         (lambda: polar(drag=np.full(6, np.nan)), "'p' has values of drag that are not finite"),
+        (lambda: polar(lift=np.full(6, -1e40)), "lift of polar 'p' reaches 1e\\+40, more than 100"),
         (lambda: polar(moment=np.zeros(3)), r"has 6 angles and values of moment of shape \(3,\)"),
     ],
 )
@@ -55,6 +56,11 @@ def test_tables_that_are_no_polars_are_refused(make, words):
         ({"radius": np.array([1.0, 5.0])}, "stations .* must lie between 2 and 10 m, got 1 to 5"),
         ({"radius": np.array([5.0, 5.0])}, "two or more stations with rising radius"),
         ({"chord": np.array([1.0, 0.0])}, "chords must be positive, got 0 m at 9 m"),
+        (
+            {"chord": np.array([1.0, 11.0])},
+            "chord of .* reaches 11 m, more than its tip radius of 10",
+        ),
+        ({"prebend": np.array([0.0, -1e20])}, "prebend of an aerodynamic blade reaches 1e.20 m"),
         ({"twist": np.array([1.0])}, "twist of an aerodynamic blade must be 2 finite numbers"),
         ({"polars": (polar(),)}, "a polar for each of its 2 stations, got 1"),
         ({"hub_radius": 12.0}, "must end outside its hub, got radii of 12 and 10 m"),

@@ -114,6 +114,10 @@ def test_a_run_or_a_rotor_that_the_field_does_not_cover_is_named(tmp_path, comm)
         ({"dt": 0.0}, "dt must be positive, got 0"),
         ({"u_hub": np.nan}, "u_hub must be positive, got nan"),
         ({"scales": np.zeros((3, 2))}, "slopes of its velocities must be finite and not zero"),
+        (
+            {"scales": np.array([[1e-6, 0.0]] * 3)},
+            "has a wind of .* m/s, at most 200 m/s are taken",
+        ),
         ({"n_text": -5}, "n_text must be at least 0, got -5"),
     ],
 )

@@ -17,9 +17,7 @@ from turbine_fenicsx.turbine.case.quantities import (
     Whole,
 )
 from turbine_fenicsx.turbine.case.section import Flag, NotNegative, Positive, Section
-
-FASTEST = 200.0
-"""No wind of a case is faster [m/s]."""
+from turbine_fenicsx.wind.inflow import FASTEST
 
 STEEPEST = pi / 3.0
 """Largest angle between wind and ground [rad]."""

@@ -7,26 +7,21 @@ from pathlib import Path
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.time_table import Column, TimeTable, keep_read, read_time_table
-from turbine_fenicsx.turbine.case.wind import FASTEST, STEEPEST
+from turbine_fenicsx.turbine.case.wind import STEEPEST
+from turbine_fenicsx.wind.tabulated_wind import RANGES, read_uniform_wind
 
 FALLBACKS = ("shear", "direction", "inclination")
 """Keys of the wind that a table may have as columns."""
 
-_SPEED, _ANY, _SLOPE = (
-    Column("m/s", 0.0, FASTEST),
-    Column("m/s", -FASTEST, FASTEST),
-    Column("", -10.0, 10.0),
-)
-
 COLUMNS = {
-    "speed": _SPEED,
+    "speed": Column("m/s", *RANGES["speed"]),
     "direction": Column("rad", -7.0, 7.0),
     "inclination": Column("rad", -STEEPEST, STEEPEST),
-    "shear": Column("", 0.0, 2.0),
-    "vertical_speed": _ANY,
-    "horizontal_shear": _SLOPE,
-    "vertical_shear": _SLOPE,
-    "gust": _ANY,
+    "shear": Column("", *RANGES["shear"]),
+    "vertical_speed": Column("m/s", *RANGES["vertical_speed"]),
+    "horizontal_shear": Column("", *RANGES["horizontal_shear"]),
+    "vertical_shear": Column("", *RANGES["vertical_shear"]),
+    "gust": Column("m/s", *RANGES["gust"]),
 }
 """Columns of a table of comma-separated values."""
 
@@ -34,8 +29,6 @@ COLUMNS = {
 def _read(path: str) -> TimeTable:
     """The wind of a file of either format."""
     if Path(path).suffix.lower() != ".csv":
-        from turbine_fenicsx.wind.tabulated_wind import read_uniform_wind
-
         times, columns = read_uniform_wind(path)
         return TimeTable(Path(path).name, times, columns)
     table = read_time_table(path, COLUMNS)
