@@ -8,6 +8,8 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
 E1, E2, E3 = np.eye(3)
 """Inertial basis; e2 is vertical, e3 points downwind, along the shaft if it is not tilted."""
 
@@ -55,11 +57,8 @@ def skew(w: npt.ArrayLike) -> Array:
 
 def cross_rows(a: Array, b: Array) -> Array:
     """Cross products of rows, both of shape (n, 3); quicker for few rows than numpy's."""
-    (a_1, a_2, a_3), (b_1, b_2, b_3) = a.T, b.T
-    found = np.empty_like(a)
-    found[:, 0] = a_2 * b_3 - a_3 * b_2
-    found[:, 1] = a_3 * b_1 - a_1 * b_3
-    found[:, 2] = a_1 * b_2 - a_2 * b_1
+    found = a.take(_NEXT, axis=1) * b.take(_LAST, axis=1)
+    found -= a.take(_LAST, axis=1) * b.take(_NEXT, axis=1)
     return found
 
 

@@ -26,7 +26,7 @@ from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.inflow import Inflow
 from turbine_fenicsx.wind.momentum import Annuli, induction_of_thrust, solve_momentum
 from turbine_fenicsx.wind.skew import SkewedWake
-from turbine_fenicsx.wind.stall import OeyeStall, SeparationTable
+from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
 from turbine_fenicsx.wind.wake import Wake
 
@@ -51,8 +51,12 @@ class _Sections(NamedTuple):
     outward: Array  # unit vector from the shaft to the section
     radius: Array  # distance from the shaft, shape (n,) [m]
     wind: Array  # relative to the section, without the wake [m/s]
-    V_x: Array  # its part along the normal, shape (n,) [m/s]
-    V_y: Array  # and that against the way, shape (n,) [m/s]
+
+    def find_inflow(self) -> tuple[npt.NDArray[np.bool_], Array, Array]:
+        """Where there is a wake, and V_x along the normals and V_y against the way there [m/s]."""
+        V_x, V_y = _dot(self.wind, self.normal), -_dot(self.wind, self.way)
+        turning = np.minimum(V_x, V_y) > LEAST_WIND
+        return turning, np.where(turning, V_x, 1.0), np.where(turning, V_y, 1.0)
 
 
 class _Loads(NamedTuple):
@@ -60,7 +64,7 @@ class _Loads(NamedTuple):
 
     force: Array  # shape (n, 3) [N]
     moment: Array  # about the centre of the section, shape (n, 3) [N m]
-    along: Array  # line loads along normal and way, shape (n, 2) [N/m]
+    line: Array  # forces for each length of the span, shape (n, 3) [N/m]
     attached: Array  # attached part of the chord in balance, f_st, shape (n,) [-]
     speed: Array  # of the flow across the section, W, shape (n,) [m/s]
 
@@ -124,9 +128,13 @@ class RotorAerodynamics:
         solidity = B * self._chord / (2.0 * np.pi * radius)
         self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
         self._lengths = np.tile(blade.parts, B) * stretch[:, 0]
+        self._half_density = 0.5 * self._density * self._chord  # times the chord [kg/m^2]
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
-        self._separation = SeparationTable(blade.table) if stall is not None else None
+        polars = blade.table
+        self._coefficients = (
+            polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
+        )
         self._wake: Wake | None = None
         self._attached: Array | None = None
         self._half_step = np.inf
@@ -156,8 +164,8 @@ class RotorAerodynamics:
         if self._wake is None:
             self._wake = wake
             return
-        balanced, a = self._balance(sections, wake.velocity, found.along)
-        speed = abs(float(np.mean(sections.V_x)))
+        balanced, a = self._balance(sections, wake.velocity, found.line)
+        speed = abs(float(np.mean(_dot(sections.wind, sections.normal))))
         R = self._blade.tip_radius
         self._wake = wake.advance(balanced, times.dt, a, sections.radius, R, speed)
 
@@ -205,10 +213,7 @@ class RotorAerodynamics:
         velocity = motion.velocity + cross_rows(motion.angular_velocity, lever)
         air = self._inflow.velocity(place, time)
         wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
-        V_x, V_y = _dot(wind, normal), -_dot(wind, way)
-        return _Sections(
-            lever, span, chordwise, suction, normal, way, shaft, outward, radius, wind, V_x, V_y
-        )
+        return _Sections(lever, span, chordwise, suction, normal, way, shaft, outward, radius, wind)
 
     def _find_loads(self, s: _Sections, w: Array) -> _Loads:
         """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
@@ -220,24 +225,23 @@ class RotorAerodynamics:
         V = s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way
         forward, up = -_dot(V, s.chordwise), _dot(V, s.suction)
         W = np.hypot(forward, up)
-        places = self._blade.table.locate(np.arctan2(up, forward).reshape(self._B, -1))
-        C_l, C_d, C_m = (C.ravel() for C in self._blade.table.find_coefficients(places))
-        f_st = np.ones_like(W)
-        if self._stall is not None and self._separation is not None:
-            # C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep)
-            f_st, difference = (values.ravel() for values in self._separation(places))
+        C = self._coefficients(np.arctan2(up, forward)).T
+        C_l, C_d, C_m = C[:3]
+        if self._stall is None:
+            f_st = np.ones_like(W)
+        else:  # C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep)
+            f_st, difference = C[3:]
             before = f_st if self._attached is None else self._attached
             f = self._stall.follow(before, f_st, self._half_step, self._chord, W)
             C_l = C_l + (f - f_st) * difference
         # q c W is the same for lift, along (up, forward) of the section, and drag, along V
-        q = 0.5 * self._density * self._chord * W
+        q = self._half_density * W
         along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
         line = along_chord[:, None] * s.chordwise + along_suction[:, None] * s.suction
         force = self._lengths[:, None] * line
         pitching = self._lengths * q * W * self._chord * C_m
         moment = cross_rows(s.lever, force) + pitching[:, None] * s.span
-        along = np.stack([_dot(line, s.normal), _dot(line, s.way)], axis=1)
-        return _Loads(force, moment, along, f_st, W)
+        return _Loads(force, moment, line, f_st, W)
 
     def _find_wake(self, s: _Sections) -> Wake:
         """The wake as it is, or one in balance with the loads where there is none yet."""
@@ -250,23 +254,22 @@ class RotorAerodynamics:
             found = table((phi - setting).reshape(shape))
             return found.lift.ravel(), found.drag.ravel()
 
-        turning = np.minimum(s.V_x, s.V_y) > LEAST_WIND
-        V_x, V_y = np.where(turning, s.V_x, 1.0), np.where(turning, s.V_y, 1.0)
+        turning, V_x, V_y = s.find_inflow()
         _, a, a_prime = solve_momentum(self._annuli, V_x, V_y, lift_and_drag)
         w = np.stack([a * V_x, a_prime * V_y], axis=1) * turning[:, None]
         return Wake.in_balance(w)
 
     def _balance(self, s: _Sections, w: Array, line: Array) -> tuple[Array, Array]:
         """Induced velocities of a wake in balance with line loads, (n, 2), and a."""
-        turning = np.minimum(s.V_x, s.V_y) > LEAST_WIND
-        V_x, V_y = np.where(turning, s.V_x, 1.0), np.where(turning, s.V_y, 1.0)
+        turning, V_x, V_y = s.find_inflow()
+        f_n, f_t = _dot(line, s.normal), _dot(line, s.way)
         phi = np.arctan2(V_x - w[:, 0], V_y + w[:, 1])
         F = self._annuli.loss(np.where(np.abs(np.sin(phi)) > 1e-6, phi, 1e-6))
         # B f_n = rho pi r V_x^2 C_T, and B f_t = 4 pi r rho F V_x (1 - a) a' V_y
         density = self._density * np.pi * self._annuli.radius / self._B
-        a: Array = np.minimum(induction_of_thrust(line[:, 0] / (density * V_x**2), F), MOST)
+        a: Array = np.minimum(induction_of_thrust(f_n / (density * V_x**2), F), MOST)
         through = np.maximum(V_x - w[:, 0], LEAST_WIND)
-        swirl = line[:, 1] / (4.0 * density * F * through)
+        swirl = f_t / (4.0 * density * F * through)
         swirl = np.clip(swirl, -MOST * V_y, MOST * V_y)
         return np.stack([a * V_x, swirl], axis=1) * turning[:, None], a * turning
 

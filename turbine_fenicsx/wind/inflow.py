@@ -6,6 +6,7 @@ Axes are those of the wind: x downwind of the mean direction, z up from the grou
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -106,7 +107,7 @@ class SteadyWind:
         profile = (np.maximum(height, 0.0) / self.hub_height) ** self.shear
         return np.asarray(self.speed * profile)
 
-    @property
+    @cached_property
     def unit_vector(self) -> Array:
         """Direction of the wind, shape (3,)."""
         return turn(self.direction, self.inclination)

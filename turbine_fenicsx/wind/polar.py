@@ -94,18 +94,40 @@ class Coefficients(NamedTuple):
     moment: Array
 
 
-class Places(NamedTuple):
-    """Where angles lie among those of a table.
+class AngleTable:
+    """Values over the angle of attack, for each station those of its row, linear in between.
 
-    Attributes:
-        row: Which polar.
-        interval: Which interval of angles.
-        weight: Part of the interval before the angle [-].
+    Args:
+        angles: Rising, shape (m,) [rad].
+        values: Shape (k, m, c).
+        rows: Which of the k each station has, shape (stations,).
     """
 
-    row: npt.NDArray[np.intp]
-    interval: npt.NDArray[np.intp]
-    weight: Array
+    def __init__(self, angles: Array, values: Array, rows: npt.NDArray[np.intp]) -> None:
+        m, c = values.shape[1:]
+        self._starts, self._inner = angles[:-1], angles[1:-1]
+        self._widths = np.diff(angles)
+        self._first = rows * (m - 1)
+        # what is at the start of an interval of a row, and how it changes over the interval
+        self._lower = values[:, :-1].reshape(-1, c)
+        self._change = np.diff(values, axis=1).reshape(-1, c)
+
+    def __call__(self, angle: Array) -> Array:
+        """Values at angles within those of the table.
+
+        Args:
+            angle: Shape (..., stations) [rad].
+
+        Returns:
+            Shape (..., stations, c).
+        """
+        i = self._inner.searchsorted(angle, side="right")
+        weight = (angle - self._starts.take(i)) / self._widths.take(i)
+        i = i + self._first
+        found = self._change.take(i, axis=0)
+        found *= weight[..., None]
+        found += self._lower.take(i, axis=0)
+        return found
 
 
 class PolarTable:
@@ -117,6 +139,7 @@ class PolarTable:
     Attributes:
         angles: Those of all polars together, shape (m,) [rad].
         values: C_l, C_d and C_m of the polars that differ, shape (k, m, 3) [-].
+        rows: Which of these each station has, shape (stations,).
     """
 
     def __init__(self, polars: Sequence[Polar]) -> None:
@@ -125,7 +148,8 @@ class PolarTable:
         self.angles = np.unique(np.concatenate([p.angle for p in distinct]))
         self.values = np.stack([p.coefficients(self.angles).T for p in distinct])
         places = {id(p): k for k, p in enumerate(distinct)}
-        self._row = np.array([places[id(p)] for p in polars])
+        self.rows = np.array([places[id(p)] for p in polars])
+        self._table = self.tabulate(self.values)
 
     def __call__(self, angle: Array) -> Coefficients:
         """Coefficients at angles of attack.
@@ -133,24 +157,12 @@ class PolarTable:
         Args:
             angle: Any angles, shape (..., stations) [rad].
         """
-        return self.find_coefficients(self.locate(angle))
-
-    def locate(self, angle: Array) -> Places:
-        """Where angles of attack lie in the table, (..., stations) [rad]."""
-        x, grid = _within_circle(angle), self.angles
-        k = np.minimum(np.maximum(grid.searchsorted(x, side="right") - 1, 0), len(grid) - 2)
-        return Places(self._row, k, (x - grid[k]) / (grid[k + 1] - grid[k]))
-
-    def find_coefficients(self, places: Places) -> Coefficients:
-        """Coefficients at places of the table."""
-        C = self.interpolate(self.values, places)
+        C = self._table(_within_circle(angle))
         return Coefficients(C[..., 0], C[..., 1], C[..., 2])
 
-    def interpolate(self, values: Array, places: Places) -> Array:
-        """Values over the angles of the table, shape (k, m, c), at places, shape (..., c)."""
-        row, k, weight = places
-        lower = values[row, k]
-        return np.asarray(lower + weight[..., None] * (values[row, k + 1] - lower))
+    def tabulate(self, values: Array, blades: int = 1) -> AngleTable:
+        """A table of values over the same angles, shape (k, m, c), for the stations of blades."""
+        return AngleTable(self.angles, values, np.tile(self.rows, blades))
 
 
 def _within_circle(angle: Array) -> Array:

@@ -48,9 +48,9 @@ class SkewedWake:
         """
         through = float(wind @ shaft)
         V_p = wind - through * shaft
-        V_n = through - induced
+        V_n, in_plane = through - induced, hypot(*V_p.tolist())
         # tan(chi/2) = V_p/(V_n + |V|), as a vector in the rotor plane
-        reach = V_n + hypot(V_n, *V_p)
-        tangent = V_p / reach if reach > 1e-6 else np.zeros(3)
-        tangent = tangent / max(1.0, self.factor * hypot(*tangent))
-        return np.asarray(1.0 + self.factor * np.minimum(part, 1.0) * (outward @ tangent))
+        reach = V_n + hypot(V_n, in_plane)
+        slope = in_plane / reach if reach > 1e-6 else 0.0
+        strength = self.factor / (reach * max(1.0, self.factor * slope)) if slope else 0.0
+        return np.asarray(1.0 + np.minimum(part, 1.0) * (outward @ (strength * V_p)))

@@ -26,7 +26,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.checks import check_positive
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.polar import Places, PolarTable
+from turbine_fenicsx.wind.polar import AngleTable, PolarTable
 
 ATTACHED = np.radians(20.0)
 """The slope of attached flow is sought so far around the angle without lift [rad]."""
@@ -66,22 +66,16 @@ class OeyeStall:
         return np.asarray(f_st + (f - f_st) * np.exp(-duration / tau))
 
 
-class SeparationTable:
-    """f_st and C_l,inv - C_l,sep of all stations of a blade, looked up like their polars.
+def tabulate_separation(table: PolarTable, blades: int = 1) -> AngleTable:
+    """C_l, C_d, C_m, f_st and C_l,inv - C_l,sep of the stations of blades.
 
     Args:
-        table: The polars.
+        table: The polars of one of them.
+        blades: Their number.
     """
-
-    def __init__(self, table: PolarTable) -> None:
-        self._table = table
-        lifts = table.values[:, :, 0]
-        self._values = np.stack([np.stack(separate(table.angles, C_l), 1) for C_l in lifts])
-
-    def __call__(self, places: Places) -> tuple[Array, Array]:
-        """f_st and C_l,inv - C_l,sep at places of the polars, each of their shape [-]."""
-        found = self._table.interpolate(self._values, places)
-        return found[..., 0], found[..., 1]
+    lifts = table.values[:, :, 0]
+    separated = np.stack([np.stack(separate(table.angles, C_l), axis=1) for C_l in lifts])
+    return table.tabulate(np.concatenate([table.values, separated], axis=2), blades)
 
 
 def separate(angle: Array, lift: Array) -> tuple[Array, Array]:

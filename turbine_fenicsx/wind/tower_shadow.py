@@ -90,7 +90,7 @@ class TowerShadow:
         """
         E, length = self._frame
         p_1, p_2, s = E @ (position - np.asarray(self.base, dtype=float)).T
-        w_1, w_2, _ = E @ wind.T
+        w_1, w_2 = E[:2] @ wind.T
         nearest = np.minimum(np.maximum(s, 0.0), length)
         radius = np.interp(nearest, *self._profile)
         z = np.abs(s - nearest) / radius
@@ -100,17 +100,21 @@ class TowerShadow:
         x, y = scale * (p_1 * w_1 + p_2 * w_2), scale * (p_2 * w_1 - p_1 * w_2)
         inside = 1.0 / np.minimum(np.maximum(np.hypot(x, y), 1e-9), 1.0)
         u, v = self._find_changes(x * inside, y * inside) * (z < 1.0)
-        change = np.stack([u * w_1 - v * w_2, u * w_2 + v * w_1], axis=1)
-        return np.asarray(wind + change @ E[:2])
+        change = np.array([u * w_1 - v * w_2, u * w_2 + v * w_1])
+        return np.asarray(wind + change.T @ E[:2])
 
     def _find_changes(self, x: Array, y: Array) -> Array:
         """u/V and v/V at places outside of the tower, in its radii, shape (2, n) [-]."""
-        r_2 = np.maximum(x * x + y * y, 1.0)
-        u, v = np.zeros_like(x), np.zeros_like(y)
+        change = np.zeros((2, len(x)))
+        x_2, y_2 = x * x, y * y
+        r_2 = np.maximum(x_2 + y_2, 1.0)
         if self.potential:
-            u, v = (y * y - x * x) / r_2**2, -2.0 * x * y / r_2**2
+            r_4 = r_2 * r_2
+            change[0] = (y_2 - x_2) / r_4
+            change[1] = -2.0 * x * y / r_4
         if self.drag > 0.0:
-            width = r_2**0.25
-            wake = self.drag / width * np.cos(0.5 * np.pi * y / width) ** 2
-            u = u - np.where((x > 0.0) & (np.abs(y) < width), np.minimum(wake, DEEPEST), 0.0)
-        return np.stack([u, v])
+            width = np.sqrt(np.sqrt(r_2))
+            wake = self.drag / width * np.cos(0.5 * np.pi / width * y) ** 2
+            behind = (x > 0.0) & (np.abs(y) < width)
+            change[0] -= np.minimum(wake, DEEPEST) * behind
+        return change

@@ -54,7 +54,9 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
         raise InputError(
             f"{name} is cut off: it has {raw.size // row} of the {n_t} planes that it announces"
         )
-    planes = raw.reshape(n_t, row)[:, : 3 * n_z * n_y].reshape(n_t, n_z, n_y, 3)
+    # without the tower's points each lookup would copy the field to make it contiguous
+    planes = np.ascontiguousarray(raw.reshape(n_t, row)[:, : 3 * n_z * n_y])
+    planes = planes.reshape(n_t, n_z, n_y, 3)
     slope, intercept = head["scales"].astype(float).T
     ends = np.array([planes.min(axis=(0, 1, 2)), planes.max(axis=(0, 1, 2))])
     fastest = np.max(np.abs((ends - intercept) / slope))

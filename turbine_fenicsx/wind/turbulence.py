@@ -86,7 +86,8 @@ class TurbulenceField:
         Raises:
             InputError: before the first plane and after the last of a field that is not periodic.
         """
-        x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
+        places = np.asarray(position, dtype=float)
+        x, y, z = places.reshape(-1, 3).T
         s = (time + self.lead - x / self.speed) / self.dt
         n = len(self.values)
         if self.periodic:
@@ -99,24 +100,26 @@ class TurbulenceField:
             )
         i = np.minimum(s.astype(int), n - 1)
         after = (i + 1) % n if self.periodic else np.minimum(i + 1, n - 1)
-        low = np.minimum(z / self.z[0], 1.0) if self.z[0] > 0.0 else np.ones_like(z)
         j, v = _locate(z, self.z)
         k, u = _locate(y, self.y)
         # weights and numbers of the eight corners, along two axes each: planes, heights, widths
         w, v, u = (np.array([1.0 - part, part]) for part in (s - i, v, u))
-        weights = w[:, None, None] * v[:, None] * u
+        weights = w[:, None, None] * (v[:, None] * u)
         height, width = len(self.z), len(self.y)
-        corner = np.array([i, after])[:, None, None] * height + np.array([j, j + 1])[:, None]
-        corner = corner * width + np.array([k, k + 1])
-        corners = self.values.reshape(-1, 3)[corner]
-        found = np.einsum("abc...,abc...x->...x", weights, corners)
+        corner = np.array([i, after]) * (height * width) + (j * width + k)
+        corner = corner[:, None] + np.array([[0], [1], [width], [width + 1]])
+        corners = self.values.reshape(-1, 3).take(corner.reshape(8, -1), axis=0)
+        found = np.einsum("cn,cni->ni", weights.reshape(8, -1), corners.astype(float))
         found = (found - self.intercept) / self.slope
-        return np.asarray(found * np.maximum(low, 0.0)[..., None])
+        if self.z[0] > 0.0:
+            found *= np.minimum(np.maximum(z / self.z[0], 0.0), 1.0)[:, None]
+        return np.asarray(found.reshape(places.shape))
 
 
 def _locate(places: Array, grid: Array) -> tuple[Array, Array]:
     """Interval of an equally spaced grid that holds each place, and the part of it before."""
-    s = (places - grid[0]) / (grid[1] - grid[0])
+    first, second = grid[:2].tolist()
+    s = (places - first) / (second - first)
     s = np.minimum(np.maximum(s, 0.0), len(grid) - 1.0)
     index = np.minimum(s.astype(int), len(grid) - 2)
     return index, s - index

@@ -50,6 +50,11 @@ def test_on_its_grid_the_wind_is_that_of_the_file(tmp_path, comm):
         assert found == pytest.approx(values[k], abs=1e-6)
 
 
+def test_a_field_is_looked_up_where_it_lies_in_memory(tmp_path, comm):
+    wind = read_turbsim(write(tmp_path / f"{comm.rank}.bts", field()))
+    assert np.shares_memory(wind.values.reshape(-1, 3), wind.values)
+
+
 def test_between_points_it_is_linear_and_moves_with_the_mean_wind(tmp_path, comm):
     values = field(comm.rank)
     wind = read_turbsim(write(tmp_path / f"{comm.rank}.bts", values))
