@@ -14,14 +14,15 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.system.state import State
+from turbine_fenicsx.turbine.case.size import PLANE_POINTS as POINTS
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 
 PLANE = 0
 """Part of the plane; those of the blades are their numbers."""
 
-POINTS, WIDTH = 21, 1.2
-"""Points along each side of the plane, whose half width is so many radii of the rotor."""
+WIDTH = 1.2
+"""Half width of the plane in radii of the rotor."""
 
 CLEARANCE = 1.0
 """The plane ends so far above the ground [m]."""

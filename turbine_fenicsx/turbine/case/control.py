@@ -75,6 +75,11 @@ class PitchLawCase(Section):
         return PitchLaw(**self.model_dump())
 
 
+def is_controller(kind: str) -> bool:
+    """Whether a key ``control.kind`` names a controller, right or wrong in its detail."""
+    return kind in ("pi", "discon") or kind.startswith(PYTHON)
+
+
 def _check_kind(kind: str) -> str:
     """One of the kinds; the file of a Python controller becomes absolute."""
     if kind in ("none", "pi", "discon"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import ceil, inf, log10
 
-from turbine_fenicsx.turbine.case.size import N_BLADES, MeshSize, size_of_tower
+from turbine_fenicsx.turbine.case.size import N_BLADES, PLANE_POINTS, MeshSize, size_of_tower
 from turbine_fenicsx.turbine.case.tables import Tables
 
 MACHINE = "cores of an AMD EPYC"
@@ -53,6 +53,9 @@ BASES = 5.0
 
 CHECKPOINT = 5.0
 """Numbers that a checkpoint keeps for each displacement."""
+
+ROW, ROW_OF_WIND, ROW_OF_CONTROL = 700.0, 170.0, 240.0
+"""Both time series together, and what wind and a controller add to them [B/step]."""
 
 SURFACES = {"hybrid": (1584, 1488), "rigid": (3528, 3360)}
 """Points and faces of the pictures of the rigid parts in the field output."""
@@ -160,7 +163,8 @@ def estimate(
         step, set_up, share = RIGID_STEP, 1.0, 1.0
     at_once = case.time.start == "undeformed"  # else a factor is needed
     steps = float(ceil(case.time.end / case.time.step * (1.0 - 1e-9)))
-    outputs, one, always = _field_bytes(case, "hybrid" if size else "rigid", meshes, steps)
+    fields = _field_bytes(case, "hybrid" if size else "rigid", meshes, steps)
+    row = ROW + ROW_OF_WIND * case.wind.blows + ROW_OF_CONTROL * (case.control.kind != "none")
     return Estimate(
         {
             "displacements": displacements,
@@ -175,7 +179,7 @@ def estimate(
         step * share,
         set_up * share,
         estimate_memory(name if at_once else "lu", meshes, ranks, True),
-        outputs * one + always + 700.0 * steps + checkpoint_bytes(displacements),
+        fields + row * steps + checkpoint_bytes(displacements),
         ranks,
     )
 
@@ -208,13 +212,11 @@ def estimate_modes_memory(case: Tables, size: MeshSize | None, ranks: int, count
     return needed.memory + 8.0 * needed.unknowns["displacements"] * BASES * (count + 20)
 
 
-def _field_bytes(
-    case: Tables, model: str, meshes: list[MeshSize], steps: float
-) -> tuple[float, float, float]:
-    """Number of field outputs, bytes of each, and bytes that are written once."""
+def _field_bytes(case: Tables, model: str, meshes: list[MeshSize], steps: float) -> float:
+    """Size of the field output of a run [B]."""
     every = case.output.fields_every
     if every == 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0
     points, faces = SURFACES[model]
     cells, topology = faces, 6 * 4 * faces
     for mesh in meshes:
@@ -223,7 +225,13 @@ def _field_bytes(
     outputs = 1.0 + ceil(min(case.time.end / every * (1.0 - 1e-9), steps))
     topology += 4 * points  # what is coupled to what
     # coordinates in double precision, displacement, velocity; two stresses, fibre
-    return outputs, float(points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900), float(topology)
+    one = points * (24 + 12 + 12) + cells * (4 + 4 + 12) + 1900
+    if case.wind.blows:
+        lines, squares = N_BLADES * (case.aero.stations - 1), (PLANE_POINTS - 1) ** 2
+        topology += 4 * (4 * lines + 5 * squares + lines + squares)  # and the part of each cell
+        # coordinates in double precision, loads and wind
+        one += (N_BLADES * case.aero.stations + PLANE_POINTS**2) * (24 + 12 + 12) + 1300
+    return float(outputs * one + topology)
 
 
 def _format_time(seconds: float) -> str:

@@ -14,6 +14,10 @@ from turbine_fenicsx.meshing.topology import count_nodes
 from turbine_fenicsx.turbine.case.tower import TowerCase
 
 N_BLADES = 3
+
+PLANE_POINTS = 21
+"""Points along each side of the plane on which runs in wind write it."""
+
 _COUNTLESS = 10**18
 
 

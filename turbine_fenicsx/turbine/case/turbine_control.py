@@ -1,9 +1,10 @@
-"""The built-in controller of a case as a windIO file has it, with gains from its aerodynamics.
+"""The controller of a case as a windIO file has it, with gains from its aerodynamics.
 
-Speeds of the torque law stand to the rated speed as those of the NREL 5 MW turbine do: region 3
-begins a hundredth below it, region 2 at 1.3 times the smallest speed (NREL/TP-500-38060, section
-7.2). The gain of region 2 keeps the best tip-speed ratio, but is never so large that K w^2 exceeds
-the rated torque before rated speed, which region 2 1/2 needs.
+Any controller turns the blades by the pitch drives of the file; the built-in one has its laws from
+there as well. Speeds of the torque law stand to the rated speed as those of the NREL 5 MW turbine
+do: region 3 begins a hundredth below it, region 2 at 1.3 times the smallest speed
+(NREL/TP-500-38060, section 7.2). The gain of region 2 keeps the best tip-speed ratio, but is never
+so large that K w^2 exceeds the rated torque before rated speed, which region 2 1/2 needs.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.turbine.case.control import is_controller
 from turbine_fenicsx.turbine.case.quantities import to_si
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
@@ -45,21 +47,24 @@ class GeneratorShaft:
     Args:
         ratio: Speed of the generator over that of the rotor.
         efficiency: Electrical over mechanical power.
+        built_in: Whether the controller is the built-in one.
     """
 
     ratio: float
     efficiency: float
+    built_in: bool = True
 
 
 def find_generator(data: Mapping[str, Any], turbine: WindIOTurbine) -> GeneratorShaft | None:
-    """The generator of nested tables with the built-in controller; None with another or none.
+    """The generator of nested tables with a controller; None without one.
 
     Args:
         data: The tables of a case, which may hold mistakes.
         turbine: The file, whose gearbox counts where the case has none.
     """
     control, drivetrain = data.get("control"), data.get("drivetrain")
-    if not isinstance(control, Mapping) or control.get("kind") != "pi":
+    kind = control.get("kind") if isinstance(control, Mapping) else None
+    if not isinstance(kind, str) or not is_controller(kind):
         return None
     own = drivetrain if isinstance(drivetrain, Mapping) else {}
     assert turbine.nacelle
@@ -69,16 +74,17 @@ def find_generator(data: Mapping[str, Any], turbine: WindIOTurbine) -> Generator
             number = to_si(own[key], "") if key in own else 0.0
             if number > 0.0:
                 values[key] = number
-    return GeneratorShaft(**values)
+    return GeneratorShaft(**values, built_in=kind == "pi")
 
 
 @dataclass(frozen=True)
 class Design:
-    """What a file and the aerodynamics of its rotor say of the built-in controller.
+    """What a file and the aerodynamics of its rotor say of a controller.
 
     Args:
-        gap: What is lacking, one sentence; empty if nothing is.
-        tables: Tables ``control``, ``pitch`` and ``drivetrain`` of a case; empty with a gap.
+        gap: What the built-in one lacks, one sentence; empty if nothing or for another.
+        tables: Tables ``pitch`` and ``drivetrain`` of a case, and ``control`` of the built-in one
+            without a gap.
     """
 
     gap: str
@@ -87,12 +93,15 @@ class Design:
 
 @lru_cache(maxsize=8)
 def design_control(turbine: WindIOTurbine, generator: GeneratorShaft) -> Design:
-    """The built-in controller of a turbine, without the tables of a case.
+    """The controller of a turbine and what it acts on, without the tables of a case.
 
     Args:
         turbine: What the file says.
         generator: What the controller acts on; speeds and torques count on its shaft.
     """
+    drives = _make_drives(turbine.control, generator.ratio)
+    if not generator.built_in:
+        return Design("", drives)
     c = turbine.control
     power = (c and c.rated_power) or turbine.rated_power
     needs = {
@@ -102,12 +111,12 @@ def design_control(turbine: WindIOTurbine, generator: GeneratorShaft) -> Design:
     }
     missing = [key for key, value in needs.items() if not value]
     if missing or c is None or not (c.rated_speed and power and c.tip_speed_ratio):
-        return Design(f"it has no control.{missing[0]}", {})
+        return Design(f"it has no control.{missing[0]}", drives)
     N, mechanical, fine = generator.ratio, power / generator.efficiency, c.fine_pitch or 0.0
     try:
         K, gains = _design(turbine, c.rated_speed, mechanical, fine, c.tip_speed_ratio, N)
     except ModelError as error:
-        return Design(str(error), {})
+        return Design(str(error), drives)
     largest = pi / 2.0 if c.largest_pitch is None else c.largest_pitch
     pitch = {
         "speed": N * c.rated_speed,
@@ -118,13 +127,23 @@ def design_control(turbine: WindIOTurbine, generator: GeneratorShaft) -> Design:
         "largest": largest,
         "rate": c.pitch_rate or PITCH_RATE,
     }
-    drive = {"frequency": c.drive_frequency, "damping_ratio": c.drive_damping}
     control: dict[str, Any] = {"torque": _make_torque_law(c, K, mechanical, N), "pitch": pitch}
     if c.filter_frequency:
         control["filter_frequency"] = c.filter_frequency
-    bearings = {"bearings": True, "drive": "actuator", "initial": fine}
-    bearings.update({key: value for key, value in drive.items() if value})
-    return Design("", {"control": control, "pitch": bearings, "drivetrain": {"ratio": N}})
+    return Design("", {"control": control, **drives})
+
+
+def _make_drives(c: ControllerData | None, ratio: float) -> dict[str, Any]:
+    """The tables ``pitch`` and ``drivetrain``; blades start at the fine pitch."""
+    bearings: dict[str, Any] = {"bearings": True, "drive": "actuator"}
+    if c is not None:
+        found = {
+            "initial": c.fine_pitch,
+            "frequency": c.drive_frequency,
+            "damping_ratio": c.drive_damping,
+        }
+        bearings.update({key: value for key, value in found.items() if value})
+    return {"pitch": bearings, "drivetrain": {"ratio": ratio}}
 
 
 def _make_torque_law(c: ControllerData, K: float, power: float, N: float) -> dict[str, float]:

@@ -98,7 +98,7 @@ def tabulate_file(
         turbine: What the file says.
         tower: Whether its tower is wanted.
         wind: Whether there is a wind, which blows at the height of the hub.
-        generator: What the built-in controller acts on; None without one.
+        generator: What a controller acts on; None without one.
     """
     nacelle, hub = turbine.nacelle, turbine.hub
     assert nacelle and nacelle.body and hub.body
@@ -225,9 +225,9 @@ def describe_file(case: Tables) -> list[str]:
 
 
 def _find_shaft(case: Tables) -> GeneratorShaft | None:
-    """The generator of a case with the built-in controller; None with another or none."""
-    d = case.drivetrain
-    return GeneratorShaft(d.ratio, d.efficiency) if case.control.kind == "pi" else None
+    """The generator of a case with a controller; None without one."""
+    d, kind = case.drivetrain, case.control.kind
+    return None if kind == "none" else GeneratorShaft(d.ratio, d.efficiency, kind == "pi")
 
 
 def _flatten(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

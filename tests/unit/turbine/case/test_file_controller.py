@@ -84,6 +84,23 @@ def test_without_the_built_in_controller_nothing_of_it_is_taken():
     assert "control" not in " ".join(describe_file(plain))
 
 
+def test_controllers_of_others_turn_the_blades_by_the_drives_of_the_file(tmp_path):
+    (tmp_path / "mine.py").write_text("class Mine: pass\n")
+    turbine = {"file": str(find_turbine(IEA_22))}
+    kind = f"python:{tmp_path / 'mine.py'}:Mine"
+    found, own = Case.parse({"turbine": turbine, "control": {"kind": kind}}), case(IEA_22)
+    assert (found.pitch, found.drivetrain.ratio) == (own.pitch, own.drivetrain.ratio)
+    assert (found.pitch.bearings, found.pitch.drive) == (True, "actuator")
+    assert np.degrees(found.pitch.initial) == pytest.approx(-4.0, abs=0.5)
+    assert found.control.torque == Case.parse({}).control.torque
+    lines = describe_file(found)
+    assert "pitch.bearings" in lines[1] and "control.torque" not in lines[1]
+    # nothing about bearings where something else is wrong
+    assert mistakes({"turbine": turbine, "control": {"kind": "discon"}}) == [
+        'control.kind = "discon": expected control.library, the name of a file'
+    ]
+
+
 def test_what_a_file_lacks_is_said(tmp_path):
     path = str(write_turbine(small_turbine(), tmp_path))
     tables = {"turbine": {"file": path}, "pitch": {"bearings": True, "drive": "actuator"}, **PI}
