@@ -72,9 +72,11 @@ def nearest_rotation(B: Array) -> Array:
         Shape (..., 3, 3), nan where B is not finite, as in an attempt of a step that diverges.
     """
     finite = np.isfinite(B).all(axis=(-2, -1))[..., None, None]
-    U, _, V_T = np.linalg.svd(np.where(finite, B, 0.0))
+    every = finite.all()
+    U, _, V_T = np.linalg.svd(B if every else np.where(finite, B, 0.0))
     U[..., 2] *= np.linalg.det(U @ V_T)[..., None]
-    return np.where(finite, U @ V_T, np.nan)
+    R = U @ V_T
+    return np.asarray(R if every else np.where(finite, R, np.nan))
 
 
 def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -> Array:

@@ -98,7 +98,7 @@ class TurbulenceField:
                 f"at {time:g} s the turbine needs it from {s.min() * self.dt - self.lead:.4g} to "
                 f"{s.max() * self.dt - self.lead:.4g} s"
             )
-        i = np.minimum(s.astype(int), n - 1)
+        i = np.minimum(np.maximum(s.astype(int), 0), n - 1)
         after = (i + 1) % n if self.periodic else np.minimum(i + 1, n - 1)
         j, v = _locate(z, self.z)
         k, u = _locate(y, self.y)
@@ -121,5 +121,5 @@ def _locate(places: Array, grid: Array) -> tuple[Array, Array]:
     first, second = grid[:2].tolist()
     s = (places - first) / (second - first)
     s = np.minimum(np.maximum(s, 0.0), len(grid) - 1.0)
-    index = np.minimum(s.astype(int), len(grid) - 2)
+    index = np.minimum(np.maximum(s.astype(int), 0), len(grid) - 2)  # of nan, too
     return index, s - index

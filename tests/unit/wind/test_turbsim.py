@@ -50,6 +50,17 @@ def test_on_its_grid_the_wind_is_that_of_the_file(tmp_path, comm):
         assert found == pytest.approx(values[k], abs=1e-6)
 
 
+@pytest.mark.parametrize("kind", [7, 8])
+def test_a_place_that_is_no_number_has_a_wind_that_is_none(tmp_path, comm, kind):
+    """As in an attempt of a step that diverges."""
+    wind = read_turbsim(write(tmp_path / f"{comm.rank}.bts", field(), kind=kind))
+    places = np.array([[0.0, 0.0, 100.0], [np.nan, np.nan, np.nan]])
+    with np.errstate(invalid="ignore"):
+        here, nowhere = wind.velocity(places, 1.0)
+    assert here == pytest.approx(wind.velocity(places[0], 1.0))
+    assert np.isnan(nowhere).all()
+
+
 def test_a_field_is_looked_up_where_it_lies_in_memory(tmp_path, comm):
     wind = read_turbsim(write(tmp_path / f"{comm.rank}.bts", field()))
     assert np.shares_memory(wind.values.reshape(-1, 3), wind.values)
