@@ -10,6 +10,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from inspect import signature
+from pathlib import Path
 from typing import Any
 
 from petsc4py import PETSc
@@ -25,7 +26,7 @@ import ufl
 from dolfinx import fem, geometry
 from dolfinx.io.utils import distribute_entity_data
 
-from turbine_fenicsx.foundation import form_cache
+from turbine_fenicsx.foundation import c_code, form_cache
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
@@ -58,22 +59,29 @@ def _jit_options() -> tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]:
 
 
 @contextmanager
-def _form_cache() -> Iterator[None]:
-    """Let DOLFINx compile by way of `form_cache`, in a folder of its own below that of DOLFINx."""
+def _form_cache() -> Iterator[list[Any]]:
+    """Let DOLFINx compile by way of `form_cache`, in a folder of its own below that of DOLFINx.
+
+    Yields:
+        A list of the Python modules that were made or loaded meanwhile.
+    """
     original = dolfinx.jit.ffcx_jit
     name, complete = _jit_options()
+    modules: list[Any] = []
 
     def jit(comm: Any, ufl_object: Any, **options: Any) -> Any:
         given = options.get(name) or {}
         folder = complete(given)["cache_dir"] / "turbine_fenicsx"
         options[name] = {**given, "cache_dir": folder, "timeout": form_cache.PATIENCE}
-        return form_cache.compile_on_all(
+        result = form_cache.compile_on_all(
             comm, folder, lambda: original.__wrapped__(ufl_object, **options)
         )
+        modules.append(result[1])
+        return result
 
     dolfinx.jit.ffcx_jit = jit
     try:
-        yield
+        yield modules
     finally:
         dolfinx.jit.ffcx_jit = original
 
@@ -182,8 +190,13 @@ def assemble_vector(vector: PETSc.Vec, form: Any) -> None:
     """Assemble a linear form into a ghosted vector, owners' values complete afterwards."""
     with vector.localForm() as local:
         local.set(0.0)
-    dolfinx.fem.petsc.assemble_vector(vector, form)
+    add_to_vector(vector, form)
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+def add_to_vector(vector: PETSc.Vec, form: Any) -> None:
+    """Add a linear form to the values that this rank holds of a ghosted vector."""
+    dolfinx.fem.petsc.assemble_vector(vector, form)
 
 
 def assemble_matrix(matrix: PETSc.Mat, form: Any, add: bool = False) -> None:
@@ -248,7 +261,6 @@ def _coordinate_element(cell: str, degree: int) -> Any:
     return element("Lagrange", cell, degree, LagrangeVariant.equispaced, shape=(3,))
 
 
-@_form_cache()
 def compile_form(form: Any) -> Any:
     """Compiled form.
 
@@ -256,13 +268,63 @@ def compile_form(form: Any) -> Any:
     of algebra: a seventh faster, and only round-off changes. No flag ties the code to one
     processor, because caches are shared; `form_cache.read_extra_flags` does for who asks.
     """
+    return _compile_form(form)[0]
+
+
+def compile_form_with_source(form: Any) -> tuple[Any, Path]:
+    """Compiled form, and the file of its C code."""
+    compiled, module = _compile_form(form)
+    return compiled, Path(module.__file__).parent / f"{module.__name__}.c"
+
+
+def _compile_form(form: Any) -> tuple[Any, Any]:
+    """Compiled form, and the Python module with its code."""
     _settle_coordinate_element(form)
-    name, complete = _jit_options()
-    flags = complete({})["cffi_extra_compile_args"]
+    options = {_jit_options()[0]: {"cffi_extra_compile_args": _compiler_flags()}}
+    with _form_cache() as modules:
+        return fem.form(form, **options), modules[-1]
+
+
+def _compiler_flags() -> list[str]:
+    """Flags of the compiler for forms."""
+    flags = _jit_options()[1]({})["cffi_extra_compile_args"]
     if flags in (["-O2"], ["-O2", "-g0"]):
         flags = _COMPILER_FLAGS
-    flags = [*flags, *form_cache.read_extra_flags()]
-    return fem.form(form, **{name: {"cffi_extra_compile_args": flags}})
+    return [*flags, *form_cache.read_extra_flags()]
+
+
+def compile_c(comm: Any, declaration: str, source: str) -> Any:
+    """C code with the flags and in the cache of forms, see `c_code.compile_c`. Collective."""
+    folder = _jit_options()[1]({})["cache_dir"] / "turbine_fenicsx"
+    return c_code.compile_c(comm, folder, declaration, source, _compiler_flags())
+
+
+def coefficients_in_order(form: Any, compiled: Any) -> list[Any]:
+    """Coefficients of a form in the order of its kernels.
+
+    Args:
+        form: The UFL form.
+        compiled: The same as `compile_form` returns it.
+    """
+    code, given = compiled.ufcx_form, form.coefficients()
+    name = "original_coefficient_position"
+    places = getattr(code, name if hasattr(code, name) else f"{name}s")
+    return [given[places[k]] for k in range(code.num_coefficients)]
+
+
+def has_plain_dofs(space: Any) -> bool:
+    """Whether degrees of freedom are the same for cells of all orientations."""
+    return not space.element.needs_dof_transformations
+
+
+def nodes_of_cells(mesh: Any) -> npt.NDArray[np.int32]:
+    """Nodes of the geometry of the local cells, shape (cells, nodes per cell)."""
+    table = mesh.geometry.dofmap
+    return (
+        table
+        if isinstance(table, np.ndarray)
+        else _as_rows(table, mesh.geometry.cmap.create_dof_layout().num_dofs)
+    )
 
 
 def _settle_coordinate_element(form: Any) -> None:

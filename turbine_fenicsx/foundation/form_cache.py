@@ -60,7 +60,7 @@ def read_extra_flags() -> list[str]:
         raise CompilationError(f"{EXTRA_FLAGS} = {text!r}: {str(error).lower()}") from None
     if any(flag.endswith("=native") for flag in flags):
         processor = "\n".join(
-            sorted(set(re.findall(r"^(?:model name|flags).*$", _describe_processors(), re.M)))
+            sorted(set(re.findall(r"^(?:model name|flags).*$", describe_processors(), re.M)))
         )
         flags.append(f"-DPROCESSOR_{hashlib.sha1(processor.encode()).hexdigest()[:16]}")
     return flags
@@ -218,6 +218,6 @@ def _describe_fault(error: Exception) -> str:
     return f"{error}; see the messages of the compiler above"
 
 
-def _describe_processors() -> str:
-    """What Linux says of the processors of this machine."""
+def describe_processors() -> str:
+    """What Linux says of the processors of this machine: the text of /proc/cpuinfo."""
     return Path("/proc/cpuinfo").read_text(encoding="utf-8")

@@ -40,6 +40,7 @@ from turbine_fenicsx.materials.kinematics import (
 )
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.directions import keep_directions
+from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.quadrature import make_measures
 from turbine_fenicsx.system.surface_forms import SurfaceIntegrals
 
@@ -370,8 +371,11 @@ class FlexibleModel:
         return values
 
     def assemble(self, form: Any, out: PETSc.Vec) -> None:
-        """Assemble a linear form and copy the owned entries."""
-        _compat.assemble_vector(self._work, form)
+        """Assemble a linear form, a `LinearForm` or a compiled one, and copy the owned entries."""
+        if isinstance(form, LinearForm):
+            form.assemble(self._work)
+        else:
+            _compat.assemble_vector(self._work, form)
         out.array[:] = self._work.array_r
 
     def copy_to(self, function: Any, values: PETSc.Vec) -> None:

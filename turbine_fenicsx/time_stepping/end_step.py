@@ -24,6 +24,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -171,7 +172,7 @@ class FlexibleEnd:
         inertia = self._du - self._p - self._s * self._gravity
         R = model.density * ufl.dot(inertia, test) * model.dx_mass
         R += self._s * model.virtual_work(u, v, test)
-        self._residual = _compat.compile_form(R)
+        self._residual = LinearForm(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, {})
         self.tangent = _compat.create_matrix(self._tangent)

@@ -25,6 +25,7 @@ from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,
@@ -76,7 +77,7 @@ class FlexibleStep:
 
     def _compile(self, stress: AlgorithmicStress, chi: float) -> None:
         """Compile the forms."""
-        model, compile_form = self.model, _compat.compile_form
+        model = self.model
         w, delta = ufl.TestFunction(model.space), ufl.TrialFunction(model.space)
         h, u_mid = self._half_dt2, self._u_n + 0.5 * self._du
         F_mid, D = deformation_gradient(u_mid), ufl.grad(self._du)
@@ -94,8 +95,8 @@ class FlexibleStep:
         R += h * ufl.inner(F_mid * S, ufl.grad(w)) * model.dx_stress
         for integral in model.surface.integrals(u_mid, self._du / self._dt, w):
             R -= h * integral
-        self._residual = compile_form(R)
-        self._tangent = compile_form(ufl.derivative(R, self._du, delta))
+        self._residual = LinearForm(R)
+        self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
 
     def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""

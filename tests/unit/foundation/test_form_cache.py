@@ -292,7 +292,7 @@ def test_another_processor_has_other_flags(monkeypatch):
     here = form_cache.read_extra_flags()
     assert here[:2] == ["-march=native", "-O2"] and here == form_cache.read_extra_flags()
     other = "model name : another\nflags : fpu sse2\n"
-    monkeypatch.setattr(form_cache, "_describe_processors", lambda: other)
+    monkeypatch.setattr(form_cache, "describe_processors", lambda: other)
     there = form_cache.read_extra_flags()
     assert there[:2] == here[:2] and there[2] != here[2]
     monkeypatch.setenv("TURBINE_FENICSX_CFLAGS", "-march=x86-64-v3")

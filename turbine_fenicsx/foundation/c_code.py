@@ -1,0 +1,57 @@
+"""C code of this package's own, compiled with cffi into the cache of forms."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.machinery
+import importlib.util
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+import cffi
+
+from turbine_fenicsx.foundation.form_cache import compile_on_all
+
+
+def compile_c(
+    comm: MPI.Intracomm, folder: Path, declaration: str, source: str, flags: list[str]
+) -> Any:
+    """A Python module with the functions of C code as members of `lib`. Collective.
+
+    Args:
+        comm: Communicator.
+        folder: Where compiled code is kept.
+        declaration: The functions, as for `cffi.FFI.cdef`.
+        source: The code, which must be the same on all ranks.
+        flags: Flags for the compiler, the same on all ranks.
+
+    Raises:
+        CompilationError: on every rank, as `compile_on_all` does.
+    """
+    suffix = importlib.machinery.EXTENSION_SUFFIXES[0]
+    key = "\n".join([declaration, source, *flags, cffi.__version__, suffix])
+    name = f"turbine_fenicsx_{hashlib.sha1(key.encode()).hexdigest()}"
+    library = folder / f"{name}{suffix}"
+
+    def compile_here() -> tuple[None, Any]:
+        if not library.exists():
+            builder = cffi.FFI()
+            builder.cdef(declaration)
+            builder.set_source(name, source, extra_compile_args=flags)
+            with tempfile.TemporaryDirectory() as place:
+                made = builder.compile(tmpdir=place)
+                unfinished = folder / f"{name}.{os.getpid()}"
+                shutil.copyfile(made, unfinished)
+            os.replace(unfinished, library)
+        spec = importlib.util.spec_from_file_location(name, library)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return None, module
+
+    return compile_on_all(comm, folder, compile_here)[1]

@@ -1,0 +1,143 @@
+"""Linear forms that are assembled in every iteration: integrals over cells, several at a time."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation.errors import CompilationError
+from turbine_fenicsx.foundation.form_cache import describe_processors
+from turbine_fenicsx.foundation.parallel import on_rank0
+
+log = logging.getLogger(__name__)
+
+
+class LinearForm:
+    """A linear form whose coefficients and constants may change between assemblies.
+
+    The integral over all cells is computed for as many cells at once as a register of the
+    processor has numbers, by the kernel of FFCx in lanes; DOLFINx assembles what is left, and also
+    cells whose kernel is not understood. Sums are the same up to round-off.
+
+    Args:
+        form: A UFL form with one argument.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, form: Any) -> None:
+        over_cells = [x for x in form.integrals() if x.integral_type() == "cell"]
+        others = [x for x in form.integrals() if x.integral_type() != "cell"]
+        self._cells, parts = None, [over_cells, others]
+        if len(over_cells) and all(x.subdomain_id() == "everywhere" for x in over_cells):
+            try:
+                self._cells = CellsInLanes(ufl.Form(over_cells))
+                parts = [others]
+            except lanes.NotInLanes as reason:
+                log.info("cells are assembled one by one: %s", reason)
+        self._forms = [_compat.compile_form(ufl.Form(part)) for part in parts if part]
+
+    @property
+    def in_lanes(self) -> bool:
+        """Whether cells are computed several at a time."""
+        return self._cells is not None
+
+    def assemble(self, vector: PETSc.Vec) -> None:
+        """Assemble into a ghosted vector, owners' values complete afterwards. Collective."""
+        with vector.localForm() as local:
+            local.set(0.0)
+            if self._cells is not None:
+                self._cells.add_to(local.array)
+        for form in self._forms:
+            _compat.add_to_vector(vector, form)
+        vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+class CellsInLanes:
+    """An integral over all cells, computed for several cells at once.
+
+    Args:
+        form: A UFL form of rank 1 with integrals over all cells.
+
+    Raises:
+        NotInLanes: if the kernel is not understood or not compiled, on all ranks.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, form: Any) -> None:
+        compiled, path = _compat.compile_form_with_source(form)
+        (space,) = (argument.ufl_function_space() for argument in form.arguments())
+        mesh = space.mesh
+        source = on_rank0(mesh.comm, lambda: path.read_text(encoding="utf-8"))
+        coefficients = _compat.coefficients_in_order(form, compiled)
+        spaces = [f.function_space for f in coefficients]
+        if not all(map(_compat.has_plain_dofs, [space, *spaces])):
+            raise lanes.NotInLanes("degrees of freedom depend on the orientation of cells")
+        self._n = mesh.topology.index_map(mesh.topology.dim).size_local
+        self._tables = [_compat.nodes_of_cells(mesh), *map(_compat.dofs_of_cells, [space, *spaces])]
+        blocks = [3, *(s.dofmap.index_map_bs for s in [space, *spaces])]
+        fields = [
+            lanes.Field(table.shape[1], block)
+            for table, block in zip(self._tables, blocks, strict=True)
+        ]
+        code = lanes.assembly_code(source, fields[0], fields[2:], fields[1])
+        self._module = _compile_for_processor(mesh.comm, code)
+        self._constants = form.constants()
+        self._values = [mesh.geometry.x, *(f.x.array for f in coefficients)]
+        self._addresses = self._find_addresses()
+
+    def _find_addresses(self) -> Sequence[Any]:
+        """Addresses of the arrays that stay where they are."""
+        ffi = self._module.ffi
+        nodes, rows, *dofs = (ffi.from_buffer("int32_t[]", t) for t in self._tables)
+        x, *values = (ffi.from_buffer("double[]", v) for v in self._values)
+        return (
+            nodes,
+            x,
+            ffi.new("int32_t *[]", dofs or [ffi.NULL]),
+            ffi.new("double *[]", values or [ffi.NULL]),
+            rows,
+            dofs,
+            values,
+        )
+
+    def add_to(self, out: Any) -> None:
+        """Add the integral to nodal values of this rank, ghosts included, shape (3 nodes,)."""
+        nodes, x, dofs, values, rows, *_ = self._addresses
+        numbers = [np.ravel(c.value) for c in self._constants]
+        constants = np.concatenate([np.zeros(0), *numbers, np.zeros(1)])
+        address = self._module.ffi.from_buffer
+        self._module.lib.assemble(
+            self._n,
+            nodes,
+            x,
+            dofs,
+            values,
+            address("double[]", constants),
+            rows,
+            address("double[]", out),
+        )
+
+
+def _compile_for_processor(comm: MPI.Intracomm, code: str) -> Any:
+    """The code for the registers that the processors of all ranks have."""
+    widest = comm.allreduce(lanes.find_registers(describe_processors()), op=MPI.MAX)
+    registers = lanes.REGISTERS[widest]
+    target = f'__attribute__((target("{registers.target}")))' if registers.target else ""
+    head = f"#define LANES {registers.lanes}\n#define TARGET {target}\n"
+    try:
+        return _compat.compile_c(comm, lanes.DECLARATION, head + code)
+    except CompilationError as error:
+        raise lanes.NotInLanes(str(error)) from error
