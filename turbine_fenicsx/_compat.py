@@ -199,6 +199,11 @@ def add_to_vector(vector: PETSc.Vec, form: Any) -> None:
     dolfinx.fem.petsc.assemble_vector(vector, form)
 
 
+def values_of_rank(form: Any) -> npt.NDArray[np.float64]:
+    """A linear form assembled over the cells of this rank alone, ghosts included."""
+    return dolfinx.fem.assemble_vector(form).array  # type: ignore[no-any-return]
+
+
 def assemble_matrix(matrix: PETSc.Mat, form: Any, add: bool = False) -> None:
     """Assemble a bilinear form into a matrix made by `create_matrix`, or add it to its values."""
     if not add:

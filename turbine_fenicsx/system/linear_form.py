@@ -20,6 +20,13 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 
 log = logging.getLogger(__name__)
 
+SMALL = 1e-3
+"""Displacements with which kernels are tried, in parts of the smallest cell."""
+
+ALIKE = 1e-6
+"""Largest difference of forces by round-off, which increments of strain may divide, relative to the
+largest force."""
+
 
 class LinearForm:
     """A linear form whose coefficients and constants may change between assemblies.
@@ -97,6 +104,28 @@ class CellsInLanes:
         self._constants = form.constants()
         self._values = [mesh.geometry.x, *(f.x.array for f in coefficients)]
         self._addresses = self._find_addresses()
+        self._check(compiled, mesh.comm)
+
+    def _check(self, compiled: Any, comm: MPI.Intracomm) -> None:
+        """Compare with DOLFINx once, with values of all coefficients and constants that differ."""
+        X = self._values[0][self._tables[0][: self._n]]
+        smallest = np.ptp(X, axis=1).max(axis=1).min(initial=np.inf)
+        varied = [*self._values[1:], *(c.value for c in self._constants)]
+        before = [np.copy(values) for values in varied]
+        for k, values in enumerate(varied):
+            waves = np.sin(np.arange(k + 1, k + 1 + values.size, dtype=float)).reshape(values.shape)
+            values[...] = (1.0 + SMALL * waves) * values + SMALL * min(smallest, 1.0) * waves
+        expected = _compat.values_of_rank(compiled)
+        found = np.zeros(expected.size)
+        self.add_to(found)
+        for values, old in zip(varied, before, strict=True):
+            values[...] = old
+        finite = np.isfinite(expected)
+        apart = np.max(np.abs(found - expected)[finite], initial=0.0)
+        far = not apart <= ALIKE * np.max(np.abs(expected[finite]), initial=0.0)
+        if comm.allreduce(far, op=MPI.LOR):
+            log.warning("kernels in lanes are not those of FFCx, please report it")
+            raise lanes.NotInLanes("results that are not those of DOLFINx")
 
     def _find_addresses(self) -> Sequence[Any]:
         """Addresses of the arrays that stay where they are."""

@@ -131,3 +131,19 @@ def test_a_compiler_without_registers_is_left_to_dolfinx(comm, monkeypatch):
     assert not made.in_lanes
     found, expected, _ = both(model, made, form)
     assert np.array_equal(found, expected)
+
+
+def test_lanes_that_compute_something_else_are_noticed_and_left_to_dolfinx(
+    comm, monkeypatch, caplog
+):
+    """As if a future FFCx wrote something that is understood in a wrong way."""
+    right = lanes.kernel_in_lanes
+    monkeypatch.setattr(lanes, "kernel_in_lanes", lambda body: right(body).replace("+=", "-=", 1))
+    model, form, fields = body_form(comm, "hexahedron", 1, "svk")
+    fill(fields, 6)
+    before = [np.copy(field.x.array) for field in fields[:2]]
+    made = LinearForm(form)
+    assert not made.in_lanes and "please report it" in caplog.text
+    assert all(np.array_equal(f.x.array, x) for f, x in zip(fields, before, strict=False))
+    found, expected, _ = both(model, made, form)
+    assert np.array_equal(found, expected)
