@@ -62,7 +62,7 @@ class TurbulenceField:
         lacking = end + self.lead - (centre[0] - radius) / self.speed - self.duration
         if not self.periodic and lacking > 0.0:
             mistakes.append(
-                f"the wind field lasts {self.duration:g} s, {lacking:.3g} s less than the run with "
+                f"the wind field lasts {self.duration:g} s, {lacking:.6g} s less than the run with "
                 "the depth of the rotor needs"
             )
         low, high = centre[2] - radius, centre[2] + radius

@@ -56,7 +56,7 @@ def test_what_does_not_fit_the_run_or_the_rotor_is_said_with_sizes(paths):
     centre = np.array([-10.0, 0.0, 100.0])
     assert read(paths).list_mistakes(600.0, centre, 60.0) == []
     short = read(paths, periodic=False).list_mistakes(600.0, centre, 60.0)
-    assert short[0].startswith("the wind field lasts 31.5 s, 582 s less than the run")
+    assert short[0].startswith("the wind field lasts 31.5 s, 582.5 s less than the run")
     narrow = read(paths).list_mistakes(1.0, centre, 80.0)
     assert "from 37.5 to 162.5 m above ground, the rotor from 20 to 180 m" in narrow[0]
     assert "140 m wide, the rotor 160 m" in narrow[1]

@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.consistency import describe_idle_keys, find_contradictions
 from turbine_fenicsx.turbine.case.control import place_control_files
 from turbine_fenicsx.turbine.case.doubts import find_doubts
+from turbine_fenicsx.turbine.case.event import name_events
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, remove_keys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
@@ -92,7 +93,7 @@ class Draft:
         Raises:
             InputError: if the file cannot be read or is no TOML.
         """
-        data = read_toml(path, "case file")
+        data = name_events(read_toml(path, "case file"))
         found = []
         for override in overrides:
             try:
@@ -109,6 +110,7 @@ class Draft:
         """Make a draft from nested tables, see `Case.parse`."""
         found: list[Mistake] = []
         file: list[Mistake] = []
+        data = name_events(data)
         if find_file(data) is not None and folder is not None:
             try:
                 data = add_file(data, folder)
@@ -154,7 +156,7 @@ def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
     Raises:
         InputError: with one sentence for every mistake.
     """
-    tables = copy.deepcopy(dict(data))
+    tables = name_events(copy.deepcopy(dict(data)))
     for override in overrides:
         _apply_override(tables, override)
     return Case.parse(tables)

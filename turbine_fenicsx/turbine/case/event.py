@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -25,6 +26,8 @@ from turbine_fenicsx.turbine.case.section import (
 class EventCase(Section):
     """Something that happens at a ``time``, whatever the controller wants; NAME is yours.
 
+    Tables ``[[event]]`` without names get the names ``event_1``, ``event_2`` and so on.
+
     Before ``"start_up"`` the generator is off and the blades stay as they are, then they turn at
     ``rate`` to where the controller wants them. In ``"shut_down"`` and ``"emergency_stop"`` they
     turn at ``rate`` to ``pitch``. After ``"grid_loss"`` the generator has no torque. In
@@ -38,6 +41,14 @@ class EventCase(Section):
     rate: Annotated[AngularSpeed, Positive] = 8.0 * pi / 180.0
     blade: Annotated[Literal[1, 2, 3], BeforeValidator(require_number)] = 1
     duration: Annotated[Seconds, NotNegative] = 0.6
+
+
+def name_events(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables of a case in which events of a list ``[[event]]`` have names."""
+    events = data.get("event")
+    if not isinstance(events, list):
+        return dict(data)
+    return {**data, "event": {f"event_{k}": event for k, event in enumerate(events, start=1)}}
 
 
 EventCases = Annotated[dict[str, EventCase], BeforeValidator(check_names)]

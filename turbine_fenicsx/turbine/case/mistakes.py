@@ -34,7 +34,7 @@ _WORDS = (
     (r"[Ii]nput should( be)?", r"must\1"),
     (r"[Ff]ield required", "needs more entries"),
     (r"a valid tuple", "a list"),
-    (r"a valid dictionary or instance of \w+", "a table"),
+    (r"a valid dictionary( or instance of \w+)?", "a table"),
     (r"a valid string", "text in quotes"),
     (r"a valid boolean", "true or false"),
     (r"a valid (?=integer)", "an "),

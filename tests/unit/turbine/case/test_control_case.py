@@ -125,6 +125,21 @@ def test_keys_without_effect_are_told():
     ]
 
 
+def test_events_of_a_list_have_names_too(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        'turbine.model = "rigid"\npitch.drive = "actuator"\n'
+        '[[event]]\nkind = "grid_loss"\ntime = "2 s"\n'
+        '[[event]]\nkind = "shut_down"\ntime = "1 s"\n'
+    )
+    case = Case.load(path, ["event.event_1.time=3"])
+    assert [(e.kind, e.time) for e in list_events(case)] == [("shut_down", 1.0), ("grid_loss", 3.0)]
+    assert mistakes({**RIGID, "event": [{"kind": "storm"}]})[0].startswith(
+        "event.event_1.kind = 'storm': must be 'start_up', "
+    )
+    assert mistakes({**RIGID, "event": 3}) == ["event = 3: must be a table"]
+
+
 def test_files_stand_beside_the_case(tmp_path):
     (tmp_path / "mine.py").write_text("class Mine: ...")
     path = tmp_path / "case.toml"
