@@ -53,19 +53,28 @@ def _energy(run: TimeSeries, column: str) -> NDArray[np.float64]:
     return energy
 
 
+def find_energy_steps(run: TimeSeries) -> NDArray[np.float64]:
+    """What each step adds to the energy beyond works minus losses, not-a-number first [J]."""
+    lost = sum(run.of(names.DISSIPATION).values(), np.zeros(len(run[names.TIME])))
+    beyond = run[names.TOTAL_ENERGY] - run[names.EXTERNAL_WORK] + lost
+    return np.diff(beyond, prepend=np.nan)
+
+
 def energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
-    """What each step adds to the energy beyond the work of the loads."""
-    change = np.diff(run[names.TOTAL_ENERGY] - run[names.EXTERNAL_WORK], prepend=np.nan)
+    """What each step adds to the energy beyond works minus losses."""
+    change = find_energy_steps(run)
     columns = (names.TOTAL_ENERGY, names.KINETIC_ENERGY)
     largest = float(np.nanmax([np.abs(_energy(run, column)) for column in columns]))
     draw_dots(axes, run, np.abs(change), look, largest, "J", color=look.color, label=run.name)
-    axes.set(title="Energy error per step", ylabel=r"$|\Delta H - \Delta W|$ [J]")
+    losses = r" + \Delta D" if run.of(names.DISSIPATION) else ""
+    axes.set(title="Energy error per step", ylabel=rf"$|\Delta H - \Delta W{losses}|$ [J]")
 
 
 def energy_error(axes: Any, run: TimeSeries, look: Look) -> None:
-    """Total energy minus initial energy minus work."""
+    """Total energy minus initial energy minus work, plus losses."""
     draw_line(axes, run, run[names.ENERGY_ERROR], look, color=look.color, label=run.name)
-    axes.set(title="Energy error since the start", ylabel=r"$H - H_0 - W$ [J]")
+    losses = " + D" if run.of(names.DISSIPATION) else ""
+    axes.set(title="Energy error since the start", ylabel=f"$H - H_0 - W{losses}$ [J]")
 
 
 def angular_momentum(axes: Any, run: TimeSeries, look: Look) -> None:

@@ -169,15 +169,21 @@ def add_quantity_legend(axes: Any, names: Sequence[str]) -> None:
     unique = {n: handle for n, handle in zip(labels, handles, strict=True) if n not in names}
     if len(unique) > 1:
         shown = [re.sub(r"\\\w+|[${}_^]", "", name) for name in unique]
-        width = len(axes.get_title("left")) + sum(len(name) + 5 for name in shown)
-        rows = -(-width // _LETTERS)
+        beside = _LETTERS - len(axes.get_title("left"))
+        columns = next(n for n in range(len(shown), 0, -1) if n == 1 or _width(shown, n) <= beside)
         axes.legend(
             [Line2D([], [], color=handle.get_color(), lw=2.0) for handle in unique.values()],
             list(unique),
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
-            ncols=-(-len(unique) // rows),
+            ncols=columns,
         )
+
+
+def _width(names: Sequence[str], columns: int) -> int:
+    """Letters beside each other in a legend, which is filled column after column."""
+    parts = np.array_split(np.array([len(name) + 5 for name in names]), columns)
+    return sum(int(part.max()) for part in parts)
 
 
 def add_run_legend(figure: Any, runs: Sequence[TimeSeries], looks: Sequence[Look]) -> None:

@@ -33,13 +33,14 @@ from turbine_fenicsx.postprocessing.page import (
     format_tables,
     group_tables,
 )
-from turbine_fenicsx.postprocessing.panels import is_turbine
+from turbine_fenicsx.postprocessing.panels import find_energy_steps, is_turbine
 from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 
 _CAPTIONS = {
     "energy": "Energies; the error is what is added to the total energy H beyond the work W of the "
-    "loads. The dashed line is the tolerance of the solver times the largest energy.",
+    "loads and what dampers and the like take out, D. The dashed line is the tolerance of the "
+    "solver times the largest energy.",
     "power_balance": "What forces bring in stands above zero, what they, the generator and losses "
     "take out below. Energy that is stored in motion, height and strain goes out and comes back.",
     "wind": "The wind at the hub and what the rotor makes of it: power and torque of the air about "
@@ -110,8 +111,8 @@ def report(
 
 def _find_key_figures(history: TimeSeries) -> dict[str, Any]:
     """What one asks first."""
-    energy, error = history[names.TOTAL_ENERGY], np.abs(history[names.ENERGY_ERROR])
-    steps = np.abs(np.diff(energy - history[names.EXTERNAL_WORK]))
+    error = np.abs(history[names.ENERGY_ERROR])
+    steps = np.abs(find_energy_steps(history)[1:])
     largest = float(
         max(np.nanmax(np.abs(history[n])) for n in (names.TOTAL_ENERGY, names.KINETIC_ENERGY))
     )

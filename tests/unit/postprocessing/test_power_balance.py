@@ -1,12 +1,14 @@
 """Chart of the balance of power: what comes in equals what goes out."""
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from turbine_fenicsx.postprocessing import names, plots
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries
-from turbine_fenicsx.postprocessing.plot_style import Look
+from turbine_fenicsx.postprocessing.panels import energy_steps, find_energy_steps
+from turbine_fenicsx.postprocessing.plot_style import STYLE, Look
 from turbine_fenicsx.postprocessing.power_balance import powers, works
 
 T = np.linspace(0.0, 10.0, 401)
@@ -48,6 +50,27 @@ def test_works_have_the_sign_of_what_comes_in(turbine):
     found = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
     assert np.allclose(found["wind"], WIND) and np.allclose(found["brake"], -FRICTION)
     assert np.allclose(sum(found.values()), 0.0, atol=1e-6)
+
+
+def test_what_a_brake_takes_out_is_no_error_of_a_step(turbine):
+    work = names.EXTERNAL_WORK
+    columns = dict(turbine.columns) | {work: WIND + GENERATOR, names.CONSTRAINT_ERROR: 0.0 * T}
+    steps = find_energy_steps(TimeSeries("run", columns))
+    assert np.isnan(steps[0]) and np.abs(steps[1:]).max() < 1e-6
+    axes = Figure().subplots()
+    energy_steps(axes, TimeSeries("run", columns), Look())
+    assert r"\Delta D" in axes.get_ylabel()
+
+
+def test_a_legend_of_several_rows_leaves_the_title_its_place(turbine):
+    shown = run(wind=WIND, generator=0.3 * GENERATOR, motion_of_all_pitches=0.24 * WIND)
+    with matplotlib.rc_context(STYLE):
+        figure = plots._compose(Figure, [shown], [powers, works], [Look()])
+        figure.draw_without_rendering()
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        assert [text.get_text() for text in legend.get_texts()][-1] == "other"
+        assert not legend.get_window_extent().overlaps(axes._left_title.get_window_extent())
 
 
 def test_small_terms_are_one(turbine):

@@ -5,9 +5,9 @@ angles, the balance of power where several forces do work, in wind power, thrust
 and for flexible parts tip deflections, root moments and motion of the tower, from history.csv.
 Angles and loads have the signs of OpenFAST, see history.out. Runs that were aborted or still go on
 are drawn as far as they came. The error per step is what a step adds to the total energy H beyond
-the work W of the loads; of the angular momentum only the vertical component L2 has to stay once
-the yaw torque is over, because the tower holds the other two. The dashed line is the solver
-tolerance of the (first) run times its largest energy or momentum.
+the work W of the loads minus the losses D; of the angular momentum only the vertical component L2
+has to stay once the yaw torque is over, because the tower holds the other two. The dashed line is
+the solver tolerance of the (first) run times its largest energy or momentum.
 """
 
 from __future__ import annotations
