@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import resource
 from pathlib import Path
@@ -27,6 +28,17 @@ def machine_memory(comm: MPI.Intracomm) -> float:
     own = float(limit) if limit != resource.RLIM_INFINITY else float("inf")
     machines, limits = sum_over_ranks(comm, np.array([mine, min(own, 1e18)]))
     return float(min(machines, limits))
+
+
+def give_back_memory() -> None:
+    """Give what was freed back to the system, before something large comes that fits in no gap.
+
+    SuperLU_DIST, which comes with PETSc, tells glibc to keep everything. Other C libraries than
+    glibc have no such function.
+    """
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 def _memory_here() -> float:

@@ -27,6 +27,15 @@ def sum_over_ranks(comm: MPI.Intracomm, values: Array) -> Array:
     return total
 
 
+def largest_of_ranks(comm: MPI.Intracomm, value: float) -> float:
+    """Largest of one number of each rank, on every rank."""
+    if comm.size == 1:
+        return value
+    largest = np.empty(1)
+    comm.Allreduce(np.array([value]), largest, op=MPI.MAX)
+    return float(largest[0])
+
+
 def from_rank0(comm: MPI.Intracomm, values: Array) -> Array:
     """Overwrite an array with that of rank 0, and return it.
 
@@ -59,6 +68,8 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
     Note:
         Collective over ``comm``.
     """
+    if comm.size == 1:
+        return function()
     result: T | None = None
     error: BaseException | None = None
     if comm.rank == 0:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+
 from petsc4py import PETSc
 
 EVENTS = ("residual", "linear set-up", "linear solve", "balance", "output")
 """Parts of a run that are timed."""
 
 
+@functools.cache
 def event(name: str) -> PETSc.Log.Event:
     """The event of a part, a context manager.
 

@@ -176,7 +176,7 @@ class BodyElimination:
     def factorise(self) -> None:
         """Factorise A_II at the present values of A_uu and compute Z and the Schur complement."""
         for part, sets in zip((self._A_II, self._A_Ic, self._A_c), self._parts(), strict=True):
-            self._A.createSubMatrix(*sets, submat=part)
+            self._A.createSubMatrix(*sets, submat=part)  # made anew where it was destroyed
         self.solver.update()
         self._Z[:] = self._start
         schur = np.zeros_like(self.schur)

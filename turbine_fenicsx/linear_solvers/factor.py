@@ -38,7 +38,10 @@ class FreeSolver(Protocol):
     _matrix: PETSc.Mat
 
     def update(self) -> None:
-        """Prepare for the present values of the matrix."""
+        """Prepare for the present values of the matrix.
+
+        A solver that needs it no more may destroy it; it is then made anew before the next update.
+        """
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one right-hand side."""

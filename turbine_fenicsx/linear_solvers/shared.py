@@ -6,6 +6,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from turbine_fenicsx.foundation.machine import give_back_memory
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.congruence import Copy, find_groups, label_components
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, copy_csr
@@ -40,11 +41,14 @@ class SharedFactor(FreeSolver):
         self.iterations = 0
 
     def update(self) -> None:
-        """Factorise the present values of the matrix."""
+        """Factorise the present values of the matrix, which is destroyed."""
+        self.destroy()
         found = find_groups(copy_csr(self._matrix), self._positions, self.rotations)
-        for group in self._groups:
-            group.destroy()
         self._groups = [_Group(self._matrix, copies, self._prefix) for copies in found]
+        self._matrix.destroy()
+        give_back_memory()
+        for group in self._groups:
+            group.factorise()
         self.factors = len(found), sum(len(copies) for copies in found)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -95,7 +99,7 @@ class _Group:
     """
 
     def __init__(self, matrix: PETSc.Mat, copies: list[Copy], prefix: str) -> None:
-        """Factorise."""
+        """Take what belongs to them out of the matrix; nothing is factorised yet."""
         self.copies, size = len(copies), 3 * len(copies[0].nodes)
         nodes = np.concatenate([copy.nodes for copy in copies])
         self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
@@ -104,13 +108,16 @@ class _Group:
         self._matrix = matrix.createSubMatrix(rows, rows)
         rows.destroy()
         self._factor = SymmetricFactor(self._matrix, prefix)
-        self._factor.update()
         # a column for each component, one below the other in memory
         self._b, self._x = np.zeros(nodes.size * 3), np.zeros(nodes.size * 3)
         self._B, self._X = (
             PETSc.Mat().createDense((size, self.copies), array=v, comm=PETSc.COMM_SELF)
             for v in (self._b, self._x)
         )
+
+    def factorise(self) -> None:
+        """Factorise the first component."""
+        self._factor.update()
 
     def solve(self, b: Array, x: Array) -> None:
         """Solve for one right-hand side of all components."""

@@ -15,6 +15,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
+from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -214,7 +215,7 @@ class MultibodySystem:
             partial[2] -= block.nodal_mass @ (x @ g)
             partial[3:6] += momentum.sum(axis=0)
             partial[6:9] += _moment(x, momentum)
-        total = self.comm.allreduce(partial) if self.flexible_models else partial
+        total = sum_over_ranks(self.comm, partial) if self.flexible_models else partial
         p = self.rigid_model.masses * state.q_dot
         q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
         return Balance(
@@ -232,7 +233,7 @@ class MultibodySystem:
         coordinates = self.coordinates_of(state.q)
         gaps = (c.gap(coordinates, u) for c, u in zip(self.coupling_blocks, state.u, strict=True))
         worst = max((float(np.max(np.abs(x), initial=0.0)) for x in (rigid, *gaps)), default=0.0)
-        return float(self.comm.allreduce(worst, op=MPI.MAX))
+        return largest_of_ranks(self.comm, worst)
 
 
 def _moment(x: Array, p: Array) -> Array:

@@ -85,11 +85,15 @@ def test_solves_whatever_the_order_of_the_nodes(monkeypatch, package):
         monkeypatch.setattr(SymmetricFactor, "_factorise_definite", lambda self: None)
     X, R, A = cubes(np.random.default_rng(6))
     matrix = PETSc.Mat().createAIJ(A.shape, csr=(A.indptr, A.indices, A.data))
-    factor = SharedFactor(matrix, X, "test_")
+    rows = PETSc.IS().createStride(A.shape[0], step=1)
+    own = matrix.createSubMatrix(rows, rows)
+    factor = SharedFactor(own, X, "test_")
     factor.rotations = R
     for shift in (0.0, 1.0):
         matrix.shift(shift)
+        matrix.createSubMatrix(rows, rows, submat=own)
         factor.update()
+        assert not own  # its place in memory is for the factors
         assert factor.factors == (2, 3)
         assert error_of_solution(factor, matrix) < 1e-11  # condition numbers of some 1e3
     B = np.sin(np.arange(72 * 5.0)).reshape(72, 5)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpi4py import MPI
-
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +12,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
+from turbine_fenicsx.foundation.parallel import largest_of_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
@@ -119,6 +118,6 @@ def stress_channel(system: MultibodySystem) -> Channel:
             np.max(block.cauchy_stress_norm(u), initial=0.0)
             for block, u in zip(system.flexible_models, s.state.u, strict=True)
         )
-        return [float(system.comm.allreduce(max(norms, default=0.0), op=MPI.MAX))]
+        return [largest_of_ranks(system.comm, float(max(norms, default=0.0)))]
 
     return Channel((names.MAX_STRESS,), values)
