@@ -2,8 +2,8 @@
 
 ``roofline.py [KIND ...]`` of "linear", "quadratic" (hexahedra of solid blades) and "hollow" (blades
 of laminates from a windIO file). Operations are counted by running the C code of FFCx with numbers
-that count; its time is that of the processor for cells one after the other, with the flags of the
-package and with ``-march=native``. Needs g++.
+that count. Its time is that of the processor for cells one after the other; that of whole residuals
+is for as many cells at once as registers have lanes, all widths that the processor has. Needs g++.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from competitors import HERE
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.forces import StepTimes
-from turbine_fenicsx.foundation import form_cache
+from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
@@ -35,54 +36,72 @@ KINDS = {
         "mesh": {"span": 20, "around": 24},
     },
 }
-SIGNATURE = re.compile(r"^void tabulate_tensor_integral_\w+\(.*?^}$", re.DOTALL | re.MULTILINE)
-WAYS = {"": (2, []), " -march=native": (8, ["-march=native"])}
-"""Numbers in a register, and flags."""
+WIDTHS = lanes.REGISTERS[lanes.find_registers(describe_processors()) :]
+"""Registers of this processor."""
+HEAD = """static void tabulate(double* restrict A, const double* restrict w,
+    const double* restrict c, const double* restrict coordinate_dofs,
+    const int* restrict entity_local_index, const uint8_t* restrict quadrature_permutation)
+"""
 
 
 def residual_of(kind):
-    """The C code of the residual, nodes of a cell, number of cells, seconds of a residual."""
-    made, compile_on_all = [], form_cache.compile_on_all
-
-    def note(comm, folder, compile_here):
-        result = compile_on_all(comm, folder, compile_here)
-        made.append(folder / f"{result[1].__name__}.c")
-        return result
-
-    form_cache.compile_on_all = note
+    """The C code of the residual, nodes of a cell, and seconds of a cell for `WIDTHS`."""
     system = build_turbine(Case.parse(KINDS[kind]), MPI.COMM_SELF).system
     block, state = system.flexible_models[0], system.initial_state()
-    body = FlexibleStep(block)
-    form_cache.compile_on_all = compile_on_all
-    texts = [path.read_text(encoding="utf-8") for path in made]
-    code = [t for t in texts if re.search(r"\.rank = 1,", t) and SIGNATURE.search(t)][-1]
+    paths, compile_it = [], _compat.compile_form_with_source
+
+    def note(form):
+        compiled, path = compile_it(form)
+        paths.append(path)
+        return compiled, path
+
+    _compat.compile_form_with_source = note
+    bodies = [body_with(block, width) for width in WIDTHS]
+    _compat.compile_form_with_source = compile_it
     du, R = block.new_vector(), block.new_vector()
-    body.begin(state.u[0], state.v[0], StepTimes.from_start(0.0, 0.01), np.zeros(3))
-    seconds = []
-    for _ in range(15):
+    seconds = np.full((15, len(bodies)), np.inf)
+    for body in bodies:
+        body.begin(state.u[0], state.v[0], StepTimes.from_start(0.0, 0.01), np.zeros(3))
+    for turn, k in np.ndindex(seconds.shape):
         start = time.process_time()
-        body.residual(du, R)
-        seconds.append(time.process_time() - start)
+        for _ in range(3):
+            bodies[k].residual(du, R)
+        seconds[turn, k] = (time.process_time() - start) / 3.0
     mesh = block.body.mesh
-    nodes = mesh.geometry.dofmap
-    first = nodes.links(0) if hasattr(nodes, "links") else nodes[0]  # DOLFINx up to 0.6
+    X = mesh.geometry.x[_compat.nodes_of_cells(mesh)[0]]
     cells = mesh.topology.index_map(3).size_local
-    return code, mesh.geometry.x[first], cells, min(seconds)
+    return paths[0].read_text(encoding="utf-8"), X, seconds.min(axis=0) / cells
 
 
-def run_kernel(code, X, folder, lanes, flags):
-    """What `roofline.cpp` prints for the code: counts and speeds."""
-    kernel = re.sub(r"tabulate_tensor_integral_\w+", "tabulate", SIGNATURE.search(code).group())
+def body_with(block, width):
+    """The step of a body with registers of one width."""
+    find, lanes.find_registers = lanes.find_registers, lambda _: lanes.REGISTERS.index(width)
+    body = FlexibleStep(block)
+    lanes.find_registers = find
+    return body
+
+
+def run_kernel(code, X, folder, width=lanes.REGISTERS[-1]):
+    """What `roofline.cpp` prints for the code: counts and speeds.
+
+    Args:
+        code: C code of FFCx.
+        X: Nodes of a cell.
+        folder: Where to compile.
+        width: Registers that the peak is measured with; the kernel takes the flags of the package.
+    """
+    kernel = HEAD + next(lanes.find_kernels(code))
     text = (
         (HERE / "roofline.cpp").read_text(encoding="utf-8").replace("\nKERNEL\n", f"\n{kernel}\n")
     )
     source, program, points = folder / "kernel.cpp", folder / "kernel", folder / "X"
     source.write_text(text, encoding="utf-8")
     np.savetxt(points, X)
-    width = 1 + max(int(n) for n in re.findall(r"\bw\[\(?(\d+)", kernel)) + 3 * 27
+    more_w = 1 + max(int(n) for n in re.findall(r"\bw\[\(?(\d+)", kernel)) + 3 * 27
+    target = [f"-m{word}" for word in width.target.split(",") if word]
     numbers = []
-    for more in (["-DCOUNT", "-O1"], [*_compat._COMPILER_FLAGS, *flags]):
-        command = ["g++", *more, f"-DWIDTH_W={width}", f"-DLANES={lanes}", str(source)]
+    for more in (["-DCOUNT", "-O1"], [*_compat._COMPILER_FLAGS, *target]):
+        command = ["g++", *more, f"-DWIDTH_W={more_w}", f"-DLANES={width.lanes}", str(source)]
         subprocess.run([*command, "-o", str(program)], check=True)
         done = subprocess.run([program, points], check=True, capture_output=True, text=True)
         numbers += [float(word) for word in done.stdout.split()]
@@ -90,24 +109,24 @@ def run_kernel(code, X, folder, lanes, flags):
 
 
 def main():
-    head = ("residual", "operations of a cell", "bytes", "operations / byte")
-    head += ("kernel [us]", "Gop/s", "of the peak", "whole residual [us]")
-    last = {}
+    head = ("residual", "operations of a cell", "bytes", "operations / byte", "kernel [us]")
+    head += ("lanes", "whole residual [us]", "Gop/s", "of the peak")
     print(f"| {' | '.join(head)} |\n| --- |{' ---: |' * (len(head) - 1)}")
+    peaks = {}
     for kind in sys.argv[1:] or KINDS:
-        code, X, cells, seconds = residual_of(kind)
-        for words, (lanes, flags) in WAYS.items():
+        code, X, seconds = residual_of(kind)
+        alone = ""
+        for width, cell in zip(reversed(WIDTHS), reversed(seconds), strict=True):
             with tempfile.TemporaryDirectory() as folder:
-                numbers = run_kernel(code, X, Path(folder), lanes, flags)
+                numbers = run_kernel(code, X, Path(folder), width)
             operations, of_w, of_X, of_A, each, peak, triad = numbers
+            alone = alone or f"{1e6 * each:.2f}"  # by the instructions that all processors have
             moved = of_w + of_X + 2.0 * of_A
-            cell = f"{1e6 * seconds / cells:.2f}" if not flags else ""
-            row = (f"{kind}{words}", f"{operations:.0f}", f"{moved:.0f}")
-            row += (f"{operations / moved:.1f}", f"{1e6 * each:.2f}")
-            row += (f"{1e-9 * operations / each:.1f}", f"{operations / each / peak:.2f}", cell)
-            print(f"| {' | '.join(row)} |", flush=True)
-            last[words] = f"{1e-9 * peak:.0f} Gop/s{words}, triad {1e-9 * triad:.0f} GB/s"
-    print(f"\npeak: {'; '.join(last.values())}")
+            row = (kind, f"{operations:.0f}", f"{moved:.0f}", f"{operations / moved:.1f}", alone)
+            row += (f"{width.lanes}", f"{1e6 * cell:.2f}", f"{1e-9 * operations / cell:.1f}")
+            print(f"| {' | '.join(row)} | {operations / cell / peak:.2f} |", flush=True)
+            peaks[width.lanes] = f"{1e-9 * peak:.0f} Gop/s with {width.lanes} lanes"
+    print(f"\npeak: {', '.join(peaks.values())}; triad {1e-9 * triad:.0f} GB/s")
 
 
 if __name__ == "__main__":

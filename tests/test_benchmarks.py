@@ -174,6 +174,6 @@ void tabulate_tensor_integral_1(double* restrict A, const double* restrict w,
 @pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
 def test_operations_and_bytes_of_a_kernel_are_counted(monkeypatch, tmp_path):
     roofline = load("roofline", monkeypatch)
-    numbers = roofline.run_kernel(KERNEL, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], tmp_path, 2, [])
+    numbers = roofline.run_kernel(KERNEL, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], tmp_path)
     assert numbers[:4] == [6, 16, 8, 16]  # operations; bytes of w, coordinates and A
     assert all(number > 0.0 for number in numbers[4:])
