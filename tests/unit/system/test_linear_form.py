@@ -24,17 +24,17 @@ ROUND_OFF = {"svk": 1e-13, "neo_hooke": 1e-10}
 the round-off of energies by increments dC of which some are hardly larger than 2e-3."""
 
 
-def crooked(comm, cell, n=(3, 2, 3)):
-    """A box of cells that are no parallelepipeds, 18 hexahedra: no multiple of any register."""
+def crooked(comm, cell, n):
+    """A box of cells that are no parallelepipeds; 18 do not fill registers of four or eight."""
     cells = mesh.create_box(comm, [[0, 0, 0], [1.0, 0.5, 0.4]], n, getattr(mesh.CellType, cell))
     X = cells.geometry.x
     X[:] += 0.02 * np.sin(X @ np.array([[7.0, 3, 2], [1, 8, 3], [2, 4, 9]]))
     return cells
 
 
-def body_form(comm, cell, degree, law):
+def body_form(comm, cell, degree, law, n=(3, 2, 3)):
     """Inertia and stress of a step, with a field of densities, and what may change in it."""
-    cells = crooked(comm, cell)
+    cells = crooked(comm, cell, n)
     material = {"svk": StVenantKirchhoff, "neo_hooke": NeoHooke}[law](6.0, 4.0)
     rho = cell_field(cells, lambda X: 1.0 + X[:, 0])
     model = FlexibleModel(FlexibleBody("b", cells, material, rho, degree))
@@ -90,6 +90,14 @@ def test_registers_of_all_widths_give_the_same(comm, monkeypatch, registers):
     fill(fields, 3)
     found, expected, size = both(model, LinearForm(form), form)
     assert found == pytest.approx(expected, abs=ROUND_OFF["neo_hooke"] * size)
+
+
+def test_one_cell_fills_no_register_and_leaves_ranks_without_cells(comm):
+    model, form, fields = body_form(comm, "hexahedron", 1, "svk", n=(1, 1, 1))
+    fill(fields, 6)
+    found, expected, size = both(model, LinearForm(form), form)
+    assert size > 0.01
+    assert found == pytest.approx(expected, abs=ROUND_OFF["svk"] * size)
 
 
 def test_surfaces_and_parts_of_the_cells_are_left_to_dolfinx(comm):
