@@ -128,8 +128,8 @@ class FlexibleModel:
         w, mesh = ufl.TestFunction(self.space), self.body.mesh
         F = deformation_gradient(self._u)
         C = right_cauchy_green(F)
-        self._strain_energy = _compat.compile_form(self.energy(C) * self.dx_stress)
-        self._momentum = _compat.compile_form(self.density * ufl.dot(self._v, w) * self.dx_mass)
+        self._strain_energy = LinearForm(self.energy(C) * w[0] * self.dx_stress)
+        self._momentum = LinearForm(self.density * ufl.dot(self._v, w) * self.dx_mass)
         sigma = cauchy_stress(self.energy, F)
         norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
         self._stresses = fem.Function(_compat.cellwise_space(mesh, (2,)))
@@ -288,9 +288,10 @@ class FlexibleModel:
         return None if D.empty() else _compat.compile_form(D)
 
     def strain_energy(self, u: PETSc.Vec) -> float:
-        """This rank's part of the strain energy [J] of the displacement u."""
+        """This rank's part of the strain energy [J]: a sum over nodes, as sum_a N_a = 1."""
         self.copy_to(self._u, u)
-        return float(fem.assemble_scalar(self._strain_energy))
+        self._strain_energy.assemble(self._work)
+        return float(np.sum(self._work.array_r[::3]))
 
     def find_areas(self, name: str, facets: npt.ArrayLike) -> Array:
         """Area of facets that belongs to each owned node, shape (n_owned,) [m^2]. Collective.
@@ -330,8 +331,7 @@ class FlexibleModel:
     def nodal_values(self, vector: PETSc.Vec) -> Array:
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
         self.copy_to(self._v, vector)
-        values: Array = self._v.x.array.reshape(-1, 3).copy()
-        return values
+        return np.array(self._v.x.array).reshape(-1, 3)
 
     def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
         """Norm of the Cauchy stress [Pa], eqs (69)-(70), as of `cauchy_stresses`."""

@@ -14,7 +14,7 @@ from turbine_fenicsx.foundation import lanes
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
 from turbine_fenicsx.materials.cell_fields import cell_field
-from turbine_fenicsx.materials.kinematics import deformation_gradient
+from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.time_stepping.discrete_gradients import discrete_gradient_stress
@@ -155,3 +155,16 @@ def test_lanes_that_compute_something_else_are_noticed_and_left_to_dolfinx(
     assert all(np.array_equal(f.x.array, x) for f, x in zip(fields, before, strict=False))
     found, expected, _ = both(model, made, form)
     assert np.array_equal(found, expected)
+
+
+@all_kinds
+@pytest.mark.parametrize("law", ["svk", "neo_hooke"])
+def test_strain_energy_of_the_nodes_adds_up_to_the_integral(comm, cell, degree, law):
+    model, _, fields = body_form(comm, cell, degree, law)
+    fill(fields, 3)
+    u = model.new_vector()
+    u.array[:] = fields[0].x.array[: 3 * model.n_owned]
+    energy = model.energy(right_cauchy_green(deformation_gradient(fields[0]))) * model.dx_stress
+    expected = comm.allreduce(fem.assemble_scalar(_compat.compile_form(energy)))
+    assert expected > 1e-3
+    assert abs(comm.allreduce(model.strain_energy(u)) - expected) <= 1e-13 * expected
