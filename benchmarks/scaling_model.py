@@ -20,7 +20,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from turbine_fenicsx.linear_solvers.substructures import LONGEST, SLAB, WIDEST
+from turbine_fenicsx.linear_solvers.shared import SLAB
+from turbine_fenicsx.linear_solvers.substructures import LONGEST, WIDEST
+from turbine_fenicsx.meshing.parts import THINNEST
 
 HERE = Path(__file__).parent
 RANKS = [2**k for k in range(15) if 2**k <= 10_000] + [10_000]
@@ -70,7 +72,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Slabs:
-    """Three blades in slabs, one for each rank.
+    """Three blades in slabs: a rank has the same one of each, or, where these are thin, its own.
 
     Args:
         unknowns: Of all blades.
@@ -96,22 +98,31 @@ class Slabs:
         return self.unknowns / self.ranks
 
     @property
+    def parts(self) -> int:
+        """Congruent parts of a rank, as `meshing.parts` cuts them."""
+        return 3 if 12.0 * self.across / self.ranks >= max(THINNEST, self.ranks) else 1
+
+    @property
+    def met(self) -> float:
+        """Unknowns of S around a part: a section at each end, but for the ends of the blades."""
+        return min(2, self.ranks - 1) * self.section
+
+    @property
     def ghosts(self) -> float:
-        """Unknowns that a rank gets from others: two sections, or around a compact part."""
-        if self.ranks == 1:
-            return 0.0
+        """Unknowns that a rank gets from others: sections, or around a compact part."""
         compact = 6.0 * 3.0 * (self.own / 3.0) ** (2.0 / 3.0)
-        return min(2.0 * self.section, compact)
+        return min(self.parts * self.met, compact)
 
     @property
     def interface(self) -> float:
         """Unknowns S where ranks meet."""
-        return max(0, self.ranks - 3) * self.section if self.ranks > 2 else self.section
+        sections = 3 * (self.ranks - 1) if self.parts == 3 else max(1, self.ranks - 3)
+        return sections * self.section
 
     @property
     def has_factors(self) -> bool:
         """Whether each rank keeps a factor of its own, as `substructures.is_worthwhile`."""
-        wide = (2.0 * self.section) ** 2 > WIDEST * self.own
+        wide = self.met**2 > WIDEST * self.own
         return self.ranks == 1 or not (wide or self.interface > LONGEST * self.own)
 
 
@@ -119,9 +130,8 @@ def frozen_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, float]
     """Seconds of a step with one factor for a whole run, by what takes them."""
     b = at.section
     several = at.ranks > 1
-    entries = machine.factor * b * at.own / (1.0 if several else 3.0)  # one for three blades
-    columns = 2.0 * b if several else 0.0
-    near = 4.0 * columns * min(SLAB * columns, at.own)  # single precision
+    entries = machine.factor * b * at.own / at.parts  # one for all parts, as what follows
+    near = 4.0 * at.met * min(SLAB * at.met, at.own / at.parts)  # single precision
     common = 8.0 * 2.0 * 1.5 * b * at.interface if several else 0.0
     stages = ceil(log2(at.ranks)) if several else 0
     sends = np.max(counts.messages) * machine.latency if several else 0.0

@@ -41,14 +41,8 @@ NOT_A_NUMBER = int(
 )
 """PETSc's reason to end a Newton iteration whose residual is not a number."""
 
-_COMPILER_FLAGS = [
-    "-O3",
-    "-g0",
-    "-fassociative-math",
-    "-fno-math-errno",
-    "-fno-signed-zeros",
-    "-fno-trapping-math",
-]
+_ALGEBRA = ["-fassociative-math", "-fno-math-errno", "-fno-signed-zeros", "-fno-trapping-math"]
+_COMPILER_FLAGS = ["-O3", "-g0", *_ALGEBRA]
 
 
 def _jit_options() -> tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]:
@@ -217,7 +211,9 @@ def create_matrix(form: Any) -> PETSc.Mat:
     return dolfinx.fem.petsc.create_matrix(form)
 
 
-def mesh_of_arrays(comm: Any, cell: str, degree: int, points: Any, cells: Any) -> Any:
+def mesh_of_arrays(
+    comm: Any, cell: str, degree: int, points: Any, cells: Any, ranks: Any = None
+) -> Any:
     """Distributed mesh of the nodes and cells that the ranks hold, in gmsh's order of nodes.
 
     Args:
@@ -226,10 +222,19 @@ def mesh_of_arrays(comm: Any, cell: str, degree: int, points: Any, cells: Any) -
         degree: Of the geometry.
         points: Coordinates of the nodes of this rank, shape (n, 3).
         cells: Nodes of its cells, counted over the ranks, shape (m, nodes per cell).
+        ranks: Ranks of each of these cells and its neighbours, its own first, and where those of
+            each start; None on all ranks if DOLFINx decides.
     """
     element = "e" if "e" in signature(dolfinx.mesh.create_mesh).parameters else "domain"
-    domain = {element: ufl.Mesh(_coordinate_element(cell, degree))}
-    return dolfinx.mesh.create_mesh(comm, cells=_from_gmsh(cell, cells), x=points, **domain)
+    more = {element: ufl.Mesh(_coordinate_element(cell, degree))}
+    if ranks is not None:
+        if "ghost_mode" in signature(dolfinx.mesh.create_mesh).parameters:
+            more["ghost_mode"] = dolfinx.mesh.GhostMode.none  # 0.5 wants ghosts to drop them
+        else:
+            ranks = ranks[0][ranks[1][:-1]], np.arange(len(ranks[1]), dtype=np.int32)
+        lists = _adjacency_list(*ranks)
+        more["partitioner"] = lambda *_: getattr(lists, "_cpp_object", lists)
+    return dolfinx.mesh.create_mesh(comm, cells=_from_gmsh(cell, cells), x=points, **more)
 
 
 def tags_of_entities(mesh: Any, entity: str, nodes: Any, values: npt.NDArray[np.int32]) -> Any:
@@ -245,9 +250,13 @@ def tags_of_entities(mesh: Any, entity: str, nodes: Any, values: npt.NDArray[np.
     entities, values = distribute_entity_data(mesh, dim, _from_gmsh(entity, nodes), values)
     mesh.topology.create_connectivity(dim, 0)
     mesh.topology.create_connectivity(dim, mesh.topology.dim)
-    lists = dolfinx.graph
-    lists = lists.adjacencylist if hasattr(lists, "adjacencylist") else lists.create_adjacencylist
-    return dolfinx.mesh.meshtags_from_entities(mesh, dim, lists(entities), values)
+    return dolfinx.mesh.meshtags_from_entities(mesh, dim, _adjacency_list(entities), values)
+
+
+def _adjacency_list(*rows: Any) -> Any:
+    """Rows of an array, or their entries and where each starts, as DOLFINx' lists."""
+    make = getattr(dolfinx.graph, "create_adjacencylist", None) or dolfinx.graph.adjacencylist
+    return make(*rows)
 
 
 def _from_gmsh(cell: str, nodes: Any) -> npt.NDArray[np.int64]:
@@ -342,15 +351,9 @@ def _settle_coordinate_element(form: Any) -> None:
         domain = integral.ufl_domain()
         element = domain.ufl_coordinate_element()
         if getattr(getattr(element, "_sub_element", None), "_variant", "settled") is None:
-            domain._ufl_coordinate_element = ufl.VectorElement(
-                ufl.FiniteElement(
-                    element.family(),
-                    element.cell(),
-                    element.degree(),
-                    element.quadrature_scheme(),
-                    variant="equispaced",
-                )
-            )
+            kind = element.family(), element.cell(), element.degree(), element.quadrature_scheme()
+            settled = ufl.FiniteElement(*kind, variant="equispaced")
+            domain._ufl_coordinate_element = ufl.VectorElement(settled)
 
 
 def cells_at(mesh: Any, point: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:

@@ -17,7 +17,7 @@ from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
 from turbine_fenicsx.linear_solvers.memory import BodyCounts, choose_by_memory
 from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
-from turbine_fenicsx.linear_solvers.shared import shared_factor
+from turbine_fenicsx.linear_solvers.substructures import free_factor
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -27,7 +27,7 @@ def frozen_factor(step: StepBlocks, prefix: str) -> LinearSolver:
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
     name = f"{prefix}free_"
-    return QuasiNewton(step, FrozenElimination(step, partial(shared_factor, prefix=name)))
+    return QuasiNewton(step, FrozenElimination(step, partial(free_factor, prefix=name)))
 
 
 def conjugate_gradients(step: StepBlocks, prefix: str) -> LinearSolver:

@@ -38,10 +38,17 @@ class Copy:
         nodes: Its nodes in the order of those of the first, shape (n,).
         rotation: Rotations T of the nodes, shape (3, 3, n): its stiffness is T A T^T with A that
             of the first.
+        motion: Rotation Q of the motion that takes the first to this one, shape (3, 3).
     """
 
     nodes: Indices
     rotation: Array
+    motion: Array
+
+    def relative_to(self, other: Copy) -> Copy:
+        """The same with another one as the first."""
+        T = np.einsum("ian,jan->ijn", self.rotation, other.rotation)
+        return Copy(self.nodes, T, self.motion @ other.motion.T)
 
 
 def label_components(starts: npt.NDArray[Any], columns: npt.NDArray[Any]) -> Indices:
@@ -90,7 +97,7 @@ def find_groups(matrix: Any, positions: Array, rotations: Array) -> list[list[Co
                 break
         else:
             unit = np.repeat(np.eye(3)[:, :, None], len(nodes), axis=2)
-            groups.append([Copy(nodes, unit)])
+            groups.append([Copy(nodes, unit, np.eye(3))])
     return groups
 
 
@@ -118,7 +125,7 @@ def _find_copy(
             expected = forces(first, signs)
         found = forces(copy, np.einsum("ijn,njk->nik", T, signs))
         if np.max(np.abs(found - np.einsum("ijn,njk->nik", T, expected))) <= ALIKE:
-            return Copy(copy, T)
+            return Copy(copy, T, Q)
     return None
 
 

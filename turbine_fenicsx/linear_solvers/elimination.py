@@ -48,7 +48,7 @@ class Elimination:
             name = f"{prefix}free_"
             if not symmetric:
                 return SparseFactor(A, name)
-            self._symmetric.append(SymmetricFactor(A, name, exact=True))
+            self._symmetric.append(SymmetricFactor(A, name))
             return self._symmetric[-1]
 
         self._bodies = [

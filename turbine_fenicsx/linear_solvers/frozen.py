@@ -27,7 +27,7 @@ from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.elimination import BodyElimination
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
-from turbine_fenicsx.linear_solvers.shared import SharedFactor
+from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
@@ -204,7 +204,7 @@ class _TurningBody:
         """Factorise the tangent assembled at rest in u; its frames are the reference."""
         (self._reference,) = self._frames.rotations(u)
         solver = self._elimination.solver
-        if isinstance(solver, SharedFactor):
+        if isinstance(solver, Substructures):
             solver.rotations = self._reference[:, :, self._free]
         self._elimination.factorise()
         self._carriers_0 = carriers

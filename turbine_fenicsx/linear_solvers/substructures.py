@@ -1,21 +1,14 @@
 """A sparse factor on each rank, joined at the few unknowns where ranks meet.
 
-S holds the unknowns of each rank that the matrix couples to a higher rank, i the others of a rank.
-Without S the ranks are independent, so that with W_i = A_ii^{-1} A_iS
+S holds the unknowns that cells of several ranks share, i the others of a rank. Without S the ranks
+are independent, so that with W_i = A_ii^{-1} A_iS
 
     (A_SS - sum_i A_Si W_i) x_S = b_S - sum_i A_Si A_ii^{-1} b_i,
                             x_i = A_ii^{-1} b_i - W_i x_S:
 
 each rank solves once with its own factor, and S, a few cross-sections of a slender body, is solved
 for by all of them, each for itself: its matrix is sparse too, as a section only meets the next.
-
-W_i has a column for each unknown of S. By Saint-Venant's principle they look alike far from S:
-motions of whole cross-sections. With a slab s of rows next to S and the rows o beyond it
-
-    W_i = (W_s, 0) - A_ii^{-1} (0, A_os W_s),      W_s = A_ss^{-1} A_sS.
-
-The forces A_os W_s that S exerts beyond the slab therefore have a low rank, and only so many
-solutions with the large factor are needed.
+What is congruent on a rank, such as three blades or the same slab of each, shares factor and W_i.
 """
 
 from __future__ import annotations
@@ -28,206 +21,232 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix, vstack
+from scipy.sparse.csgraph import connected_components
 
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.machine import give_back_memory
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, copy_csr
+from turbine_fenicsx.linear_solvers.congruence import find_groups, label_components
+from turbine_fenicsx.linear_solvers.factor import FreeSolver, copy_csr
+from turbine_fenicsx.linear_solvers.shared import (
+    CongruentParts,
+    Indices,
+    Nodes,
+    dofs_of,
+    find_surroundings,
+)
+from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.system.coupling_block import CouplingBlock
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
-Indices = npt.NDArray[np.int32]
-
-SLAB = 16
-"""Rows of the slab for each column of W_i: so many layers of a slender body."""
-
-NEGLIGIBLE = 1e-6
-"""Singular values of the forces beyond the slab below this part of the largest are left out."""
+Mask = npt.NDArray[np.bool_]
 
 WIDEST = 90
-"""Largest square of the number of columns of W_i for each row of a rank."""
+"""Largest square of the number of unknowns around a part for each row of a rank, or sum of these
+where parts are not of the same size."""
 
 LONGEST = 2
 """Unknowns of S for each row of a rank, up to which solving for S takes no longer than the rest."""
 
 
-def find_interface_rows(matrix: PETSc.Mat) -> Indices:
-    """Rows of this rank, counted from its first, that are coupled to a higher rank."""
-    first, last = matrix.getOwnershipRange()
-    indptr, columns, _ = matrix.getValuesCSR()
-    rows = np.repeat(np.arange(last - first, dtype=np.int32), np.diff(indptr))
-    interface: npt.NDArray[np.int32] = np.unique(rows[columns >= last])
-    return interface
+class Substructures(FreeSolver):
+    """Solves with a distributed symmetric matrix that keeps its sparsity.
+
+    Where there is no factor, solutions are not finite.
+
+    Args:
+        matrix: The matrix, three rows for each node.
+        positions: Initial positions of the nodes of this rank, shape (n, 3) [m].
+        shared: Which of them are in S, shape (n,).
+        prefix: Options prefix of the factors.
+
+    Attributes:
+        rotations: Rotations of the material since then, shape (3, 3, n); set before `update`.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, positions: Array, shared: Mask, prefix: str) -> None:
+        """Take the matrix apart; nothing is compared or factorised yet."""
+        self._matrix, self._comm, self._prefix = matrix, matrix.getComm().tompi4py(), prefix
+        self._positions, self._shared = positions, shared
+        self.rotations: Array = np.repeat(np.eye(3)[:, :, None], len(positions), axis=2)
+        self._i, self._S = dofs_of(np.flatnonzero(~shared)), dofs_of(np.flatnonzero(shared))
+        own = self._comm.allgather(matrix.getOwnershipRange()[0] + self._S)
+        start = sum(rows.size for rows in own[: self._comm.rank])
+        self._mine, self._all_S = slice(start, start + self._S.size), np.concatenate(own)
+        self._groups: list[CongruentParts] = []
+        self._common: tuple[Any, ...] = ()  # the matrix of S and its factor, if there is any S
+        self.iterations = 0
+
+    def update(self) -> None:
+        """Find what is congruent, and factorise the present values of the matrix. Collective.
+
+        The matrix is destroyed.
+        """
+        self.destroy()
+        self._groups, A_SS = self._take_apart()
+        self._matrix.destroy()
+        give_back_memory()
+        blocks: list[tuple[Indices, Array]] | None = None
+        try:
+            found = [(group.columns, group.factorise()) for group in self._groups]
+            blocks = [pair for pairs in found for pair in zip(*pairs, strict=True)]
+        except np.linalg.LinAlgError:  # what is not finite has no singular values
+            pass
+        everyone = self._comm.allgather((A_SS, blocks))
+        self._exists = all(blocks is not None for _, blocks in everyone)
+        if self._exists:
+            self._factorise_common(everyone)
+        counts = len(self._groups), sum(group.copies for group in self._groups)
+        factors, parts = sum_over_ranks(self._comm, np.array(counts))
+        self.factors = int(factors), int(parts)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for one right-hand side. Collective."""
+        x.array[:] = self.solve_many(b.array_r[:, None])[:, 0]
+
+    def solve_many(self, B: Array) -> Array:
+        """Solutions for several right-hand sides, this rank's rows, shape (n, k). Collective."""
+        self.iterations += B.shape[1]
+        with np.errstate(invalid="ignore"):  # where there is no factor there are no numbers
+            return self._solve(B)
+
+    def destroy(self) -> None:
+        """Free all factors."""
+        for thing in (*self._groups, *self._common[::-1]):
+            thing.destroy()
+        self._groups, self._common = [], ()
+
+    def _solve(self, B: Array) -> Array:
+        """Solutions, shape (n, k)."""
+        if not self._exists:
+            return np.full_like(B, np.nan)
+        inner = B[self._i] if self._S.size else B
+        solved = [group.solve(inner) for group in self._groups]
+        b_S = np.zeros((self._all_S.size, B.shape[1]))
+        b_S[self._mine] = B[self._S]
+        for group, x in zip(self._groups, solved, strict=True):
+            group.push(x, b_S)
+        x_S = b_S
+        if self._common:
+            x_S = self._common[1].solve_many(sum_over_ranks(self._comm, b_S))
+        inner = np.empty_like(inner)
+        for group, x in zip(self._groups, solved, strict=True):
+            group.place(x, x_S, inner)
+        if not self._S.size:
+            return inner
+        X = np.empty_like(B)
+        X[self._i], X[self._S] = inner, x_S[self._mine]
+        return X
+
+    def _take_apart(self) -> tuple[list[CongruentParts], csr_matrix]:
+        """Congruent parts of this rank, nothing factorised, and this rank's rows of A_SS."""
+        A_ii, A_iS, A_SS = self._find_blocks()
+        own = Nodes(self._positions[~self._shared], self.rotations[:, :, ~self._shared])
+        S = self._gather_shared_nodes()
+        found = []
+        for group in find_groups(A_ii, own.positions, own.rotations):
+            touched = [np.unique(A_iS[dofs_of(copy.nodes)].indices // 3) for copy in group]
+            while group:
+                around, T_S = find_surroundings(group, own, S, touched)
+                rows, alike = dofs_of(group[0].nodes), len(around)
+                found.append((group[:alike], A_ii[rows][:, rows], A_iS[rows], around, T_S))
+                group, touched = group[alike:], touched[alike:]
+                group = [copy.relative_to(group[0]) for copy in group]
+        return [CongruentParts(*parts, self._prefix) for parts in found], A_SS
+
+    def _find_blocks(self) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+        """A_ii and A_iS of this rank, and its rows of A_SS."""
+        if not self._all_S.size:
+            own = copy_csr(self._matrix.getDiagonalBlock())
+            return own, csr_matrix((own.shape[0], 0)), csr_matrix((0, 0))
+        first = self._matrix.getOwnershipRange()[0]
+        i, S_mine, S = map(_make_index_set, (first + self._i, first + self._S, self._all_S))
+        blocks = self._matrix.createSubMatrices([i, i, S_mine], [i, S, S])
+        copies = [copy_csr(block) for block in blocks]
+        for thing in (*blocks, i, S_mine, S):
+            thing.destroy()
+        return copies[0], copies[1], copies[2]
+
+    def _gather_shared_nodes(self) -> Nodes:
+        """Nodes of S, of all ranks."""
+        mine = self._positions[self._shared], self.rotations[:, :, self._shared]
+        X, R = zip(*self._comm.allgather(mine), strict=True)
+        return Nodes(np.concatenate(X), np.concatenate(R, axis=2))
+
+    def _factorise_common(self, parts: list[Any]) -> None:
+        """Add up the matrix of S from the parts of all ranks, and factorise it."""
+        S = vstack([rows for rows, _ in parts]).tocoo()
+        entries, i, j = [S.data], [S.row], [S.col]
+        for _, blocks in parts:
+            for columns, block in blocks:
+                entries.append(-block.ravel())
+                i.append(np.repeat(columns, columns.size))
+                j.append(np.tile(columns, columns.size))
+        indices = np.concatenate(i), np.concatenate(j)
+        A = csr_matrix((np.concatenate(entries), indices), S.shape)
+        if A.nnz:
+            csr = A.indptr, A.indices, A.data
+            matrix = PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)
+            self._common = matrix, SymmetricFactor(matrix, self._prefix)
+            self._common[1].update()
 
 
-def is_worthwhile(matrix: PETSc.Mat, interface: Indices) -> bool:
-    """Whether S is small, for each rank and in all: slender bodies, not too many ranks.
+def free_factor(
+    flexible: FlexibleModel, coupling: CouplingBlock, matrix: PETSc.Mat, free: PETSc.IS, prefix: str
+) -> FreeSolver:
+    """`Substructures` of several components, or where ranks meet in few unknowns; else one factor.
+
+    Args:
+        flexible: The body.
+        coupling: Its couplings.
+        matrix: A_II.
+        free: Free degrees of freedom.
+        prefix: Options prefix of the factors.
+    """
+    nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
+    shared = find_shared_nodes(flexible)[nodes]
+    alone = flexible.body.mesh.comm.size == 1
+    if np.any(label_components(*matrix.getRowIJ())) if alone else is_worthwhile(matrix, shared):
+        return Substructures(matrix, flexible.positions[nodes], shared, prefix)
+    return SymmetricFactor(matrix, prefix)
+
+
+def find_shared_nodes(flexible: FlexibleModel) -> Mask:
+    """Which of the nodes of this rank belong to cells of several ranks, shape (n_owned,)."""
+    cells = flexible.body.mesh.topology.index_map(3).size_local
+    met = np.zeros((len(flexible.local_positions), 3))
+    met[np.unique(_compat.dofs_of_cells(flexible.space)[:cells])] = 1.0
+    shared: Mask = flexible.sum_at_owners(met)[:, 0] > 1.5
+    return shared
+
+
+def is_worthwhile(matrix: PETSc.Mat, shared: Mask) -> bool:
+    """Whether S is small, for each rank and in all: slender bodies, not too many ranks. Collective.
 
     Args:
         matrix: The matrix.
-        interface: `find_interface_rows` of the matrix.
+        shared: Which of the nodes of this rank are in S.
     """
     comm, (first, last) = matrix.getComm().tompi4py(), matrix.getOwnershipRange()
-    columns = matrix.getValuesCSR()[1]
-    others = last - first - interface.size
-    met = interface.size + np.unique(columns[columns < first]).size
-    fits = bool(others > 0 and met**2 <= WIDEST * (last - first))
-    size = comm.allreduce(interface.size)
+    indptr, columns, _ = matrix.getValuesCSR()
+    rows = np.repeat(np.arange(last - first), np.diff(indptr))
+    in_S = np.repeat(shared, 3)
+    rows, columns = rows[~in_S[rows]], columns[~in_S[rows]] - first
+    inside = (columns >= 0) & (columns < last - first)
+    inside[inside] = ~in_S[columns[inside]]
+    pairs = np.ones(np.count_nonzero(inside), np.int8), (rows[inside], columns[inside])
+    part = connected_components(csr_matrix(pairs, (last - first,) * 2), directed=False)[1]
+    around = np.unique(np.stack([part[rows[~inside]], columns[~inside]]), axis=1)[0]
+    sizes = np.bincount(part), np.bincount(around, minlength=part.max(initial=-1) + 1)
+    met = np.unique(np.stack(sizes), axis=1)[1].astype(float)
+    fits = bool(not in_S.all() and np.sum(met**2) <= WIDEST * (last - first))
+    size = comm.allreduce(int(np.count_nonzero(in_S)))
     return bool(comm.allreduce(fits, op=MPI.LAND)) and (
         size * comm.size <= LONGEST * matrix.getSize()[0]
     )
 
 
-class Substructures(FreeSolver):
-    """Solves with a distributed symmetric positive definite matrix that keeps its sparsity.
-
-    Solutions have a relative error of about `NEGLIGIBLE`.
-
-    Args:
-        matrix: The matrix.
-        interface: `find_interface_rows` of the matrix.
-        prefix: Options prefix of the factors.
-    """
-
-    def __init__(self, matrix: PETSc.Mat, interface: Indices, prefix: str) -> None:
-        """Take the matrix apart; nothing is factorised yet."""
-        self._matrix, self._comm = matrix, matrix.getComm().tompi4py()
-        first, last = matrix.getOwnershipRange()
-        own = first + interface
-        everyone = self._comm.allgather(own)
-        start = sum(rows.size for rows in everyone[: self._comm.rank])
-        self._mine = slice(start, start + own.size)
-        self._S, self._i = interface, np.setdiff1d(np.arange(last - first), interface)
-        S_mine, i, S = map(_make_index_set, (own, first + self._i, np.concatenate(everyone)))
-        self._sets = [i, i, S_mine], [i, S, S]
-        self._parts = matrix.createSubMatrices(*self._sets)
-        self._prefix = prefix
-        self._factor = DefiniteFactor(self._parts[0], prefix)
-        self._b, self._x = self._parts[0].createVecs()
-        self._common: tuple[Any, ...] = ()  # the matrix of S and its factor, if there is any S
-        self._b_S, self._x_S = (PETSc.Vec().createSeq(S.getSize()) for _ in range(2))
-        self.iterations = 0
-
-    def update(self) -> None:
-        """Factorise the present values of the matrix. Collective.
-
-        Raises:
-            LinAlgError: on all ranks, if the matrix is not positive definite.
-        """
-        self._parts = self._matrix.createSubMatrices(*self._sets, submats=self._parts)
-        own: tuple[csr_matrix, Array] | None = None
-        try:
-            own = self._eliminate()
-            definite = bool(np.all(np.isfinite(own[1])))
-        except (PETSc.Error, np.linalg.LinAlgError):
-            definite = False
-        self._require(definite)
-        definite = True
-        try:
-            self._factorise_common(self._comm.allgather((own, self._columns)))
-        except np.linalg.LinAlgError:
-            definite = False
-        self._require(definite)
-
-    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve for one right-hand side. Collective."""
-        self._b.array[:] = b.array_r[self._i]
-        self._factor.solve(self._b, self._x)
-        x_i = self._x.array
-        b_S = np.zeros(self._b_S.size)
-        b_S[self._mine] = b.array_r[self._S]
-        b_S[self._columns] -= self._A_Se @ x_i[self._edge]
-        self._b_S.array[:] = sum_over_ranks(self._comm, b_S)
-        if self._common:
-            self._common[1].solve(self._b_S, self._x_S)
-        x_S = self._x_S.array_r
-        near = x_S[self._columns]
-        x_i[self._slab] -= self._W_single @ near.astype(np.float32)
-        x_i -= self._far @ (self._modes @ near)
-        x.array[self._i], x.array[self._S] = x_i, x_S[self._mine]
-        self.iterations += 1
-
-    def destroy(self) -> None:
-        """Free everything."""
-        self._factor.destroy()
-        sets, vectors = (*self._sets[0], *self._sets[1]), (self._b, self._x, self._b_S, self._x_S)
-        for thing in (*self._common, *self._parts, *vectors, *sets):
-            thing.destroy()
-
-    def _require(self, definite: bool) -> None:
-        """Raise a LinAlgError on all ranks if it is not so on one."""
-        if not self._comm.allreduce(definite, op=MPI.LAND):
-            raise np.linalg.LinAlgError("the matrix is not positive definite")
-
-    def _factorise_common(self, parts: list[Any]) -> None:
-        """Add up the matrix of S from the parts of all ranks, and factorise it."""
-        rows = [own[0] for own, _ in parts]
-        S = vstack(rows).tocoo()
-        entries, i, j = [S.data], [S.row], [S.col]
-        for (_, block), columns in parts:
-            entries.append(-block.ravel())
-            i.append(np.repeat(columns, columns.size))
-            j.append(np.tile(columns, columns.size))
-        indices = np.concatenate(i), np.concatenate(j)
-        A = csr_matrix((np.concatenate(entries), indices), S.shape)
-        for thing in self._common:
-            thing.destroy()
-        self._common = ()
-        if A.nnz:
-            csr = A.indptr, A.indices, A.data
-            matrix = PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)
-            self._common = matrix, DefiniteFactor(matrix, self._prefix)
-            self._common[1].update()
-
-    def _eliminate(self) -> tuple[csr_matrix, Array]:
-        """Factorise, find W_i, and return this rank's rows of A_SS, and its A_Si W_i."""
-        A_ii, A_iS, A_SS = (copy_csr(part) for part in self._parts)
-        self._factor.update()
-        self._columns = np.unique(A_iS.indices)
-        A_iS = A_iS[:, self._columns]
-        self._edge = np.flatnonzero(np.diff(A_iS.indptr))
-        self._A_Se = A_iS[self._edge].T.tocsr()
-        self._slab = _collect_layers(A_ii, self._edge, SLAB * self._columns.size)
-        W = self._respond(A_ii[self._slab][:, self._slab], A_iS[self._slab].toarray(order="F"))
-        self._W_single = W.astype(np.float32)  # as accurate as the rest, and half the memory
-        self._far, self._modes = self._respond_beyond(A_ii, W)
-        W_e = W[np.searchsorted(self._slab, self._edge)] + self._far[self._edge] @ self._modes
-        return A_SS, self._A_Se @ W_e
-
-    def _respond(self, A_ss: csr_matrix, forces: Array) -> Array:
-        """A_ss^{-1} times some forces; the matrix is factorised for this alone."""
-        if not forces.size:
-            return forces
-        A = PETSc.Mat().createAIJ(
-            A_ss.shape, csr=(A_ss.indptr, A_ss.indices, A_ss.data), comm=PETSc.COMM_SELF
-        )
-        factor = DefiniteFactor(A, self._prefix)
-        factor.update()
-        response = factor.solve_many(forces)
-        factor.destroy()
-        A.destroy()
-        return response
-
-    def _respond_beyond(self, A_ii: csr_matrix, W: Array) -> tuple[Array, Array]:
-        """Factors of -A_ii^{-1} (0, A_os W_s), shapes (i, rank) and (rank, columns)."""
-        o = np.setdiff1d(np.arange(self._i.size), self._slab)
-        A_os = A_ii[self._slab][:, o].T.tocsr()
-        loaded = np.flatnonzero(np.diff(A_os.indptr))
-        U, s, V = np.linalg.svd(A_os[loaded] @ W, full_matrices=False)
-        rank = int(np.sum(s > NEGLIGIBLE * np.max(s, initial=0.0)))
-        forces = np.zeros((self._i.size, rank))
-        forces[o[loaded]] = -U[:, :rank] * s[:rank]
-        return self._factor.solve_many(forces) if rank else forces, V[:rank]
-
-
 def _make_index_set(rows: Indices) -> PETSc.IS:
     """An index set of this rank alone."""
     return PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
-
-
-def _collect_layers(A: csr_matrix, rows: Indices, size: int) -> Indices:
-    """Rows and their neighbours, layer by layer until there are ``size`` of them; sorted."""
-    inside = np.zeros(A.shape[0], dtype=bool)
-    inside[rows] = True
-    while rows.size and np.count_nonzero(inside) < size:
-        neighbours = np.unique(A[rows].indices)
-        rows = neighbours[~inside[neighbours]]
-        inside[rows] = True
-    return np.flatnonzero(inside)

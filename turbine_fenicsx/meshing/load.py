@@ -163,7 +163,9 @@ def _distribute(comm: MPI.Intracomm, arrays: MeshArrays) -> tuple[Any, Any, Any]
     from turbine_fenicsx._compat import mesh_of_arrays, tags_of_entities
 
     reference = arrays.reference
-    mesh = mesh_of_arrays(comm, reference.cell, reference.degree, arrays.points, arrays.cells)
+    ranks = _share_out(comm, arrays)
+    cell = reference.cell, reference.degree
+    mesh = mesh_of_arrays(comm, *cell, arrays.points, arrays.cells, ranks)
     tags = [
         tags_of_entities(mesh, entity, nodes, groups.astype(np.int32))
         for entity, nodes, groups in (
@@ -172,3 +174,19 @@ def _distribute(comm: MPI.Intracomm, arrays: MeshArrays) -> tuple[Any, Any, Any]
         )
     ]
     return mesh, tags[0], tags[1]
+
+
+def _share_out(comm: MPI.Intracomm, arrays: MeshArrays) -> Any:
+    """`list_ranks` of the cells that this rank has; None on all ranks if DOLFINx decides."""
+    from turbine_fenicsx.meshing.parts import list_ranks, share_equal_components
+
+    if comm.size == 1:
+        return None
+    found: list[NDArray[np.int32] | None] = [np.empty(0, dtype=np.int32)]
+
+    def share() -> bool:
+        found[0] = share_equal_components(arrays.points, arrays.cells, comm.size)
+        return found[0] is not None
+
+    decided = on_rank0(comm, share)
+    return list_ranks(arrays.cells, found[0]) if decided and found[0] is not None else None

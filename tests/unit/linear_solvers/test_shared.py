@@ -9,7 +9,7 @@ from newton_steps import options, run, values
 from rotor_meshes import BLADE, ROTOR
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix
-from test_factor import error_of_solution
+from test_factor import error_of_solution, take_values
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -17,10 +17,9 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.linear_solvers import shared
+from turbine_fenicsx.linear_solvers import substructures, symmetric
 from turbine_fenicsx.linear_solvers.congruence import find_groups
-from turbine_fenicsx.linear_solvers.shared import SharedFactor
-from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.meshing import MeshOptions, load_arrays
@@ -29,7 +28,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 CUBE = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="shared on one rank only")
+alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="a matrix of one rank")
 
 
 def random_rotations(rng, n):
@@ -82,16 +81,15 @@ def test_of_all_motions_that_fit_the_nodes_the_one_is_found_that_fits_the_stiffn
 @pytest.mark.parametrize("package", ["cholmod", "mumps"])
 def test_solves_whatever_the_order_of_the_nodes(monkeypatch, package):
     if package == "mumps":
-        monkeypatch.setattr(SymmetricFactor, "_factorise_definite", lambda self: None)
+        monkeypatch.setattr(symmetric, "has_cholmod", lambda: False)
     X, R, A = cubes(np.random.default_rng(6))
     matrix = PETSc.Mat().createAIJ(A.shape, csr=(A.indptr, A.indices, A.data))
-    rows = PETSc.IS().createStride(A.shape[0], step=1)
-    own = matrix.createSubMatrix(rows, rows)
-    factor = SharedFactor(own, X, "test_")
+    own = matrix.copy()
+    factor = Substructures(own, X, np.zeros(24, bool), "test_")
     factor.rotations = R
     for shift in (0.0, 1.0):
         matrix.shift(shift)
-        matrix.createSubMatrix(rows, rows, submat=own)
+        take_values(own, matrix)
         factor.update()
         assert not own  # its place in memory is for the factors
         assert factor.factors == (2, 3)
@@ -107,7 +105,7 @@ def test_solves_whatever_the_order_of_the_nodes(monkeypatch, package):
 @pytest.fixture(scope="module")
 def rotor(comm):
     """Makes a rotor under its weight; a part of its second blade may be softer."""
-    arrays = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=(2, 1, 5)))
+    arrays = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=(2, 1, 24)))
 
     def make(spin=0.0, softer=0.0):
         loaded = load_arrays(comm, lambda: arrays, "rotor")
@@ -132,13 +130,19 @@ def solve(system, dt=0.02, steps=4):
     return values(state), [report.newton_iterations for report in reports], factors
 
 
+def find_each_alone(matrix, positions, rotations):
+    """Components, each the first of a group of its own."""
+    groups = find_groups(matrix, positions, rotations)
+    return [[copy.relative_to(copy)] for group in groups for copy in group]
+
+
 @pytest.mark.parametrize(("softer", "factors"), [(0.0, 1), (0.01, 2)])
 def test_results_and_iterations_are_those_of_a_factor_for_each(rotor, monkeypatch, softer, factors):
     found, iterations, used = solve(rotor(1.0, softer))
-    monkeypatch.setattr(shared, "label_components", lambda *pattern: 0)
+    monkeypatch.setattr(substructures, "find_groups", find_each_alone)
     expected, as_before, _ = solve(rotor(1.0, softer))
     size = rotor().comm.size
-    assert used == ((factors, 3) if size == 1 else (1, 1))
+    assert used == (factors * size, 3 * size)  # each rank has the same slab of each blade
     assert iterations == as_before
     for x, y in zip(found, expected, strict=True):
         # equations solved to 1e-12, of multipliers that are sums of larger terms; four steps
