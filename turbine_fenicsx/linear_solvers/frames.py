@@ -62,7 +62,7 @@ class NodeFrames:
         F, *dF = self._gradients([u] if du is None else [u, du])
         F[::4] += 1.0
         F = np.concatenate([F + sum(part * D for D in dF) for part in parts], axis=1)
-        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
+        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-5)
         return np.split(R, len(parts), axis=2)
 
     def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
@@ -116,9 +116,22 @@ def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
     """
     R: Array = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
     for _ in range(5):
-        C = np.einsum("kin,kjn->ijn", R, R)
-        error = np.max(np.abs(C - np.eye(3)[:, :, None]), initial=0.0)
-        R = 1.5 * R - 0.5 * np.einsum("ikn,kjn->ijn", R, C)
+        # R <- R (3 1 - R^T R)/2, by rows of n numbers, which is twice as fast as einsum
+        E: list[list[Array]] = [[R[0, i] * R[0, j] for j in range(i + 1)] for i in range(3)]
+        error = 0.0
+        for i, row in enumerate(E):
+            for j, e in enumerate(row):
+                e += R[1, i] * R[1, j]
+                e += R[2, i] * R[2, j]
+                e -= i == j
+                error = max(error, float(np.max(np.abs(e), initial=0.0)))
+        change = np.empty_like(R)
+        for j in range(3):
+            a, b, c = (E[max(j, k)][min(j, k)] for k in range(3))
+            change[:, j] = R[:, 0] * a
+            change[:, j] += R[:, 1] * b
+            change[:, j] += R[:, 2] * c
+        R = R - 0.5 * change
         if error**2 < tolerance:
             break
     return R
