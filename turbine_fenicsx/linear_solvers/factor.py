@@ -21,6 +21,9 @@ LARGEST_WORKSPACE = 100 * EXTRA_WORKSPACE
 WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
 """What MUMPS says, the same on all ranks, where more of it helps."""
 
+KEPT = 16
+"""Dense matrices with so many columns stay for the next solve: those of a step, not of a set-up."""
+
 TRUSTED = 1e-4
 """A factor is trusted if it solves for a known vector with this relative error."""
 
@@ -89,6 +92,7 @@ class SparseFactor(FreeSolver):
         self._is_mumps = pc.getFactorSolverType() == "mumps"
         self._reserve()
         self.iterations = 0
+        self._blocks: list[PETSc.Mat] = []
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
@@ -124,17 +128,30 @@ class SparseFactor(FreeSolver):
         """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
         if self._matrix.getComm().getSize() > 1:
             return super().solve_many(B)
-        B = np.asfortranarray(B)
-        X = np.zeros_like(B)
-        b, x = (PETSc.Mat().createDense(B.shape, array=A, comm=PETSc.COMM_SELF) for A in (B, X))
+        if not self._blocks or self._blocks[0].getSize() != B.shape:
+            self._free_blocks()
+            self._blocks = [PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF) for _ in "bx"]
+            for block in self._blocks:
+                block.setUp()
+                block.assemble()
+        b, x = self._blocks
+        b.getDenseArray()[:] = B
         self.solve_block(b, x)
-        b.destroy()
-        x.destroy()
+        X: Array = x.getDenseArray().copy(order="F")
+        if B.shape[1] > KEPT:
+            self._free_blocks()
         return X
 
     def destroy(self) -> None:
         """Free the factor. Collective."""
+        self._free_blocks()
         self._ksp.destroy()
+
+    def _free_blocks(self) -> None:
+        """Free the dense matrices of `solve_many`."""
+        for block in self._blocks:
+            block.destroy()
+        self._blocks = []
 
     def _reserve(self) -> None:
         """Tell MUMPS how much more work space than estimated it may take."""
