@@ -43,11 +43,14 @@ class EventCase(Section):
     duration: Annotated[Seconds, NotNegative] = 0.6
 
 
-def name_events(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables of a case in which events of a list ``[[event]]`` have names."""
-    events = data.get("event")
+def name_events(data: Any) -> Any:
+    """Nested tables of a case in which events of a list ``[[event]]`` have names.
+
+    What are no tables is left to those who say so.
+    """
+    events = data.get("event") if isinstance(data, Mapping) else None
     if not isinstance(events, list):
-        return dict(data)
+        return data
     return {**data, "event": {f"event_{k}": event for k, event in enumerate(events, start=1)}}
 
 
