@@ -6,6 +6,7 @@ import hashlib
 import importlib.machinery
 import importlib.util
 import os
+import platform
 import shutil
 import tempfile
 from pathlib import Path
@@ -28,7 +29,7 @@ def compile_c(
         folder: Where compiled code is kept.
         declaration: The functions, as for `cffi.FFI.cdef`.
         source: The code, which must be the same on all ranks.
-        flags: Flags for the compiler, the same on all ranks.
+        flags: Flags for the compiler; ranks with other flags have code of their own.
 
     Raises:
         CompilationError: on every rank, as `compile_on_all` does.
@@ -45,9 +46,11 @@ def compile_c(
             builder.set_source(name, source, extra_compile_args=flags)
             with tempfile.TemporaryDirectory() as place:
                 made = builder.compile(tmpdir=place)
-                unfinished = folder / f"{name}.{os.getpid()}"
+                # if this process dies, the next one removes what ends in .c and is not "cached"
+                unfinished = folder / f"unfinished_{name}_{platform.node()}_{os.getpid()}.c"
                 shutil.copyfile(made, unfinished)
             os.replace(unfinished, library)
+            (folder / f"{name}.c.cached").touch()  # other ranks need not wait for the lock
         spec = importlib.util.spec_from_file_location(name, library)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)

@@ -92,7 +92,7 @@ class SparseFactor(FreeSolver):
         self._is_mumps = pc.getFactorSolverType() == "mumps"
         self._reserve()
         self.iterations = 0
-        self._blocks: list[PETSc.Mat] = []
+        self._blocks: dict[int, list[PETSc.Mat]] = {}  # by number of columns
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
@@ -128,17 +128,18 @@ class SparseFactor(FreeSolver):
         """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
         if self._matrix.getComm().getSize() > 1:
             return super().solve_many(B)
-        if not self._blocks or self._blocks[0].getSize() != B.shape:
-            self._free_blocks()
-            self._blocks = [PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF) for _ in "bx"]
-            for block in self._blocks:
+        k = B.shape[1]
+        if k not in self._blocks:
+            pair = [PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF) for _ in "bx"]
+            for block in pair:
                 block.setUp()
                 block.assemble()
-        b, x = self._blocks
+            self._blocks[k] = pair
+        b, x = self._blocks[k]
         b.getDenseArray()[:] = B
         self.solve_block(b, x)
         X: Array = x.getDenseArray().copy(order="F")
-        if B.shape[1] > KEPT:
+        if k > KEPT:
             self._free_blocks()
         return X
 
@@ -149,9 +150,10 @@ class SparseFactor(FreeSolver):
 
     def _free_blocks(self) -> None:
         """Free the dense matrices of `solve_many`."""
-        for block in self._blocks:
-            block.destroy()
-        self._blocks = []
+        for pair in self._blocks.values():
+            for block in pair:
+                block.destroy()
+        self._blocks.clear()
 
     def _reserve(self) -> None:
         """Tell MUMPS how much more work space than estimated it may take."""

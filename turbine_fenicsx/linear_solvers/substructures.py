@@ -91,8 +91,10 @@ class Substructures(FreeSolver):
         try:
             found = [(group.columns, group.factorise()) for group in self._groups]
             blocks = [pair for pairs in found for pair in zip(*pairs, strict=True)]
-        except np.linalg.LinAlgError:  # what is not finite has no singular values
+        except np.linalg.LinAlgError:  # what is not finite has no singular values, or not always
             pass
+        if blocks is not None and not all(np.all(np.isfinite(block)) for _, block in blocks):
+            blocks = None
         everyone = self._comm.allgather((A_SS, blocks))
         self._exists = all(blocks is not None for _, blocks in everyone)
         if self._exists:

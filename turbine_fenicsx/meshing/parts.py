@@ -1,7 +1,8 @@
 """Which rank gets which cells of a mesh that falls into equal components, such as three blades.
 
-All components are cut alike, and a rank gets the same part of each. So its parts are congruent
-where the components are, and what is found for one of them, such as a factor, serves for all.
+Equal are components with as many cells. All are cut alike, and a rank gets the same part of each.
+So its parts are congruent where the components are, and what is found for one of them, such as a
+factor, serves for all.
 """
 
 from __future__ import annotations
@@ -81,13 +82,21 @@ def _number_layers(
     """
     by_component = np.argsort(component, kind="stable")
     parts = np.split(by_component, np.cumsum(np.bincount(component))[:-1])
-    outermost = [
-        part[np.argmax(np.linalg.norm(centres[part] - centres[part].mean(axis=0), axis=1))]
-        for part in parts
-    ]
+    outermost = [_find_outermost(centres, part) for part in parts]
     steps = _count_steps(np.array(outermost), nodes_of, cells_of)
     ends = [part[steps[part] == steps[part].max()] for part in parts]
     return _count_steps(np.concatenate(ends), nodes_of, cells_of)
+
+
+def _find_outermost(centres: Array, part: IntArray) -> int:
+    """The cell of a component farthest from its middle; of equals that nearest to all components.
+
+    Without the second rule round-off would decide which end of a prismatic component comes first.
+    """
+    distance = np.linalg.norm(centres[part] - centres[part].mean(axis=0), axis=1)
+    equals = part[distance >= (1.0 - 1e-6) * distance.max()]
+    inwards = np.linalg.norm(centres[equals] - centres.mean(axis=0), axis=1)
+    return int(equals[np.argmin(inwards)])
 
 
 def _count_steps(first: IntArray, nodes_of: csr_matrix, cells_of: csr_matrix) -> IntArray:

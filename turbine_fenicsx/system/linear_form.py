@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -87,7 +88,7 @@ class CellsInLanes:
         compiled, path = _compat.compile_form_with_source(form)
         (space,) = (argument.ufl_function_space() for argument in form.arguments())
         mesh = space.mesh
-        source = on_rank0(mesh.comm, lambda: path.read_text(encoding="utf-8"))
+        source = on_rank0(mesh.comm, lambda: _read(path))
         coefficients = _compat.coefficients_in_order(form, compiled)
         spaces = [f.function_space for f in coefficients]
         if not all(map(_compat.has_plain_dofs, [space, *spaces])):
@@ -115,11 +116,13 @@ class CellsInLanes:
         for k, values in enumerate(varied):
             waves = np.sin(np.arange(k + 1, k + 1 + values.size, dtype=float)).reshape(values.shape)
             values[...] = (1.0 + SMALL * waves) * values + SMALL * min(smallest, 1.0) * waves
-        expected = _compat.values_of_rank(compiled)
-        found = np.zeros(expected.size)
-        self.add_to(found)
-        for values, old in zip(varied, before, strict=True):
-            values[...] = old
+        try:
+            expected = _compat.values_of_rank(compiled)
+            found = np.zeros(expected.size)
+            self.add_to(found)
+        finally:
+            for values, old in zip(varied, before, strict=True):
+                values[...] = old
         finite = np.isfinite(expected)
         apart = np.max(np.abs(found - expected)[finite], initial=0.0)
         far = not apart <= ALIKE * np.max(np.abs(expected[finite]), initial=0.0)
@@ -158,6 +161,14 @@ class CellsInLanes:
             rows,
             address("double[]", out),
         )
+
+
+def _read(path: Path) -> str:
+    """C code of a form, if nobody has emptied the cache meanwhile."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise lanes.NotInLanes(f"its code cannot be read: {error}") from None
 
 
 def _compile_for_processor(comm: MPI.Intracomm, code: str) -> Any:

@@ -39,7 +39,7 @@ RANGES = {
     "speed": (0.0, FASTEST),
     "vertical_speed": (-FASTEST, FASTEST),
     "horizontal_shear": (-10.0, 10.0),
-    "shear": (0.0, 2.0),
+    "shear": (-1.0, 2.0),
     "vertical_shear": (-10.0, 10.0),
     "gust": (-FASTEST, FASTEST),
 }

@@ -48,6 +48,24 @@ def test_parts_of_a_rank_are_one_another_turned(rotor):
             assert min(apart) < 1e-9
 
 
+def prismatic_rotor(phase):
+    """Three bars of 2 x 2 x 48 cubes whose ends look alike, their points and cells."""
+    i, j, k = (x.ravel() for x in np.mgrid[:3, :3, :49])
+    bar = np.stack([i - 1.0, j - 1.0, k + 3.0], axis=1)
+    a, b, c = (x.ravel() for x in np.mgrid[:2, :2, :48])
+    corners = [(49 * (3 * (a + p) + b + q) + c + r) for p, q, r in np.ndindex(2, 2, 2)]
+    turns = [rotation_about((1, 0, 0), phase + n * 2 * np.pi / 3) for n in range(3)]
+    cells = np.stack(corners, axis=1)
+    return np.vstack([bar @ Q.T for Q in turns]), np.vstack([cells + n * 441 for n in range(3)])
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.7, 2.0])
+def test_bars_whose_ends_look_alike_are_cut_from_the_same_end(phase):
+    points, cells = prismatic_rotor(phase)
+    owners = share_equal_components(points, cells, 2).reshape(3, -1)
+    assert np.array_equal(owners[0], owners[1]) and np.array_equal(owners[0], owners[2])
+
+
 def test_other_meshes_are_left_to_dolfinx(rotor):
     one = rotor.cell_groups == 1
     assert share_equal_components(rotor.points, rotor.cells[one], 2) is None
