@@ -96,8 +96,8 @@ def test_solves_whatever_the_order_of_the_nodes(monkeypatch, package):
         assert error_of_solution(factor, matrix) < 1e-11  # condition numbers of some 1e3
     B = np.sin(np.arange(72 * 5.0)).reshape(72, 5)
     B[:, 2] = 0.0
-    dense = matrix.copy().convert("dense").getDenseArray()
-    assert np.allclose(dense @ factor.solve_many(B), B, rtol=0, atol=1e-11)
+    dense = matrix.copy().convert("dense")  # by name: the array does not keep it
+    assert np.allclose(dense.getDenseArray() @ factor.solve_many(B), B, rtol=0, atol=1e-11)
     assert not np.any(factor.solve_many(np.zeros((72, 2))))  # MUMPS refuses to solve for nothing
     factor.destroy()
 
