@@ -25,7 +25,7 @@ from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.machine import give_back_memory
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.congruence import find_groups, label_components
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, copy_csr
@@ -88,11 +88,15 @@ class Substructures(FreeSolver):
         self._matrix.destroy()
         give_back_memory()
         blocks: list[tuple[Indices, Array]] | None = None
+        error: Exception | None = None
         try:
             found = [(group.columns, group.factorise()) for group in self._groups]
             blocks = [pair for pairs in found for pair in zip(*pairs, strict=True)]
         except np.linalg.LinAlgError:  # what is not finite has no singular values, or not always
             pass
+        except Exception as raised:  # memory, say: all ranks must hear of it
+            error = raised
+        raise_together(self._comm, error)
         if blocks is not None and not all(np.all(np.isfinite(block)) for _, block in blocks):
             blocks = None
         everyone = self._comm.allgather((A_SS, blocks))

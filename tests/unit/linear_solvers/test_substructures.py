@@ -121,6 +121,20 @@ def test_where_there_is_no_factor_solutions_are_not_finite_on_all_ranks(comm):
     factor.destroy()
 
 
+def test_what_fails_on_one_rank_is_raised_on_all(comm, monkeypatch):
+    A, X, in_S = stiffness(comm)
+    factor = Substructures(A.copy(), X, in_S, "test_")
+
+    def run_out_of_memory(self):
+        raise MemoryError("no room for the factor")
+
+    if comm.rank == comm.size - 1:
+        monkeypatch.setattr(shared.CongruentParts, "factorise", run_out_of_memory)
+    with pytest.raises(MemoryError, match="no room for the factor"):
+        factor.update()
+    factor.destroy()
+
+
 def test_ranks_that_do_not_meet(comm):
     """Nothing couples them, as where each rank has a blade of its own."""
     A = PETSc.Mat().createAIJ((6 * comm.size, 6 * comm.size), nnz=1, comm=comm)
