@@ -62,7 +62,7 @@ class NodeFrames:
         F, *dF = self._gradients([u] if du is None else [u, du])
         F[::4] += 1.0
         F = np.concatenate([F + sum(part * D for D in dF) for part in parts], axis=1)
-        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-5)
+        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
         return np.split(R, len(parts), axis=2)
 
     def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
