@@ -8,7 +8,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, Elimination, MonolithicLU
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, Elimination, MonolithicLU, shared
 from turbine_fenicsx.linear_solvers.iterative import block_matrix
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
@@ -148,15 +148,21 @@ def guessed(step, state):
     return step
 
 
+@pytest.fixture
+def accuracy(comm):
+    """Of the frozen factor where it was made; ranks that meet leave out what is negligible."""
+    return 1e-9 if comm.size == 1 else shared.NEGLIGIBLE
+
+
 @kinds()
-def test_frozen_factor_is_exact_where_it_was_made(make, kind):
+def test_frozen_factor_is_exact_where_it_was_made(make, kind, accuracy):
     system = make(kind)
     step = EnergyMomentumStep(system)
     guessed(step, at_rest(wild_state(system)))
     frozen, exact = (LINEAR_SOLVERS[name](step, "test_") for name in ("frozen", "lu"))
     frozen.begin()
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
-    assert distance(solution(frozen, step, b), solution(exact, step, b)) <= 1e-9
+    assert distance(solution(frozen, step, b), solution(exact, step, b)) <= accuracy
     for solver in (frozen, exact):
         solver.destroy()
 
@@ -172,7 +178,7 @@ def turned(system, state, R):
 
 
 @kinds("one carrier", "two carriers", "free", "two bodies")
-def test_frozen_factor_turns_with_the_system(make, kind):
+def test_frozen_factor_turns_with_the_system(make, kind, accuracy):
     """After a rotation of everything it is as exact as where it was made."""
     system = make(kind)
     step = EnergyMomentumStep(system)
@@ -183,7 +189,7 @@ def test_frozen_factor_turns_with_the_system(make, kind):
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     guessed(step, turned(system, state, rotation_about((1.0, 2.0, -0.5), 2.0)))
     frozen.begin()
-    assert distance(solution(frozen, step, b), solution(exact, step, b)) <= 1e-9
+    assert distance(solution(frozen, step, b), solution(exact, step, b)) <= accuracy
     for solver in (frozen, exact):
         solver.destroy()
 
