@@ -21,7 +21,7 @@ from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.wall_cells import WallCells
 
 NOISE = ("energy_error_[J]", "constraint_error_[-]", "newton_iterations", "wall_time_[s]")
-"""Columns of round-off, of what round-off decides (residuals of 1.3e-10 to 1e-10) and of the clock."""
+"""Columns of round-off, of what it decides (residuals of 1.3e-10 to 1e-10) and of the clock."""
 BLADES = ("blade_1", "blade_2", "blade_3")
 
 
