@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeAlias, TypeGuard
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
@@ -76,11 +77,24 @@ def is_field(value: Any) -> TypeGuard[fem.Function]:
     return isinstance(value, fem.Function)
 
 
-def on_mesh(field: fem.Function, mesh: Mesh, name: str) -> fem.Function:
-    """The field, or a ModelError if it belongs to another mesh than that of the body of a name."""
-    if field.function_space.mesh is not mesh:
-        raise ModelError(f"a cell field of {name!r} was made for the mesh of another body")
-    return field
+def parameters_on(mesh: Mesh, name: str) -> Callable[[Any], Any]:
+    """What turns a number, an array or a cell field into a UFL coefficient on the mesh of a body.
+
+    It raises a ModelError for a field that belongs to the mesh of another body.
+
+    Args:
+        mesh: The mesh.
+        name: Name of the body.
+    """
+
+    def parameter(value: Any) -> Any:
+        if not is_field(value):
+            return fem.Constant(mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
+        if value.function_space.mesh is not mesh:
+            raise ModelError(f"a cell field of {name!r} was made for the mesh of another body")
+        return value
+
+    return parameter
 
 
 def check_cells(

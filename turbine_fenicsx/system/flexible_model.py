@@ -10,7 +10,7 @@ forces on surfaces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
@@ -32,13 +32,14 @@ from turbine_fenicsx.forces.prescribed_force import SurfaceForce
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Viscous, cauchy_stress, second_piola_kirchhoff
-from turbine_fenicsx.materials.cell_fields import is_field, on_mesh
+from turbine_fenicsx.materials.cell_fields import parameters_on
 from turbine_fenicsx.materials.kinematics import (
     deformation_gradient,
     right_cauchy_green,
     strain_rate,
 )
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
+from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.quadrature import make_measures
@@ -88,7 +89,7 @@ class FlexibleModel:
         self.space = V = _compat.vector_space(mesh, body.degree)
         self.n_owned = V.dofmap.index_map.size_local
         self._u, self._v = fem.Function(V), fem.Function(V)
-        self.parameter = _parameters_of(body)
+        self.parameter = parameters_on(mesh, body.name)
         self.density = self.parameter(body.density)
         self.dx_mass, self.dx_stress = make_measures(body)
         self.surface = SurfaceIntegrals(mesh, surface_forces, self.parameter, 2 * body.degree + 1)
@@ -99,9 +100,9 @@ class FlexibleModel:
             bsize=3,
             comm=mesh.comm,
         )
-        X = fem.Function(V)
-        X.interpolate(lambda x: x)
-        self.local_positions = X.x.array.reshape(-1, 3).copy()
+        self._x = fem.Function(V)
+        self._x.interpolate(lambda x: x)
+        self.local_positions = self._x.x.array.reshape(-1, 3).copy()
         self.positions = self.local_positions[: self.n_owned]
         self._node_forces = [
             (force, self._node_at(force.point), force.force) for force in node_forces
@@ -124,23 +125,22 @@ class FlexibleModel:
         ones.destroy()
 
     def _compile(self) -> None:
-        """Compile what every run needs: momenta, strain energy, stresses."""
-        w, mesh = ufl.TestFunction(self.space), self.body.mesh
+        """Compile what every run needs: momenta, energies, stresses."""
+        w, v, mesh = ufl.TestFunction(self.space), self._v, self.body.mesh
         F = deformation_gradient(self._u)
-        C = right_cauchy_green(F)
-        self._strain_energy = LinearForm(self.energy(C) * w[0] * self.dx_stress)
-        self._momentum = LinearForm(self.density * ufl.dot(self._v, w) * self.dx_mass)
+        self._momentum = LinearForm(self.density * ufl.dot(v, w) * self.dx_mass)
+        p = self.density * v
+        L = ufl.cross(self._x, p)
+        moving = [0.5 * ufl.dot(v, p), *(p[i] for i in range(3)), *(L[i] for i in range(3))]
+        W = self.energy(right_cauchy_green(F))
+        self._sums = CellNumbers(mesh, (moving, self.dx_mass), ([W], self.dx_stress))
         sigma = cauchy_stress(self.energy, F)
         norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
-        self._stresses = fem.Function(_compat.cellwise_space(mesh, (2,)))
-        self._stresses_now = _compat.expression(ufl.as_vector(norms), self._stresses.function_space)
-        self._fibre_now = None
+        self._stresses = at_centres(mesh, *norms)
+        self._fibre = None
         if self.body.fibre is not None:
             a = F * self.body.fibre
-            self._fibre = fem.Function(_compat.cellwise_space(mesh, (3,)))
-            self._fibre_now = _compat.expression(
-                a / ufl.sqrt(ufl.dot(a, a)), self._fibre.function_space
-            )
+            self._fibre = at_centres(mesh, *(a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3)))
 
     def energy(self, C: Any) -> Any:
         """Strain energy per reference volume [J/m^3] as a UFL expression."""
@@ -287,11 +287,25 @@ class FlexibleModel:
         )
         return None if D.empty() else _compat.compile_form(D)
 
-    def strain_energy(self, u: PETSc.Vec) -> float:
-        """This rank's part of the strain energy [J]: a sum over nodes, as sum_a N_a = 1."""
+    def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
+        """This rank's part of the energies and momenta of a motion. Collective.
+
+        Args:
+            u: Displacement.
+            v: Velocity.
+
+        Returns:
+            Kinetic energy [J], linear [kg m/s] and angular momentum [kg m^2/s], and strain energy
+            [J], shape (8,).
+        """
         self.copy_to(self._u, u)
-        self._strain_energy.assemble(self._work)
-        return float(np.sum(self._work.array_r[::3]))
+        self.copy_to(self._v, v)
+        self._x.x.array[:] = self.local_positions.ravel() + self._u.x.array
+        return self._sums.sums()
+
+    def strain_energy(self, u: PETSc.Vec) -> float:
+        """This rank's part of the strain energy [J]. Collective."""
+        return float(self.integrals(u, u)[7])
 
     def find_areas(self, name: str, facets: npt.ArrayLike) -> Array:
         """Area of facets that belongs to each owned node, shape (n_owned,) [m^2]. Collective.
@@ -347,8 +361,7 @@ class FlexibleModel:
             Shapes (local cells,), ghosts included.
         """
         self.copy_to(self._u, u)
-        self._stresses.interpolate(self._stresses_now)
-        norm, von_mises = self._stresses.x.array.reshape(-1, 2).T.copy()
+        norm, von_mises = self._stresses.of_cells().T.copy()
         return norm, von_mises
 
     def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
@@ -360,15 +373,13 @@ class FlexibleModel:
         Returns:
             Shape (local cells, 3), ghosts included.
         """
-        if self._fibre_now is None:
+        if self._fibre is None:
             return None
         if u is None:
             self._u.x.array[:] = 0.0
         else:
             self.copy_to(self._u, u)
-        self._fibre.interpolate(self._fibre_now)
-        values: Array = self._fibre.x.array.reshape(-1, 3).copy()
-        return values
+        return self._fibre.of_cells()
 
     def assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form, a `LinearForm` or a compiled one, and copy the owned entries."""
@@ -387,14 +398,3 @@ class FlexibleModel:
         """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
         node = nearest_node(self.body.mesh.comm, self.positions, point)
         return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)
-
-
-def _parameters_of(body: FlexibleBody) -> Callable[[Any], Any]:
-    """What turns a number, an array or a `cell_field` into a UFL coefficient on the mesh."""
-
-    def parameter(value: Any) -> Any:
-        if is_field(value):
-            return on_mesh(value, body.mesh, body.name)
-        return fem.Constant(body.mesh, np.array(value, dtype=PETSc.ScalarType, order="C"))
-
-    return parameter

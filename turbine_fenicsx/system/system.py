@@ -117,7 +117,6 @@ class MultibodySystem:
         )
         # forces on unknown joints and bodies are found here, not in the first step
         self.gravity = self.sum_prescribed_forces(0.0).acceleration
-        self._momenta = tuple(model.new_vector() for model in self.flexible_models)
         prescribed = [getattr(f, "name", type(f).__name__) for f in self.prescribed_forces]
         external = [e.name for e in self.motion_forces if e.kind == "external"]
         on_bodies = [force.name for m in self.flexible_models for force in m.forces]
@@ -203,28 +202,21 @@ class MultibodySystem:
     def balance(self, state: State) -> Balance:
         """Energies and momenta. Collective."""
         g = self.gravity
-        partial = np.zeros(9)
-        for block, u, v, p in zip(
-            self.flexible_models, state.u, state.v, self._momenta, strict=True
-        ):
-            block.momentum(v, p)
+        partial = np.zeros(9)  # kinetic energy, momenta, strain energy, potential energy
+        for block, u, v in zip(self.flexible_models, state.u, state.v, strict=True):
             x = block.positions + u.array_r.reshape(-1, 3)
-            momentum = p.array_r.reshape(-1, 3)
-            partial[0] += 0.5 * np.dot(v.array_r, p.array_r)
-            partial[1] += block.strain_energy(u)
-            partial[2] -= block.nodal_mass @ (x @ g)
-            partial[3:6] += momentum.sum(axis=0)
-            partial[6:9] += _moment(x, momentum)
+            partial[:8] += block.integrals(u, v)
+            partial[8] -= block.nodal_mass @ (x @ g)
         total = sum_over_ranks(self.comm, partial) if self.flexible_models else partial
         p = self.rigid_model.masses * state.q_dot
         q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
         return Balance(
             kinetic=float(total[0] + 0.5 * np.dot(state.q_dot, p)),
-            strain=float(total[1]),
-            potential=float(total[2] - self.gravity_force(g) @ state.q),
+            strain=float(total[7]),
+            potential=float(total[8] - self.gravity_force(g) @ state.q),
             spring=self.rigid_model.spring_energy(state.q, state.joint_coordinates),
-            linear=total[3:6] + momentum[::4].sum(axis=0),
-            angular=total[6:9] + _moment(q, momentum),
+            linear=total[1:4] + momentum[::4].sum(axis=0),
+            angular=total[4:7] + _moment(q, momentum),
         )
 
     def constraint_error(self, state: State) -> float:
