@@ -333,7 +333,8 @@ def has_plain_dofs(space: Any) -> bool:
 
 def nodes_of_cells(mesh: Any) -> npt.NDArray[np.int32]:
     """Nodes of the geometry of the local cells, shape (cells, nodes per cell)."""
-    table = mesh.geometry.dofmap
+    tables = getattr(mesh.geometry, "dofmaps", None)  # a list from 0.11, where dofmap is deprecated
+    table = tables[0] if isinstance(tables, list) else mesh.geometry.dofmap
     return (
         table
         if isinstance(table, np.ndarray)

@@ -1,5 +1,7 @@
 """A linear form in lanes is the one that DOLFINx assembles, up to round-off."""
 
+import warnings
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -81,6 +83,14 @@ def test_lanes_give_what_dolfinx_gives_also_when_fields_change(comm, cell, degre
         found, expected, size = both(model, made, form)
         assert size > 0.1
         assert found == pytest.approx(expected, abs=ROUND_OFF[law] * size)
+
+
+def test_nodes_of_cells_are_found_without_a_warning_of_any_release(comm):
+    cells = crooked(comm, "hexahedron", (2, 1, 1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        nodes = _compat.nodes_of_cells(cells)
+    assert nodes.shape[1] == 8 and nodes.dtype == np.int32
 
 
 @pytest.mark.parametrize("registers", available())
