@@ -6,8 +6,9 @@ Fits to what runs of slender solid blades took at most, see `benchmarks/README.m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+
+from turbine_fenicsx.linear_solvers.substructures import WIDEST
+from turbine_fenicsx.meshing.size import MeshSize
 
 PROGRAM = 0.17e9
 """Memory of a rank without unknowns [B]."""
@@ -33,46 +34,28 @@ tube of 520 560 displacements, one cell through the wall, takes 13 s and 2.8 GB.
 """
 
 
-class MeshCounts(Protocol):
-    """What is counted of the mesh of a body."""
+def shares_factor(mesh: MeshSize, ranks: int) -> bool:
+    """Whether equal parts of a mesh will share a factor on each of so many ranks.
 
-    @property
-    def cell(self) -> str:
-        """The kind of its cells: "hexahedron" or "tetrahedron"."""
-
-    @property
-    def cells(self) -> int:
-        """Number of cells."""
-
-    @property
-    def vertices(self) -> int:
-        """Number of their corners."""
-
-    @property
-    def nodes(self) -> int:
-        """Number of nodes, each with three displacements."""
+    They do where the slabs of a rank are cut alike, and what surrounds them is small enough for
+    `turbine_fenicsx.linear_solvers.substructures`.
+    """
+    if not mesh.is_cut_alike(ranks):
+        return False
+    corners = mesh.vertices / (mesh.parts * (mesh.layers + 1))
+    section = 3.0 * corners * (mesh.nodes / mesh.vertices) ** (2.0 / 3.0)
+    around = min(ranks - 1, 2) * section
+    return mesh.parts * around**2 <= WIDEST * 3.0 * mesh.nodes / ranks
 
 
-@dataclass(frozen=True)
-class BodyCounts:
-    """`MeshCounts` of a body."""
-
-    cell: str
-    cells: int
-    vertices: int
-    nodes: int
-
-
-def estimate_memory(
-    solver: str, meshes: Sequence[MeshCounts], ranks: int, equal_parts: bool
-) -> float:
+def estimate_memory(solver: str, meshes: Sequence[MeshSize], ranks: int, shared: bool) -> float:
     """Memory of all ranks [B].
 
     Args:
         solver: A key of `LINEAR_SOLVERS`.
         meshes: Meshes of the flexible bodies.
         ranks: Number of ranks.
-        equal_parts: Whether the large one is of equal unconnected parts, such as blades.
+        shared: Whether the large one is of equal parts that share a factor on each rank.
     """
     found = 0.0
     for mesh in meshes:
@@ -80,15 +63,13 @@ def estimate_memory(
         quadratic = mesh.nodes > 2 * mesh.vertices
         longer = QUADRATIC_HEXAHEDRA if quadratic and mesh.cell == "hexahedron" else 1.0
         needed = 3.0e3 * n if solver == "iterative" else 630.0 * n**1.2
-        if solver == "frozen" and ranks == 1 and equal_parts:
+        if solver == "frozen" and shared:
             needed = min(needed, EQUAL_PARTS * n)
         found += longer * needed
     return ranks * PROGRAM + found * (SEVERAL_RANKS if ranks > 1 else 1.0)
 
 
-def choose_by_memory(
-    meshes: Sequence[MeshCounts], ranks: int, equal_parts: bool, available: float
-) -> str:
+def choose_by_memory(meshes: Sequence[MeshSize], ranks: int, shared: bool, available: float) -> str:
     """The frozen factor, or the iterative solver where the factor of a solid body does not fit.
 
     A factor that fits is the faster one: three blades of 400 000 displacements each take 5 s per
@@ -97,10 +78,10 @@ def choose_by_memory(
     Args:
         meshes: Meshes of the flexible bodies.
         ranks: Number of ranks.
-        equal_parts: Whether the large one is of equal unconnected parts.
+        shared: Whether the large one is of equal parts that share a factor on each rank.
         available: Memory that all ranks may use [B].
     """
-    if estimate_memory("frozen", meshes, ranks, equal_parts) <= FITS * available:
+    if estimate_memory("frozen", meshes, ranks, shared) <= FITS * available:
         return "frozen"
     largest = max(meshes, key=lambda mesh: mesh.nodes, default=None)
     solid = largest is not None and largest.cells > SOLID[largest.cell] * largest.vertices

@@ -13,10 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx.foundation.types import Array, IntArray
-
-THINNEST = 6
-"""Layers of cells that a part has at least, and never fewer than there are ranks: what all ranks
-solve for, where they meet, grows with their number, what each holds becomes thinner."""
+from turbine_fenicsx.meshing.size import THINNEST
 
 UNEVEN = 1.1
 """The largest part has at most so many times the cells of their mean."""
@@ -33,6 +30,36 @@ def share_equal_components(points: Array, cells: IntArray, ranks: int) -> NDArra
         cells: Nodes of each cell, shape (m, nodes per cell).
         ranks: Number of ranks.
     """
+    found = _find_layers(points, cells)
+    if found is None:
+        return None
+    component, layers = found
+    owners = np.empty(len(cells), dtype=np.int32)
+    for k in range(component.max() + 1):
+        slabs = _cut(layers[component == k], ranks)
+        if slabs is None:
+            return None
+        owners[component == k] = slabs
+    return owners
+
+
+def count_parts(points: Array, cells: IntArray) -> tuple[int, int]:
+    """Number of equal components of a mesh and of layers of cells along the shortest, or 1 and 0.
+
+    Args:
+        points: Coordinates of the nodes, shape (n, 3) [m].
+        cells: Nodes of each cell, shape (m, nodes per cell).
+    """
+    found = _find_layers(points, cells)
+    if found is None:
+        return 1, 0
+    component, layers = found
+    n = int(component.max()) + 1
+    return n, 1 + int(min(layers[component == k].max() for k in range(n)))
+
+
+def _find_layers(points: Array, cells: IntArray) -> tuple[IntArray, IntArray] | None:
+    """The component of each cell and its layer there; None if components are not equal."""
     starts = np.arange(0, cells.size + 1, cells.shape[1])
     nodes_of = csr_matrix((np.ones(cells.size, np.int8), cells.ravel(), starts))
     cells_of = nodes_of.T.tocsr()
@@ -45,14 +72,7 @@ def share_equal_components(points: Array, cells: IntArray, ranks: int) -> NDArra
     sizes = np.bincount(component)
     if sizes.size == 1 or np.any(sizes != sizes[0]):
         return None
-    layers = _number_layers(points[cells].mean(axis=1), component, nodes_of, cells_of)
-    owners = np.empty(len(cells), dtype=np.int32)
-    for k in range(sizes.size):
-        slabs = _cut(layers[component == k], ranks)
-        if slabs is None:
-            return None
-        owners[component == k] = slabs
-    return owners
+    return component, _number_layers(points[cells].mean(axis=1), component, nodes_of, cells_of)
 
 
 def list_ranks(

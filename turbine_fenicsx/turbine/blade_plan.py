@@ -12,9 +12,9 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.turbine.case.size import MeshSize
 
 ROOTS = ("root_1", "root_2", "root_3")
 """Physical surfaces of a mesh of blades that move with the hub."""

@@ -25,12 +25,13 @@ from turbine_fenicsx.meshing.hollow_block import HollowBlock
 from turbine_fenicsx.meshing.hollow_cells import HEXAHEDRON
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import cell_centres, cell_volumes
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.size import MeshSize, size_of_hollow
+from turbine_fenicsx.turbine.case.size import size_of_hollow
 from turbine_fenicsx.turbine.case.tables import MaterialCase
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.wall_cells import WallCells

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mpi4py import MPI
 
@@ -11,10 +11,11 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import mesh_tower
 from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.turbine.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_tower
+from turbine_fenicsx.turbine.case.size import size_of_arrays, size_of_tower
 from turbine_fenicsx.turbine.rotor_plan import RotorPlan, plan_rotor
 from turbine_fenicsx.turbine.station_check import list_station_mistakes
 from turbine_fenicsx.turbine.tower import tower_geometry
@@ -73,11 +74,18 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     if not mistakes:
         mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
     made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
+    size = size_of_arrays(mesh, ROOTS, plan.blades.degree)
+    if case.mesh.file and not mistakes:
+        # imported here: SciPy takes a while, and a built-in mesh is known without
+        from turbine_fenicsx.meshing.parts import count_parts
+
+        parts, layers = count_parts(mesh.points, mesh.cells)
+        size = replace(size, parts=parts, layers=layers)
     return Inspection(
         mistakes,
         tuple(warnings),
         "\n".join([str(report), *made, *_describe_tower(case)]),
-        size_of_arrays(mesh, ROOTS, plan.blades.degree),
+        size,
     )
 
 

@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.machine import machine_memory
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import (
     estimate,
@@ -13,7 +14,6 @@ from turbine_fenicsx.turbine.case.estimate import (
     in_bytes,
     mesh_memory,
 )
-from turbine_fenicsx.turbine.case.size import MeshSize
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 WAY_OUT = "--force continues anyway"

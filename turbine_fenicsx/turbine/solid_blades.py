@@ -25,12 +25,13 @@ from turbine_fenicsx.meshing import (
 )
 from turbine_fenicsx.meshing.hollow_ellipse import EllipticShape
 from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.doubts import find_mass_doubt
-from turbine_fenicsx.turbine.case.size import MeshSize, size_of_options
+from turbine_fenicsx.turbine.case.size import size_of_options
 from turbine_fenicsx.turbine.case.tables import MaterialCase
 
 

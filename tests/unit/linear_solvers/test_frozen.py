@@ -4,8 +4,6 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from dolfinx.mesh import CellType, create_unit_cube
-from rotor_meshes import BLADE, ROTOR
 from walls import load_wall, wall_arrays
 
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -13,25 +11,13 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.linear_solvers import (
-    Elimination,
-    choose_solver,
-    sections,
-)
+from turbine_fenicsx.linear_solvers import Elimination, sections
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
-from turbine_fenicsx.linear_solvers.memory import (
-    FITS,
-    BodyCounts,
-    choose_by_memory,
-    estimate_memory,
-)
 from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.meshing import MeshOptions, load_arrays
-from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
@@ -246,57 +232,6 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
         # equations solved to 1e-12, five steps
         assert np.max(np.abs(ends[name][0] - ends["lu"][0])) < 1e-10
         assert abs(ends[name][1] - ends["lu"][1]) < 1e-10 * abs(ends["lu"][1])
-
-
-@pytest.fixture
-def memory(monkeypatch):
-    """Sets the memory of the machines [B]."""
-    name = "turbine_fenicsx.linear_solvers.machine_memory"
-    return lambda size: monkeypatch.setattr(name, lambda comm: size)
-
-
-def test_solver_is_chosen_by_memory_and_shape(machine, memory, comm):
-    rod = machine().system()
-    cube = create_unit_cube(comm, 12, 12, 12, CellType.hexahedron)
-    solid = MultibodySystem(comm, [FlexibleBody("cube", cube, StVenantKirchhoff(1.0, 1.0), 1.0)])
-    memory(10e9 * comm.size)
-    assert choose_solver("auto", rod) == choose_solver("auto", solid) == "frozen"
-    memory(0.2e9 * comm.size)
-    assert choose_solver("auto", solid) == "iterative"
-    # two cells: a rod, whose factor is small at any length
-    assert choose_solver("auto", rod) == "frozen"
-    assert choose_solver("lu", solid) == "lu"
-
-
-def test_equal_blades_need_less_where_one_rank_holds_them(comm, memory, monkeypatch):
-    arrays = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=(6, 6, 6)))
-    mesh = load_arrays(comm, lambda: arrays, "rotor").mesh
-    body = FlexibleBody("blades", mesh, StVenantKirchhoff(1.0, 1.0), 1.0)
-    system, counts = MultibodySystem(comm, [body]), BodyCounts("hexahedron", 648, 1029, 1029)
-    monkeypatch.setattr("turbine_fenicsx.linear_solvers.memory.SOLID", {"hexahedron": 0.5})
-    monkeypatch.setattr("turbine_fenicsx.linear_solvers.memory.EQUAL_PARTS", 1e3)
-    shared, own = (estimate_memory("frozen", [counts], comm.size, x) for x in (True, False))
-    memory((shared + 0.5 * (own - shared)) / FITS - 1e6)
-    assert choose_solver("auto", system) == ("frozen" if shared < own else "iterative")
-    assert (shared < own) == (comm.size == 1)
-
-
-@pytest.mark.parametrize(
-    ("cell", "section", "layers", "expected"),
-    [
-        ("hexahedron", (8, 8), 10**4, "iterative"),
-        ("hexahedron", (8, 8), 10, "frozen"),  # small
-        ("hexahedron", (1, 400), 10**4, "frozen"),  # a wall
-        ("tetrahedron", (8, 8), 10**4, "iterative"),
-        ("tetrahedron", (1, 400), 10**4, "frozen"),
-    ],
-)
-def test_iteration_is_for_solids_whose_factor_does_not_fit(cell, section, layers, expected):
-    cells = np.prod(section) * layers * {"hexahedron": 1, "tetrahedron": 6}[cell]
-    vertices = np.prod(np.add(section, 1)) * (layers + 1)
-    counts = BodyCounts(cell, cells, vertices, vertices)
-    assert choose_by_memory([counts], 1, True, 10e9) == expected
-    assert choose_by_memory([counts], 1, True, 200e9) == "frozen"
 
 
 def test_iterative_solver_refuses_thin_walls_in_words(comm):

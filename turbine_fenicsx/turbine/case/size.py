@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from turbine_fenicsx.meshing.blade import BladeGeometry
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.options import MeshOptions
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.meshing.topology import count_nodes
 from turbine_fenicsx.turbine.case.tower import TowerCase
 
@@ -19,27 +19,6 @@ PLANE_POINTS = 21
 """Points along each side of the plane on which runs in wind write it."""
 
 _COUNTLESS = 10**18
-
-
-@dataclass(frozen=True)
-class MeshSize:
-    """Numbers of a mesh with displacements of a given degree.
-
-    Args:
-        cell: "hexahedron" or "tetrahedron".
-        cells: Number of cells.
-        vertices: Number of their corners.
-        nodes: Number of nodes of the displacement.
-        root_nodes: How many of them are coupled: on the roots, or on both ends of the tower.
-        exact: Whether these are counted; else they are some ten per cent off.
-    """
-
-    cell: str
-    cells: int
-    vertices: int
-    nodes: int
-    root_nodes: int
-    exact: bool
 
 
 def size_of_arrays(mesh: MeshArrays, roots: tuple[str, ...], degree: int) -> MeshSize:
@@ -52,7 +31,6 @@ def size_of_arrays(mesh: MeshArrays, roots: tuple[str, ...], degree: int) -> Mes
         count_nodes(mesh.cells, mesh.reference, 3, 1),
         count_nodes(mesh.cells, mesh.reference, 3, degree),
         count_nodes(facets, mesh.reference, 2, degree),
-        True,
     )
 
 
@@ -69,7 +47,8 @@ def size_of_options(blade: BladeGeometry, options: MeshOptions, degree: int) -> 
             N_BLADES * chord[0] * thickness[0] * span[0],
             N_BLADES * chord[1] * thickness[1] * span[1],
             N_BLADES * chord[1] * thickness[1],
-            True,
+            parts=N_BLADES,
+            layers=n[2],
         )
     return _count_tetrahedra(blade, options, degree)
 
@@ -99,6 +78,8 @@ def size_of_hollow(n_span: int, n_around: int, webs: Sequence[float]) -> MeshSiz
         N_BLADES * round(nodes),
         N_BLADES * ring,
         not webs,
+        N_BLADES,
+        n_span,
     )
 
 
@@ -113,7 +94,6 @@ def size_of_tower(tower: TowerCase) -> MeshSize:
         ring * (along + 1),
         nodes_of_ring * (p * along + 1),
         2 * nodes_of_ring,
-        True,
     )
 
 
@@ -129,10 +109,13 @@ def _count_tetrahedra(blade: BladeGeometry, options: MeshOptions, degree: int) -
     with np.errstate(all="ignore"):  # absurd shapes have infinitely many
         volume = blade.length * np.mean(np.pi * a * b / h**3)
         surface = blade.length * np.mean(perimeter / h**2)
+        layers = blade.length * np.mean(1.0 / h)
         root = max(11.0, 3.0 * np.pi * a[0] * b[0] / h[0] ** 2)
         cells = 3.1 * volume + 1.28 * surface
         vertices = 0.415 * volume + surface
         edges = vertices + cells + 1.2 * surface  # Euler's formula
         counts = (cells, vertices, vertices + (degree - 1) * edges, root * (2 * degree - 1))
-    whole = [N_BLADES * round(n) if n < _COUNTLESS else _COUNTLESS for n in map(float, counts)]
-    return MeshSize(options.cell, whole[0], whole[1], whole[2], whole[3], False)
+    whole = [round(n) if n < _COUNTLESS else _COUNTLESS for n in map(float, (*counts, layers))]
+    return MeshSize(
+        options.cell, *(N_BLADES * n for n in whole[:4]), False, N_BLADES, layers=whole[4]
+    )

@@ -10,10 +10,11 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.machine import machine_memory
 from turbine_fenicsx.meshing import MeshOptions, RotorLayout
 from turbine_fenicsx.meshing.rotor import mesh_rotor
+from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.estimate import checkpoint_bytes, estimate
-from turbine_fenicsx.turbine.case.size import MeshSize, size_of_arrays, size_of_options
+from turbine_fenicsx.turbine.case.size import size_of_arrays, size_of_options
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_mesh
@@ -36,7 +37,7 @@ def hexahedra(displacements):
 
     def of(**solver):
         nodes = displacements // 3
-        size = MeshSize("hexahedron", nodes, nodes, nodes, 27, True)
+        size = MeshSize("hexahedron", nodes, nodes, nodes, 27, parts=3, layers=96)
         return estimate(Case.parse({"solver": solver}), size)
 
     return of
@@ -118,7 +119,7 @@ def test_memory_is_what_was_measured_within_a_third(displacements, gigabytes):
 
 def test_solver_is_the_one_whose_memory_there_is():
     nodes = 3 * 21 * 21 * 301
-    case, size = Case.parse({}), MeshSize("hexahedron", 360_000, nodes, nodes, 1323, True)
+    case, size = Case.parse({}), MeshSize("hexahedron", 360_000, nodes, nodes, 1323, parts=3)
     needed = estimate(case, size)
     assert needed.linear_solver == "frozen" and needed.memory > 6e9
     assert estimate(case, size, 1, 24e9).linear_solver == "frozen"
@@ -143,7 +144,7 @@ def test_memory_of_other_cells_is_what_was_measured_within_a_third(mesh, gigabyt
 def estimate_hollow_blades(displacements):
     """What so many displacements of hollow blades take that start turning."""
     nodes = displacements // 3
-    size = MeshSize("hexahedron", nodes // 12, nodes // 4, nodes, 300, True)
+    size = MeshSize("hexahedron", nodes // 12, nodes // 4, nodes, 300, parts=3)
     tables = {
         "blade": {"wall": [0.05, 0.05, 0.01]},
         "solver": {"tolerance": 1e-8},
