@@ -154,19 +154,6 @@ def reference_facets(cell: str) -> npt.NDArray[np.float64]:
     return np.array([basix.geometry(kind)[corners] for corners in basix.topology(kind)[2]])
 
 
-@_form_cache()
-def expression_at(expr: Any, points: npt.NDArray[np.float64]) -> Any:
-    """Compiled expression at points of the reference cell, shape (points, 3), for `evaluate`."""
-    return fem.Expression(expr, points)
-
-
-def evaluate(expr: Any, mesh: Any, cells: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
-    """Values of a compiled expression at its points in some cells, cell by cell."""
-    takes_mesh = "mesh" in signature(fem.Expression.eval).parameters
-    values: npt.NDArray[np.float64] = expr.eval(mesh, cells) if takes_mesh else expr.eval(cells)
-    return values
-
-
 def dofs_of_cells(space: Any) -> npt.NDArray[np.int32]:
     """Block degrees of freedom of the local cells, shape (cells, nodes per cell)."""
     return _as_rows(space.dofmap.list, space.dofmap.dof_layout.num_dofs)

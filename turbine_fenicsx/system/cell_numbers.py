@@ -1,6 +1,6 @@
-"""Numbers of each cell of a mesh: integrals over it, or values at its centre.
+"""Numbers of each cell of a mesh: integrals over it, or values at points of it.
 
-They are linear forms whose test functions are constant in each cell, so that they are computed for
+They are linear forms whose test functions live in one cell each, so that they are computed for
 several cells at once as forces are.
 """
 
@@ -12,13 +12,14 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 import ufl
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.linear_form import LinearForm
 
-REFERENCE_VOLUME = {"hexahedron": 1.0, "tetrahedron": 1.0 / 6.0}
+CENTRE = {"hexahedron": [[0.5, 0.5, 0.5]], "tetrahedron": [[0.25, 0.25, 0.25]]}
 
 
 class CellNumbers:
@@ -27,49 +28,97 @@ class CellNumbers:
     Args:
         mesh: The mesh.
         integrands: Lists of scalar expressions, each with its measure over all cells.
+        degree: Of the Lagrange functions that all expressions are multiplied by in turn.
 
     Note:
         Collective.
     """
 
-    def __init__(self, mesh: Any, *integrands: tuple[Sequence[Any], Any]) -> None:
-        self._n = sum(len(expressions) for expressions, _ in integrands)
-        space = _compat.cellwise_space(mesh, (self._n,))
+    def __init__(self, mesh: Any, *integrands: tuple[Sequence[Any], Any], degree: int = 0) -> None:
+        n = sum(len(expressions) for expressions, _ in integrands)
+        space = _compat.cellwise_space(mesh, (n,), degree)
         w, first, form = ufl.TestFunction(space), 0, 0
         for expressions, dx in integrands:
             form += sum(e * w[first + k] for k, e in enumerate(expressions)) * dx
             first += len(expressions)
         self._form = LinearForm(form)
-        cells = space.dofmap.index_map
-        self._cells = cells.size_local
+        dofs = space.dofmap.index_map
+        self._dofs, self._n = _compat.dofs_of_cells(space), n
         self._vector = PETSc.Vec().createGhost(
-            cells.ghosts.astype(PETSc.IntType),
-            size=(self._n * self._cells, self._n * cells.size_global),
-            bsize=self._n,
+            dofs.ghosts.astype(PETSc.IntType),
+            size=(n * dofs.size_local, n * dofs.size_global),
+            bsize=n,
             comm=mesh.comm,
         )
 
     def sums(self) -> Array:
-        """Sums over the cells that this rank owns, shape (numbers,). Collective."""
+        """Sums over the cells that this rank owns, shape (expressions,). Collective."""
         self._form.assemble(self._vector)
-        found: Array = np.ones(self._cells) @ self._vector.array_r.reshape(-1, self._n)
+        rows = self._vector.array_r.reshape(-1, self._n)
+        found: Array = np.ones(len(rows)) @ rows
         return found
 
     def of_cells(self) -> Array:
-        """The numbers of the local cells, ghosts included, shape (cells, numbers). Collective."""
+        """Numbers of the local cells, ghosts included. Collective.
+
+        Returns:
+            Shape (cells, functions, expressions).
+        """
         self._form.assemble(self._vector)
         self._vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
         with self._vector.localForm() as local:
-            return np.array(local.array_r).reshape(-1, self._n)
+            found: Array = local.array_r.reshape(-1, self._n)[self._dofs]
+        return found
 
 
-def at_centres(mesh: Any, *expressions: Any) -> CellNumbers:
+class PointValues:
+    """Values of scalar expressions at the same points x_q of each cell.
+
+    With as many Lagrange functions N_i as points, sums b_i = sum_q N_i(x_q) e(x_q) are integrals
+    over the cell by a rule with these points, and the values e(x_q) follow from them.
+
+    Args:
+        mesh: The mesh.
+        points: Points of the reference cell: one, or eight of a hexahedron that tell all trilinear
+            functions apart, shape (points, 3).
+        expressions: The expressions.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, mesh: Any, points: npt.ArrayLike, *expressions: Any) -> None:
+        X = np.asarray(points, dtype=float)
+        degree = 0 if len(X) == 1 else 1
+        N = _compat.shape_functions("hexahedron", 1, X)[0] if degree else np.ones((1, 1))
+        self._inverse = np.linalg.inv(N.T)
+        data = {
+            "quadrature_degree": 1,
+            "quadrature_rule": "custom",
+            "quadrature_points": X.tolist(),
+            "quadrature_weights": [1.0] * len(X),
+        }
+        volume = abs(ufl.JacobianDeterminant(mesh))
+        at_points = ufl.dx(domain=mesh, metadata=data)
+        self._numbers = CellNumbers(
+            mesh, ([e / volume for e in expressions], at_points), degree=degree
+        )
+
+    def in_cells(self) -> Array:
+        """Values in the local cells, ghosts included. Collective.
+
+        Returns:
+            Shape (cells, points, expressions).
+        """
+        found: Array = self._inverse @ self._numbers.of_cells()
+        return found
+
+
+def at_centres(mesh: Any, *expressions: Any) -> PointValues:
     """Values of scalar expressions at the centre of each cell. Collective.
 
     Args:
         mesh: The mesh.
         expressions: The expressions.
     """
-    centre = ufl.dx(domain=mesh, metadata={"quadrature_degree": 1})  # one point
-    volume = REFERENCE_VOLUME[_compat.cell_name(mesh)] * abs(ufl.JacobianDeterminant(mesh))
-    return CellNumbers(mesh, ([e / volume for e in expressions], centre))
+    return PointValues(mesh, CENTRE[_compat.cell_name(mesh)], *expressions)

@@ -361,7 +361,7 @@ class FlexibleModel:
             Shapes (local cells,), ghosts included.
         """
         self.copy_to(self._u, u)
-        norm, von_mises = self._stresses.of_cells().T.copy()
+        norm, von_mises = self._stresses.in_cells()[:, 0].T.copy()
         return norm, von_mises
 
     def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
@@ -379,7 +379,7 @@ class FlexibleModel:
             self._u.x.array[:] = 0.0
         else:
             self.copy_to(self._u, u)
-        return self._fibre.of_cells()
+        return self._fibre.in_cells()[:, 0]
 
     def assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form, a `LinearForm` or a compiled one, and copy the owned entries."""

@@ -8,7 +8,6 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
@@ -23,6 +22,7 @@ from turbine_fenicsx.materials.laminate_theory import Plies
 from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
 from turbine_fenicsx.materials.wall_axes import wall_frame
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
+from turbine_fenicsx.system.cell_numbers import PointValues
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -77,8 +77,7 @@ class PlyStresses:
         e = [ufl.dot(a1, E * a1), ufl.dot(a2, E * a2), 2.0 * ufl.dot(a1, E * a2)]
         points = np.repeat(gauss_quadrature(2, 2, 1).points[None], 2, axis=0)
         points[0, :, 2], points[1, :, 2] = 0.0, 1.0
-        self._strain = _compat.expression_at(ufl.as_vector(e), points.reshape(-1, 3))
-        self._cells = np.arange(n, dtype=np.int32)
+        self._strain = PointValues(body.mesh, points.reshape(-1, 3), *e)
         self.inner, self.outer = np.zeros((2, n, 4, 3))
 
     def update(self, state: State) -> None:
@@ -88,7 +87,7 @@ class PlyStresses:
             state: A state of the system.
         """
         self._model.copy_to(self._u, state.u[self._index])
-        found = _compat.evaluate(self._strain, self.body.mesh, self._cells)
+        found = self._strain.in_cells()[: len(self.inner)]
         self.inner, self.outer = np.moveaxis(found.reshape(-1, 2, 4, 3), 1, 0)
 
     def strains(self) -> Array:
