@@ -144,22 +144,18 @@ def estimate(
         ranks: Number of ranks.
         available: Memory that they may use [B], by which "auto" chooses.
     """
-    from turbine_fenicsx.linear_solvers.memory import (
-        choose_by_memory,
-        estimate_memory,
-        shares_factor,
-    )
+    from turbine_fenicsx.linear_solvers import memory
 
     tower = size_of_tower(case.tower) if case.tower.flexible else None
     meshes = [mesh for mesh in (size, tower) if mesh]
     n_pitch = N_BLADES if case.pitch.bearings or size is None else 0
     n_bodies, n_joints = 2 + n_pitch + (1 if tower else 0), 2 + n_pitch
     n_drives = n_pitch if case.pitch.drive == "prescribed" else 0
-    shared = size is not None and shares_factor(size, ranks)
+    shared = size is not None and memory.shares_factor(size, ranks)
     displacements = sum(3 * mesh.nodes for mesh in meshes)
     name: str = case.solver.linear_solver
     if name == "auto":
-        name = choose_by_memory(meshes, ranks, shared, available)
+        name = memory.choose_by_memory(meshes, ranks, shared, available)
     constant, factor, power = COST[name]
     digits = -log10(case.solver.tolerance)
     hollow = size is not None and bool(case.turbine.file or case.blade.wall)
@@ -191,7 +187,7 @@ def estimate(
         steps,
         step * share,
         set_up * share,
-        estimate_memory(name if at_once else "lu", meshes, ranks, shared),
+        memory.estimate_memory(name if at_once else "lu", meshes, ranks, shared),
         fields + row * steps + checkpoint_bytes(displacements),
         ranks,
     )
