@@ -47,7 +47,7 @@ def shares_factor(mesh: MeshSize, ranks: int) -> bool:
     corners = mesh.vertices / (mesh.parts * (mesh.layers + 1))
     section = 3.0 * corners * (mesh.nodes / mesh.vertices) ** (2.0 / 3.0)
     around = min(ranks - 1, 2) * section
-    return mesh.parts * around**2 <= WIDEST * 3.0 * mesh.nodes / ranks
+    return bool(mesh.parts * around**2 <= WIDEST * 3.0 * mesh.nodes / ranks)
 
 
 def estimate_memory(solver: str, meshes: Sequence[MeshSize], ranks: int, shared: bool) -> float:

@@ -115,7 +115,7 @@ def _count_tetrahedra(blade: BladeGeometry, options: MeshOptions, degree: int) -
         vertices = 0.415 * volume + surface
         edges = vertices + cells + 1.2 * surface  # Euler's formula
         counts = (cells, vertices, vertices + (degree - 1) * edges, root * (2 * degree - 1))
-    whole = [round(n) if n < _COUNTLESS else _COUNTLESS for n in map(float, (*counts, layers))]
-    return MeshSize(
-        options.cell, *(N_BLADES * n for n in whole[:4]), False, N_BLADES, layers=whole[4]
-    )
+    counted = [round(n) if n < _COUNTLESS else _COUNTLESS for n in map(float, (*counts, layers))]
+    *whole, along = counted
+    n = [N_BLADES * number for number in whole]
+    return MeshSize(options.cell, n[0], n[1], n[2], n[3], False, N_BLADES, along)
