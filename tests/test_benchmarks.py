@@ -11,12 +11,17 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+import numpy as np
 import pytest
 from windio_files import IEA_22, find_turbine
+
+from turbine_fenicsx.meshing.cells import reference_cell
 
 pytestmark = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts programs of its own")
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
+EDGES = "12 23 34 41 56 67 78 85 15 26 37 48".split()
+"""Corners beside the nodes 9 to 20 of CalculiX' hexahedron of 20 nodes, by its manual."""
 
 
 def record(code, tips, step=1.0, **more):
@@ -65,9 +70,30 @@ def test_hollow_blades_bend_alike_in_all_codes():
     assert float(ours[5]) > 1.0 and script[5] == ""
 
 
+@pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX")
+def test_hollow_blades_are_measured_with_calculix_too():
+    find_turbine(IEA_22)
+    command = [sys.executable, str(FOLDER / "hollow.py"), "--span", "5", "--around", "16"]
+    done = subprocess.run([*command, "--steps", "3", "calculix"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    row = [cell.strip() for cell in done.stdout.splitlines()[4].split("|")[1:-1]]
+    assert row[0] == "calculix" and float(row[1]) > 0.0 and float(row[3]) > 1.0
+
+
+def test_calculix_gets_the_nodes_on_edges_of_hexahedra_in_its_order(monkeypatch):
+    """Corners of the edges that nodes 9 to 20 of C3D20R lie on, by CalculiX' manual."""
+    hollow = load("hollow", monkeypatch)
+    lattice = reference_cell("hexahedron", 2).lattice  # corners at 0 and 2
+    corners = lattice[:8]
+    pairs = np.array([[int(k) - 1 for k in pair] for pair in EDGES])
+    np.testing.assert_array_equal(
+        2 * lattice[hollow.SERENDIPITY], [*2 * corners, *corners[pairs].sum(axis=1)]
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
-    [(["calculix"], "no such code: calculix"), (["--around", "14"], "take at least 15 elements")],
+    [(["nastran"], "no such code: nastran"), (["--around", "14"], "take at least 15 elements")],
 )
 def test_hollow_blades_that_cannot_be_measured_are_refused(words, sentence):
     find_turbine(IEA_22)
