@@ -7,6 +7,7 @@ from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.choice import choose_solver
 from turbine_fenicsx.linear_solvers.elimination import Elimination
+from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
 from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
@@ -14,26 +15,24 @@ from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.linear_solvers.substructures import free_factor
 
 
-def frozen_factor(step: StepBlocks, prefix: str) -> LinearSolver:
-    """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway."""
+def quasi_newton(
+    make_solver: Callable[..., FreeSolver], step: StepBlocks, prefix: str
+) -> LinearSolver:
+    """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway.
+
+    Args:
+        make_solver: A `SolverMaker` that takes the options prefix, too.
+        step: The step whose tangent is solved with.
+        prefix: Options prefix.
+    """
     if not step.system.flexible_bodies:
         return Elimination(step, prefix)
-    name = f"{prefix}free_"
-    return QuasiNewton(step, FrozenElimination(step, partial(free_factor, prefix=name)))
-
-
-def conjugate_gradients(step: StepBlocks, prefix: str) -> LinearSolver:
-    """Conjugate gradients in place of the frozen factor, for sizes that no factor can hold."""
-    if not step.system.flexible_bodies:
-        return Elimination(step, prefix)
-    name = f"{prefix}free_"
-    solver = FrozenElimination(step, lambda f, c, A, free: SectionMultigrid(f, c, A, free, name))
-    return QuasiNewton(step, solver)
+    return QuasiNewton(step, FrozenElimination(step, partial(make_solver, prefix=f"{prefix}free_")))
 
 
 LINEAR_SOLVERS: dict[str, Callable[[StepBlocks, str], LinearSolver]] = {
-    "frozen": frozen_factor,
-    "iterative": conjugate_gradients,
+    "frozen": partial(quasi_newton, free_factor),
+    "iterative": partial(quasi_newton, SectionMultigrid),
     "lu": Elimination,
     "monolithic": MonolithicLU,
 }

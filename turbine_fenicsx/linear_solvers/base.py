@@ -1,4 +1,4 @@
-"""Linear solver interface."""
+"""What the Newton iteration asks of linear solvers."""
 
 from __future__ import annotations
 
@@ -40,3 +40,27 @@ class LinearSolver(Protocol):
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
+
+
+class DirectSolver:
+    """What linear solvers share that factorise anew in each update.
+
+    Attributes:
+        krylov_iterations: Solves so far.
+    """
+
+    krylov_iterations = 0
+
+    def begin(self) -> None:
+        """There is nothing to prepare."""
+
+    def end(self, converged: bool) -> bool:
+        """There is nothing to learn from the iteration."""
+        return False
+
+    def save(self) -> RestartData:
+        """Empty data: nothing is kept between steps."""
+        return RestartData()
+
+    def restore(self, data: RestartData) -> None:
+        """There is nothing to restore."""

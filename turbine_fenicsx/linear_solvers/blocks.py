@@ -1,16 +1,15 @@
-"""The bordered equations of a step, as linear solvers see them."""
+"""The nested blocks of a step in time, as linear solvers see them."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 from petsc4py import PETSc
 
-from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.nested_blocks import NestedBlocks
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.system.system import MultibodySystem
 
 
 @dataclass(frozen=True)
@@ -26,38 +25,8 @@ class StepStart:
     dt: float
 
 
-class Blocks(Protocol):
-    """Nested matrix of A_uu, C and B of each flexible body, and K_r of the rigid part.
-
-    Attributes:
-        system: The system.
-        tangents: A_uu of each flexible body.
-        rigid_tangent: K_r on rank 0, shape (n_r, n_r); empty on the others.
-    """
-
-    system: MultibodySystem
-    tangents: tuple[PETSc.Mat, ...]
-    rigid_tangent: Array
-
-    @property
-    def tangent_matrix(self) -> PETSc.Mat:
-        """The nested matrix."""
-
-    def new_nested_vector(self) -> PETSc.Vec:
-        """New nested vector with the layout of the unknowns, zero."""
-
-    def split(self, x: PETSc.Vec) -> tuple[list[PETSc.Vec], list[PETSc.Vec], PETSc.Vec]:
-        """Parts (du of each body, mu_c of each body, r) of a nested vector."""
-
-    def tangent(self, x: PETSc.Vec) -> None:
-        """Assemble all blocks at the unknowns X."""
-
-    def solve_rigid(self, reduced: ScaledFactor, r: PETSc.Vec) -> Array:
-        """Solve the reduced equations on rank 0, overwriting r, and hand r to all ranks."""
-
-
-class StepBlocks(Blocks, Protocol):
-    """The blocks of a step in time: where they are evaluated, and in which frames.
+class StepBlocks(NestedBlocks):
+    """The blocks of a step: where they are evaluated, and in which frames.
 
     Attributes:
         x: Nested vector of the unknowns.
@@ -70,14 +39,18 @@ class StepBlocks(Blocks, Protocol):
     start: StepStart
     frames: tuple[float, float]
 
+    @abstractmethod
     def begin(self, state: State, dt: float) -> None:
-        """Set the state at t_n and the step [s]."""
+        """Set the state at t_n and the step dt [s]."""
 
+    @abstractmethod
     def assemble_at_rest(self, body: int) -> None:
         """Assemble A_uu of a body at t_n, where nothing moves and it is symmetric."""
 
+    @abstractmethod
     def update_rigid_tangent(self, x: PETSc.Vec) -> None:
         """Assemble only the rigid block K_r of the tangent at X."""
 
+    @abstractmethod
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""

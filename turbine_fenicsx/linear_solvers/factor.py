@@ -9,7 +9,6 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.types import Array
 
 EXTRA_WORKSPACE = 60
@@ -23,9 +22,6 @@ WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
 
 KEPT = 16
 """Dense matrices with so many columns stay for the next solve: those of a step, not of a set-up."""
-
-TRUSTED = 1e-4
-"""A factor is trusted if it solves for a known vector with this relative error."""
 
 
 class FreeSolver(Protocol):
@@ -79,26 +75,17 @@ class SparseFactor(FreeSolver):
         self, matrix: PETSc.Mat, prefix: str, symmetric: bool = False, package: str = "mumps"
     ) -> None:
         """Create the solver; nothing is factorised yet."""
-        self._ksp = PETSc.KSP().create(matrix.getComm())
-        self._ksp.setOptionsPrefix(prefix)
-        self._ksp.setType("preonly")
-        self._matrix = matrix
-        self._ksp.setOperators(matrix)
-        pc = self._ksp.getPC()
-        pc.setType("cholesky" if symmetric else "lu")
-        pc.setFactorSolverType(package)
-        self._ksp.setFromOptions()
-        self._extra = EXTRA_WORKSPACE
-        self._is_mumps = pc.getFactorSolverType() == "mumps"
-        self._reserve()
+        self._matrix, self._prefix = matrix, prefix
+        self._type = "cholesky" if symmetric else "lu"
         self.iterations = 0
-        self._blocks: dict[int, list[PETSc.Mat]] = {}  # by number of columns
+        self._dense: dict[int, list[PETSc.Mat]] = {}  # by number of columns
+        self._create(package)
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
         self._ksp.setOperators(self._matrix)  # or setUp would leave it to the next solve
         self._ksp.setUp()
-        while self._workspace_was_too_small() and self._extra < LARGEST_WORKSPACE:
+        while self._mumps_error() in WORKSPACE_TOO_SMALL and self._extra < LARGEST_WORKSPACE:
             self._extra *= 2
             self._ksp.reset()  # PETSc keeps the error, and would never factorise again
             self._ksp.setOperators(self._matrix)
@@ -114,46 +101,52 @@ class SparseFactor(FreeSolver):
         self._ksp.solve(b, x)
         self.iterations += 1
 
-    def solve_block(self, B: PETSc.Mat, X: PETSc.Mat) -> None:
-        """Solve for the columns of a dense matrix on one rank, all at once."""
-        pc = self._ksp.getPC()
-        direct = self._ksp.getType() == "preonly" and pc.getType() in ("lu", "cholesky")
-        if direct and self._mumps_error() == 0:
-            pc.getFactorMatrix().matSolve(B, X)
-            self.iterations += B.getSize()[1]
-        else:  # other solvers by the user's options; infinite numbers where there is no factor
-            X.getDenseArray()[:] = super().solve_many(B.getDenseArray())
-
     def solve_many(self, B: Array) -> Array:
         """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
-        if self._matrix.getComm().getSize() > 1:
+        pc, k = self._ksp.getPC(), B.shape[1]
+        direct = self._ksp.getType() == "preonly" and pc.getType() in ("lu", "cholesky")
+        if self._matrix.getComm().getSize() > 1 or not direct or self._mumps_error():
+            # also with other solvers by the user's options; infinite where there is no factor
             return super().solve_many(B)
-        k = B.shape[1]
-        if k not in self._blocks:
-            pair = [PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF) for _ in "bx"]
-            for block in pair:
-                block.setUp()
-                block.assemble()
-            self._blocks[k] = pair
-        b, x = self._blocks[k]
+        if k not in self._dense:
+            self._dense[k] = [PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF) for _ in "bx"]
+            for matrix in self._dense[k]:
+                matrix.setUp()
+                matrix.assemble()
+        b, x = self._dense[k]
         b.getDenseArray()[:] = B
-        self.solve_block(b, x)
+        pc.getFactorMatrix().matSolve(b, x)
+        self.iterations += k
         X: Array = x.getDenseArray().copy(order="F")
         if k > KEPT:
-            self._free_blocks()
+            self._free_dense()
         return X
 
     def destroy(self) -> None:
         """Free the factor. Collective."""
-        self._free_blocks()
+        self._free_dense()
         self._ksp.destroy()
 
-    def _free_blocks(self) -> None:
+    def _create(self, package: str) -> None:
+        """Create the solver of a package."""
+        self._ksp = PETSc.KSP().create(self._matrix.getComm())
+        self._ksp.setOptionsPrefix(self._prefix)
+        self._ksp.setType("preonly")
+        self._ksp.setOperators(self._matrix)
+        pc = self._ksp.getPC()
+        pc.setType(self._type)
+        pc.setFactorSolverType(package)
+        self._ksp.setFromOptions()
+        self._extra = EXTRA_WORKSPACE
+        self._is_mumps = pc.getFactorSolverType() == "mumps"
+        self._reserve()
+
+    def _free_dense(self) -> None:
         """Free the dense matrices of `solve_many`."""
-        for pair in self._blocks.values():
-            for block in pair:
-                block.destroy()
-        self._blocks.clear()
+        for pair in self._dense.values():
+            for matrix in pair:
+                matrix.destroy()
+        self._dense.clear()
 
     def _reserve(self) -> None:
         """Tell MUMPS how much more work space than estimated it may take."""
@@ -162,10 +155,6 @@ class SparseFactor(FreeSolver):
             pc.setFactorSetUpSolverType()
             pc.getFactorMatrix().setMumpsIcntl(14, self._extra)
 
-    def _workspace_was_too_small(self) -> bool:
-        """Whether MUMPS gave up for this reason."""
-        return self._mumps_error() in WORKSPACE_TOO_SMALL
-
     def _mumps_error(self) -> int:
         """Why MUMPS has no factor, zero if it has one."""
         if not self._is_mumps:
@@ -173,46 +162,12 @@ class SparseFactor(FreeSolver):
         return min(0, int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)))
 
 
-class DefiniteFactor(SparseFactor):
-    """L L^T of a symmetric positive definite matrix on one rank, by CHOLMOD.
-
-    Args:
-        matrix: The matrix.
-        prefix: Options prefix.
-    """
-
-    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
-        """Create the solver; nothing is factorised yet."""
-        matrix.setOption(PETSc.Mat.Option.SPD, True)
-        super().__init__(matrix, prefix, symmetric=True, package="cholmod")
-
-    def update(self) -> None:
-        """Factorise, and solve for a known vector: CHOLMOD does not report lost definiteness.
-
-        Raises:
-            LinAlgError: if the matrix is not positive definite.
-        """
-        x, b = self._matrix.createVecs()
-        x.set(1.0)
-        self._matrix.mult(x, b)
-        try:
-            with default_options(self._ksp.getOptionsPrefix(), {"mat_cholmod_print": "0"}):
-                super().update()  # and no warning: there is another factor for such a matrix
-            self.solve(b, x)
-            x.shift(-1.0)
-            definite = x.norm(PETSc.NormType.INFINITY) < TRUSTED
-        except PETSc.Error:
-            definite = False
-        x.destroy()
-        b.destroy()
-        if not definite:
-            raise np.linalg.LinAlgError("the matrix is not positive definite")
-
-    def count_negative(self) -> int:
-        """None: L L^T exists."""
-        return 0
-
-
-def copy_csr(matrix: PETSc.Mat) -> csr_matrix:
+def from_petsc(matrix: PETSc.Mat) -> csr_matrix:
     """Copy of a matrix of this rank alone."""
     return csr_matrix(matrix.getValuesCSR()[::-1], matrix.getSize())
+
+
+def to_petsc(A: csr_matrix) -> PETSc.Mat:
+    """Copy of a matrix, on this rank alone."""
+    csr = A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data
+    return PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)

@@ -20,11 +20,10 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
-from turbine_fenicsx.linear_solvers.elimination import BodyElimination
+from turbine_fenicsx.linear_solvers.elimination import BodyElimination, ReducedEquations
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.substructures import Substructures
@@ -57,22 +56,19 @@ class FrozenElimination:
                 system.flexible_models, step.tangents, system.coupling_blocks, strict=True
             )
         ]
-        self._grids = [
-            np.ix_(body.coupling.columns, body.coupling.columns) for body in self._bodies
-        ]
+        self._reduced = ReducedEquations(step, self._bodies)
         self._dt = 0.0
         self._factorised_at = RestartData()
-        self._reduced = ScaledFactor(np.zeros((0, 0)))
 
     @property
     def krylov_iterations(self) -> int:
         """Krylov iterations for the free nodes of all bodies so far."""
-        return sum(body.iterations for body in self._bodies)
+        return sum(body.solver.iterations for body in self._bodies)
 
     @property
     def factors(self) -> tuple[int, int]:
         """Number of factors, and of the components of bodies that they serve."""
-        factors, components = np.sum([body.factors for body in self._bodies], axis=0)
+        factors, components = np.sum([body.solver.factors for body in self._bodies], axis=0)
         return int(factors), int(components)
 
     def begin(self) -> bool:
@@ -81,31 +77,19 @@ class FrozenElimination:
         new = start.dt != self._dt
         if new:
             self.refresh()
-        for body, u, du in zip(self._bodies, start.state.u, self._guess(), strict=True):
+        increments = self._step.split(self._step.x)[0]
+        for body, u, du in zip(self._bodies, start.state.u, increments, strict=True):
             body.turn_to(u, du, self._carrier_rotations(body.coupling, parts[0]), parts)
         return new
 
     def update(self, x: PETSc.Vec) -> None:
         """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
         self._step.update_rigid_tangent(x)
-        reduced = self._step.rigid_tangent.copy()
-        if reduced.size:
-            for body, grid in zip(self._bodies, self._grids, strict=True):
-                reduced[grid] += body.schur
-        self._reduced = ScaledFactor(reduced)
+        self._reduced.update()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side with the turned factors."""
-        b_u, b_c, b_r = self._step.split(b)
-        u, mu_c, r = self._step.split(x)
-        b_r.copy(r)
-        for body, b_u_k, b_c_k in zip(self._bodies, b_u, b_c, strict=True):
-            forces = body.eliminate(b_u_k.array_r, b_c_k.array_r)
-            if r.array_r.size:
-                r.array[body.coupling.columns] -= forces
-        motion = self._step.solve_rigid(self._reduced, r)
-        for body, u_k, mu_k in zip(self._bodies, u, mu_c, strict=True):
-            u_k.array[:], mu_k.array[:] = body.substitute(motion[body.coupling.columns])
+        self._reduced.solve(b, x)
 
     def refresh(self) -> None:
         """Factorise the tangent at the last state; at rest (du = 0) it is symmetric."""
@@ -148,10 +132,6 @@ class FrozenElimination:
         for body in self._bodies:
             body.destroy()
 
-    def _guess(self) -> list[PETSc.Vec]:
-        """Displacement increments of the first guess."""
-        return self._step.split(self._step.x)[0]
-
     def _carrier_rotations(self, coupling: CouplingBlock, part: float) -> Array:
         """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
         state, dt = self._step.start.state, self._step.start.dt
@@ -166,7 +146,9 @@ class _TurningBody:
 
     Attributes:
         coupling: The couplings of the body.
+        columns: Columns of r that belong to the carriers.
         schur: The Schur complement, turned with the carriers.
+        solver: The solver for A_II.
     """
 
     def __init__(
@@ -177,35 +159,24 @@ class _TurningBody:
         make_solver: SolverMaker,
     ) -> None:
         """Set up frames and elimination."""
-        self.coupling = coupling
+        self.coupling, self.columns = coupling, coupling.columns
         self._frames = NodeFrames(flexible)
         self._elimination = BodyElimination(
             flexible, tangent, coupling, lambda A, free: make_solver(flexible, coupling, A, free)
         )
+        self.solver = self._elimination.solver
         self._free = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
-        self._w = np.zeros(3 * flexible.n_owned)
         identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
         self._reference = self._left = self._right = identity
         self._contact = identity[:, :, coupling.nodes]
         self.schur: Array = np.zeros((0, 0))
         self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
 
-    @property
-    def iterations(self) -> int:
-        """Krylov iterations for the free nodes so far."""
-        return self._elimination.iterations
-
-    @property
-    def factors(self) -> tuple[int, int]:
-        """Number of factors, and of components that they serve."""
-        return self._elimination.solver.factors
-
     def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
         """Factorise the tangent assembled at rest in u; its frames are the reference."""
         (self._reference,) = self._frames.rotations(u)
-        solver = self._elimination.solver
-        if isinstance(solver, Substructures):
-            solver.rotations = self._reference[:, :, self._free]
+        if isinstance(self.solver, Substructures):
+            self.solver.rotations = self._reference[:, :, self._free]
         self._elimination.factorise()
         self._carriers_0 = carriers
 
@@ -231,16 +202,15 @@ class _TurningBody:
 
     def eliminate(self, b_u: Array, b_c: Array) -> Array:
         """Compute w in the frames, and the forces on the carriers in space."""
-        self._b_u = turn(self._left, b_u, inverse=True)
-        b_c = turn(self._contact, b_c, inverse=True)
-        forces = self._elimination.eliminate(self._b_u, b_c, self._w)
+        b_u = turn(self._left, b_u, inverse=True)
+        forces = self._elimination.eliminate(b_u, turn(self._contact, b_c, inverse=True))
         return self._turn_carriers(forces, self._carriers)
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
         """Displacements and multipliers in space for the motion of the carriers in space."""
         in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers, 1, 2))
-        mu = self._elimination.substitute(in_frames, self._b_u, self._w)
-        return turn(self._right, self._w), turn(self._contact, mu)
+        u, mu_c = self._elimination.substitute(in_frames)
+        return turn(self._right, u), turn(self._contact, mu_c)
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

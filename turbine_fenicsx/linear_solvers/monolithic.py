@@ -6,12 +6,12 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.linear_solvers.base import DirectSolver
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 
 
-class MonolithicLU:
+class MonolithicLU(DirectSolver):
     """LU of the nested tangent converted to one sparse matrix.
 
     Args:
@@ -22,28 +22,7 @@ class MonolithicLU:
     def __init__(self, step: StepBlocks, prefix: str) -> None:
         """Remember the step; the matrix is made by the first update."""
         self._step, self._prefix = step, prefix
-        self._matrix = PETSc.Mat()
         self._factor: SparseFactor | None = None
-        self._solves = 0
-
-    @property
-    def krylov_iterations(self) -> int:
-        """Direct solves so far."""
-        return self._solves
-
-    def begin(self) -> None:
-        """There is nothing to prepare: each update factorises anew."""
-
-    def end(self, converged: bool) -> bool:
-        """There is nothing to learn from the iteration."""
-        return False
-
-    def save(self) -> RestartData:
-        """Empty data: nothing is kept between steps."""
-        return RestartData()
-
-    def restore(self, data: RestartData) -> None:
-        """There is nothing to restore."""
 
     def update(self, x: PETSc.Vec) -> None:
         """Assemble, convert and factorise."""
@@ -57,7 +36,7 @@ class MonolithicLU:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
         assert self._factor is not None
-        self._solves += 1
+        self.krylov_iterations += 1
         parts = [v.array_r for v in b.getNestSubVecs()]
         self._b.array[:] = np.concatenate(parts)
         self._factor.solve(self._b, self._x)

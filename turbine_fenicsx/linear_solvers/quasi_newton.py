@@ -76,7 +76,8 @@ class QuasiNewton:
         self._products = np.zeros((0, 0))
         self._new = self._solver.begin() or due
         if self._new:
-            self._count_anew()
+            self._excess = self._usual = 0.0
+            self._settled = self._fewest = 0
 
     def update(self, x: PETSc.Vec) -> None:
         """Update the approximate solver, once per step: Broyden's method does the rest."""
@@ -130,11 +131,6 @@ class QuasiNewton:
     def destroy(self) -> None:
         """Free all PETSc objects."""
         self._solver.destroy()
-
-    def _count_anew(self) -> None:
-        """Forget the iterations with the last factor."""
-        self._excess = self._usual = 0.0
-        self._settled = self._fewest = 0
 
     def _improve(self, z: Array) -> Array:
         """The step s_n for z = -P^{-1} R, remembered. One reduction over the ranks."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from petsc4py import PETSc
-
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.congruence import SAME_PLACE, Copy
+from turbine_fenicsx.linear_solvers.factor import to_petsc
 from turbine_fenicsx.linear_solvers.frames import turn
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 
@@ -82,7 +81,7 @@ class CongruentParts:
         self._T = np.concatenate([copy.rotation for copy in copies], axis=2)
         self._T_S = np.concatenate(T_S, axis=2)
         self._all_columns = np.concatenate(self.columns)
-        self._prefix, self._matrix = prefix, _to_petsc(A_ii)
+        self._prefix, self._matrix = prefix, to_petsc(A_ii)
         # for `factorise`; without S it needs no more than the factor
         self._sparse = (A_ii, A_iS[:, self.columns[0]]) if self._all_columns.size else None
         self._factor = SymmetricFactor(self._matrix, prefix)
@@ -108,6 +107,8 @@ class CongruentParts:
             np.ascontiguousarray(M.T, np.float32) for M in (W, far, modes)
         )
         block = (self._A_Se @ W_e).reshape(-1, 3, A_iS.shape[1] // 3, 3)
+        if not np.all(np.isfinite(block)):  # they have singular values all the same, or have not
+            raise np.linalg.LinAlgError("there is no factor")
         T_S = np.split(self._T_S, self.copies, axis=2)
         turned = [np.einsum("ian,namb,jbm->nimj", T, block, T, optimize=True) for T in T_S]
         return [B.reshape((A_iS.shape[1],) * 2) for B in turned]
@@ -171,7 +172,7 @@ class CongruentParts:
         """A_ss^{-1} times some forces; the matrix is factorised for this alone."""
         if not forces.size:
             return forces
-        A = _to_petsc(A_ss)
+        A = to_petsc(A_ss)
         factor = SymmetricFactor(A, self._prefix)
         factor.update()
         response = factor.solve_many(forces)
@@ -228,12 +229,6 @@ def dofs_of(nodes: Indices) -> Indices:
     """The three unknowns of each node."""
     dofs: Indices = (3 * nodes[:, None] + np.arange(3)).ravel()
     return dofs
-
-
-def _to_petsc(A: csr_matrix) -> PETSc.Mat:
-    """A matrix of this rank alone."""
-    csr = A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data
-    return PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)
 
 
 def _collect_layers(A: csr_matrix, rows: Indices, size: int) -> Indices:

@@ -21,14 +21,13 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix, vstack
-from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.machine import give_back_memory
 from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.congruence import find_groups, label_components
-from turbine_fenicsx.linear_solvers.factor import FreeSolver, copy_csr
+from turbine_fenicsx.linear_solvers.factor import FreeSolver, from_petsc, to_petsc
 from turbine_fenicsx.linear_solvers.shared import (
     CongruentParts,
     Indices,
@@ -78,6 +77,24 @@ class Substructures(FreeSolver):
         self._common: tuple[Any, ...] = ()  # the matrix of S and its factor, if there is any S
         self.iterations = 0
 
+    def are_worthwhile(self) -> bool:
+        """Whether there are several on one rank; on more, whether S is small. Collective.
+
+        For each rank and in all: slender bodies, not too many ranks.
+        """
+        if self._comm.size == 1:
+            return bool(np.any(label_components(*self._matrix.getRowIJ())))
+        A_ii, A_iS, _ = self._find_blocks()
+        part, met = label_components(A_ii.indptr, A_ii.indices), A_iS.tocoo()
+        pairs = np.unique(np.stack([part[met.row // 3], met.col]), axis=1)
+        sizes = np.bincount(part)
+        around = np.bincount(pairs[0], minlength=sizes.size)
+        alike = np.unique(np.stack([sizes, around]), axis=1)[1].astype(float)
+        rows = self._matrix.getSizes()[0]
+        fits = sizes.size > 0 and bool(np.sum(alike**2) <= WIDEST * rows[0])
+        small = self._all_S.size * self._comm.size <= LONGEST * rows[1]
+        return bool(self._comm.allreduce(fits, op=MPI.LAND)) and small
+
     def update(self) -> None:
         """Find what is congruent, and factorise the present values of the matrix. Collective.
 
@@ -90,15 +107,13 @@ class Substructures(FreeSolver):
         blocks: list[tuple[Indices, Array]] | None = None
         error: Exception | None = None
         try:
-            found = [(group.columns, group.factorise()) for group in self._groups]
-            blocks = [pair for pairs in found for pair in zip(*pairs, strict=True)]
-        except np.linalg.LinAlgError:  # what is not finite has no singular values, or not always
+            found = [zip(g.columns, g.factorise(), strict=True) for g in self._groups]
+            blocks = [pair for pairs in found for pair in pairs]
+        except np.linalg.LinAlgError:  # then there is none on any rank
             pass
         except Exception as raised:  # memory, say: all ranks must hear of it
             error = raised
         raise_together(self._comm, error)
-        if blocks is not None and not all(np.all(np.isfinite(block)) for _, block in blocks):
-            blocks = None
         everyone = self._comm.allgather((A_SS, blocks))
         self._exists = all(blocks is not None for _, blocks in everyone)
         if self._exists:
@@ -164,12 +179,12 @@ class Substructures(FreeSolver):
     def _find_blocks(self) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
         """A_ii and A_iS of this rank, and its rows of A_SS."""
         if not self._all_S.size:
-            own = copy_csr(self._matrix.getDiagonalBlock())
+            own = from_petsc(self._matrix.getDiagonalBlock())
             return own, csr_matrix((own.shape[0], 0)), csr_matrix((0, 0))
         first = self._matrix.getOwnershipRange()[0]
         i, S_mine, S = map(_make_index_set, (first + self._i, first + self._S, self._all_S))
         blocks = self._matrix.createSubMatrices([i, i, S_mine], [i, S, S])
-        copies = [copy_csr(block) for block in blocks]
+        copies = [from_petsc(block) for block in blocks]
         for thing in (*blocks, i, S_mine, S):
             thing.destroy()
         return copies[0], copies[1], copies[2]
@@ -192,8 +207,7 @@ class Substructures(FreeSolver):
         indices = np.concatenate(i), np.concatenate(j)
         A = csr_matrix((np.concatenate(entries), indices), S.shape)
         if A.nnz:
-            csr = A.indptr, A.indices, A.data
-            matrix = PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF)
+            matrix = to_petsc(A)
             self._common = matrix, SymmetricFactor(matrix, self._prefix)
             self._common[1].update()
 
@@ -212,10 +226,8 @@ def free_factor(
     """
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     shared = find_shared_nodes(flexible)[nodes]
-    alone = flexible.body.mesh.comm.size == 1
-    if np.any(label_components(*matrix.getRowIJ())) if alone else is_worthwhile(matrix, shared):
-        return Substructures(matrix, flexible.positions[nodes], shared, prefix)
-    return SymmetricFactor(matrix, prefix)
+    parts = Substructures(matrix, flexible.positions[nodes], shared, prefix)
+    return parts if parts.are_worthwhile() else SymmetricFactor(matrix, prefix)
 
 
 def find_shared_nodes(flexible: FlexibleModel) -> Mask:
@@ -225,32 +237,6 @@ def find_shared_nodes(flexible: FlexibleModel) -> Mask:
     met[np.unique(_compat.dofs_of_cells(flexible.space)[:cells])] = 1.0
     shared: Mask = flexible.sum_at_owners(met)[:, 0] > 1.5
     return shared
-
-
-def is_worthwhile(matrix: PETSc.Mat, shared: Mask) -> bool:
-    """Whether S is small, for each rank and in all: slender bodies, not too many ranks. Collective.
-
-    Args:
-        matrix: The matrix.
-        shared: Which of the nodes of this rank are in S.
-    """
-    comm, (first, last) = matrix.getComm().tompi4py(), matrix.getOwnershipRange()
-    indptr, columns, _ = matrix.getValuesCSR()
-    rows = np.repeat(np.arange(last - first), np.diff(indptr))
-    in_S = np.repeat(shared, 3)
-    rows, columns = rows[~in_S[rows]], columns[~in_S[rows]] - first
-    inside = (columns >= 0) & (columns < last - first)
-    inside[inside] = ~in_S[columns[inside]]
-    pairs = np.ones(np.count_nonzero(inside), np.int8), (rows[inside], columns[inside])
-    part = connected_components(csr_matrix(pairs, (last - first,) * 2), directed=False)[1]
-    around = np.unique(np.stack([part[rows[~inside]], columns[~inside]]), axis=1)[0]
-    sizes = np.bincount(part), np.bincount(around, minlength=part.max(initial=-1) + 1)
-    met = np.unique(np.stack(sizes), axis=1)[1].astype(float)
-    fits = bool(not in_S.all() and np.sum(met**2) <= WIDEST * (last - first))
-    size = comm.allreduce(int(np.count_nonzero(in_S)))
-    return bool(comm.allreduce(fits, op=MPI.LAND)) and (
-        size * comm.size <= LONGEST * matrix.getSize()[0]
-    )
 
 
 def _make_index_set(rows: Indices) -> PETSc.IS:

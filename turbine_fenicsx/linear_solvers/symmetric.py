@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from petsc4py import PETSc
 
-import numpy as np
+from turbine_fenicsx.foundation.petsc_options import default_options
+from turbine_fenicsx.linear_solvers.factor import SparseFactor
 
-from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.factor import DefiniteFactor, FreeSolver, SparseFactor
+TRUSTED = 1e-4
+"""A factor is trusted if it solves for a known vector with this relative error."""
 
 
-class SymmetricFactor(FreeSolver):
+class SymmetricFactor(SparseFactor):
     """Factor of a symmetric matrix that is nearly always positive definite.
 
     CHOLMOD's L L^T, whose triangular solves are a quarter faster than those of MUMPS for large and
@@ -25,46 +26,40 @@ class SymmetricFactor(FreeSolver):
 
     def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
         """Choose the package."""
-        self._matrix, self._prefix = matrix, prefix
-        alone = matrix.getComm().getSize() == 1
-        self._factor: SparseFactor
-        if alone and has_cholmod():
-            self._factor = DefiniteFactor(matrix, prefix)
-        else:
-            self._factor = self._factorise_indefinite()
-        self.iterations = 0
+        self._is_definite = matrix.getComm().getSize() == 1 and has_cholmod()
+        matrix.setOption(PETSc.Mat.Option.SPD, self._is_definite)
+        super().__init__(matrix, prefix, True, "cholmod" if self._is_definite else "mumps")
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
-        try:
-            self._factor.update()
-        except np.linalg.LinAlgError:  # on all ranks
-            self._factor.destroy()
-            self._factor = self._factorise_indefinite()
-            self._factor.update()
+        if self._is_definite and not self._factorise_definite():
+            self._is_definite = False
+            self._matrix.setOption(PETSc.Mat.Option.SPD, False)
+            self.destroy()
+            self._create("mumps")
+        if not self._is_definite:
+            super().update()
 
     def count_negative(self) -> int:
         """Number of negative eigenvalues. Collective."""
-        return self._factor.count_negative()
+        return 0 if self._is_definite else super().count_negative()
 
-    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve for one right-hand side. Collective."""
-        self._factor.solve(b, x)
-        self.iterations += 1
-
-    def solve_many(self, B: Array) -> Array:
-        """Solutions for several right-hand sides, this rank's rows, shape (n, k)."""
-        self.iterations += B.shape[1]
-        return self._factor.solve_many(B)
-
-    def destroy(self) -> None:
-        """Free the factor. Collective."""
-        self._factor.destroy()
-
-    def _factorise_indefinite(self) -> SparseFactor:
-        """The factor of any symmetric matrix."""
-        self._matrix.setOption(PETSc.Mat.Option.SPD, False)
-        return SparseFactor(self._matrix, self._prefix, symmetric=True)
+    def _factorise_definite(self) -> bool:
+        """Whether L L^T exists: CHOLMOD does not say so, but then it does not solve."""
+        x, b = self._matrix.createVecs()
+        x.set(1.0)
+        self._matrix.mult(x, b)
+        try:
+            with default_options(self._prefix, {"mat_cholmod_print": "0"}):
+                super().update()  # and no warning: there is another factor for such a matrix
+            self._ksp.solve(b, x)
+            x.shift(-1.0)
+            return bool(x.norm(PETSc.NormType.INFINITY) < TRUSTED)
+        except PETSc.Error:
+            return False
+        finally:
+            x.destroy()
+            b.destroy()
 
 
 def has_cholmod() -> bool:

@@ -11,6 +11,8 @@ flexible body a matrix is
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -21,7 +23,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.system import MultibodySystem
 
 
-class NestedBlocks:
+class NestedBlocks(ABC):
     """One nested matrix, and vectors that fit.
 
     Args:
@@ -53,6 +55,10 @@ class NestedBlocks:
         self.tangent_matrix = PETSc.Mat().createNest(blocks, comm=comm)
         self.tangent_matrix.setUp()
         self.rigid_tangent = np.zeros((self.n_r, self.n_r))
+
+    @abstractmethod
+    def tangent(self, x: PETSc.Vec) -> None:
+        """Assemble all blocks at the unknowns X."""
 
     def new_nested_vector(self) -> PETSc.Vec:
         """New nested vector with the layout of the unknowns, zero."""

@@ -12,7 +12,7 @@ function of the state at t_n and of X: a rejected step changes nothing.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -24,8 +24,7 @@ import numpy as np
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers.blocks import StepStart
-from turbine_fenicsx.system.nested_blocks import NestedBlocks
+from turbine_fenicsx.linear_solvers.blocks import StepBlocks, StepStart
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
@@ -67,8 +66,11 @@ class RigidPart(Protocol):
         """Whether the solution r lies on the right branch."""
 
 
-class NestedStep(NestedBlocks, ABC):
-    """Nested residual and tangent of one step of a system; a scheme adds what is abstract here.
+class NestedStep(StepBlocks):
+    """Nested residual and tangent of one step of a system; a scheme adds what is abstract.
+
+    That is `begin`, which ends with `begin_at`, `assemble_at_rest`, `guess` and `finish`, and the
+    `frames` of `StepBlocks`.
 
     Args:
         system: The system.
@@ -76,18 +78,12 @@ class NestedStep(NestedBlocks, ABC):
         rigid: The rigid part in a step.
 
     Attributes:
-        x: Nested vector of the unknowns.
         residual_vector: Nested vector for the residual.
-        start: Where the step starts, set by `begin`.
         rigid_data: What the rigid part is given in the step, set by `begin`.
-        frames: The parts of the step after which the material has turned into the frames of the
-            forces and of the unknowns.
         dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
     """
 
-    start: StepStart
     rigid_data: Any
-    frames: tuple[float, float]
 
     def __init__(
         self, system: MultibodySystem, bodies: Sequence[BodyStep], rigid: RigidPart
@@ -124,10 +120,6 @@ class NestedStep(NestedBlocks, ABC):
         self._terms = np.zeros(2 * k + n)
 
     @abstractmethod
-    def begin(self, state: State, dt: float) -> None:
-        """Set the state at t_n and the step dt [s]; ends with `begin_at`."""
-
-    @abstractmethod
     def guess(self, extrapolate: bool, r: Array | None = None) -> None:
         """Set X to the start of the iteration.
 
@@ -135,10 +127,6 @@ class NestedStep(NestedBlocks, ABC):
             extrapolate: Whether the bodies move on, or X is that of the last state.
             r: The rigid part of X where it is known better, shape (n_r,).
         """
-
-    @abstractmethod
-    def assemble_at_rest(self, body: int) -> None:
-        """Assemble A_uu of a body at t_n, where nothing moves and it is symmetric."""
 
     @abstractmethod
     def finish(self, out: State) -> tuple[Array, Array]:

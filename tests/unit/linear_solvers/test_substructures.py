@@ -10,11 +10,7 @@ from test_factor import error_of_solution, take_values
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.linear_solvers import shared, symmetric
-from turbine_fenicsx.linear_solvers.substructures import (
-    Substructures,
-    find_shared_nodes,
-    is_worthwhile,
-)
+from turbine_fenicsx.linear_solvers.substructures import Substructures, find_shared_nodes
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -142,9 +138,9 @@ def test_ranks_that_do_not_meet(comm):
         A[i, i] = 2.0 + i
     A.assemble()
     X, in_S = np.arange(6.0).reshape(2, 3), np.zeros(2, bool)
-    assert is_worthwhile(A, in_S)
     own = A.copy()
     factor = Substructures(own, X, in_S, "test_")
+    assert factor.are_worthwhile()
     factor.update()
     assert error_of_solution(factor, A) < 1e-14
     factor.destroy()
@@ -164,9 +160,13 @@ def test_shared_nodes_take_the_ranks_apart(comm):
 
 
 def test_worthwhile_for_slender_bodies_only(comm):
-    bar, _, in_S = stiffness(comm)
-    assert is_worthwhile(bar, in_S)
+    bar, X, in_S = stiffness(comm)
+
+    def are_worthwhile(shared):
+        return Substructures(bar, X, shared, "test_").are_worthwhile()
+
     everything = np.ones(in_S.size, bool)
-    assert not is_worthwhile(bar, everything)
+    assert are_worthwhile(in_S) == (comm.size > 1)  # a bar in one piece
+    assert not are_worthwhile(everything)
     everything[::2] = False
-    assert not is_worthwhile(bar, everything)
+    assert not are_worthwhile(everything)
