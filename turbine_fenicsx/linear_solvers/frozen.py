@@ -151,6 +151,8 @@ class _TurningBody:
         solver: The solver for A_II.
     """
 
+    schur: Array
+
     def __init__(
         self,
         flexible: FlexibleModel,
@@ -166,11 +168,6 @@ class _TurningBody:
         )
         self.solver = self._elimination.solver
         self._free = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
-        identity = np.repeat(np.eye(3)[:, :, None], flexible.n_owned, axis=2)
-        self._reference = self._left = self._right = identity
-        self._contact = identity[:, :, coupling.nodes]
-        self.schur: Array = np.zeros((0, 0))
-        self._carriers_0 = self._carriers = np.zeros((0, 3, 3))
 
     def factorise(self, u: PETSc.Vec, carriers: Array) -> None:
         """Factorise the tangent assembled at rest in u; its frames are the reference."""

@@ -41,8 +41,8 @@ class MonolithicLU(DirectSolver):
         self._b.array[:] = np.concatenate(parts)
         self._factor.solve(self._b, self._x)
         ends = np.cumsum([p.size for p in parts])
-        for part, end in zip(x.getNestSubVecs(), ends, strict=True):
-            part.array[:] = self._x.array_r[end - part.array_r.size : end]
+        for part, y in zip(x.getNestSubVecs(), np.split(self._x.array_r, ends[:-1]), strict=True):
+            part.array[:] = y
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -91,8 +91,8 @@ class QuasiNewton:
         z = -np.concatenate([part.array_r for part in parts])
         s = self._improve(z)
         ends = np.cumsum([part.getLocalSize() for part in parts])
-        for part, end in zip(parts, ends, strict=True):
-            part.array[:] = -s[end - part.getLocalSize() : end]
+        for part, step in zip(parts, np.split(s, ends[:-1]), strict=True):
+            part.array[:] = -step
 
     def end(self, converged: bool) -> bool:
         """Count the iterations, for the decision to refresh the solver.

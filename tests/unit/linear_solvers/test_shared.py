@@ -18,7 +18,8 @@ from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import substructures, symmetric
-from turbine_fenicsx.linear_solvers.congruence import find_groups
+from turbine_fenicsx.linear_solvers.congruence import Copy, find_groups
+from turbine_fenicsx.linear_solvers.shared import Nodes, find_surroundings
 from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.cell_fields import cell_field
@@ -75,6 +76,57 @@ def test_of_all_motions_that_fit_the_nodes_the_one_is_found_that_fits_the_stiffn
             turned = np.einsum("ijn,njmk,lkm->niml", copy.rotation, first, copy.rotation)
             # round-off; the differing entry may be on either side
             assert np.max(np.abs(B - turned)) < 1e-12 * np.max(np.abs(B))
+
+
+def test_any_copy_can_be_the_first():
+    """What leads from the second of three copies to the third takes one stiffness to the other."""
+    rng = np.random.default_rng(8)
+    S, R = rng.normal(size=(24, 24)), random_rotations(rng, 24)
+    first, copies, matrices = (S @ S.T).reshape(8, 3, 8, 3), [], []
+    for k, motion in enumerate(np.moveaxis(random_rotations(rng, 3), -1, 0)):
+        nodes = np.arange(8 * k, 8 * k + 8)
+        copies.append(Copy(nodes, R[:, :, nodes], motion))
+        matrices.append(np.einsum("ijn,njmk,lkm->niml", R[:, :, nodes], first, R[:, :, nodes]))
+    third = copies[2].relative_to(copies[1])
+    found = np.einsum("ijn,njmk,lkm->niml", third.rotation, matrices[1], third.rotation)
+    assert np.allclose(found, matrices[2], rtol=0, atol=1e-12)
+    assert np.allclose(third.motion @ copies[1].motion, copies[2].motion, rtol=0, atol=1e-14)
+    assert np.array_equal(third.nodes, copies[2].nodes)
+
+
+def test_nodes_on_a_line_fit_no_single_motion():
+    """Whatever turns about the line fits: each component keeps a factor of its own."""
+    X = np.arange(4.0)[:, None] * [1.0, 2.0, -1.0]
+    A = csr_matrix(block_diag(*[np.ones((12, 12)) + np.eye(12)] * 2))
+    R = np.repeat(np.eye(3)[:, :, None], 8, axis=2)
+    groups = find_groups(A, np.concatenate([X, X + 5.0]), R)
+    assert [len(group) for group in groups] == [1, 1]
+
+
+@pytest.mark.parametrize("differs", ["nothing", "place", "number"])
+def test_what_surrounds_a_copy_is_matched_by_place(differs):
+    rng, Q, t = np.random.default_rng(9), rotation_about((0.3, -1.0, 2.0), 1.1), np.full(3, 20.0)
+    X, around, order = rng.normal(size=(6, 3)), rng.normal(size=(4, 3)), rng.permutation(4)
+    own = Nodes(np.concatenate([X, X @ Q.T + t]), random_rotations(rng, 12))
+    S = Nodes(np.concatenate([around, (around @ Q.T + t)[order]]), random_rotations(rng, 8))
+    touched = [np.arange(4), np.arange(4, 8)]
+    if differs == "place":
+        S.positions[5] += 1e-3
+    elif differs == "number":
+        touched[1] = touched[1][:3]
+    copies = [
+        Copy(np.arange(6) + 6 * k, own.rotations[:, :, 6 * k :], M)
+        for k, M in ((0, np.eye(3)), (1, Q))
+    ]
+    found, T = find_surroundings(copies, own, S, touched)
+    if differs != "nothing":
+        assert len(found) == len(T) == 1
+        return
+    assert np.array_equal(found[0], np.arange(4))
+    assert np.allclose(S.positions[found[1]], around @ Q.T + t, rtol=0, atol=1e-12)
+    for n, (a, b) in enumerate(zip(*found, strict=True)):
+        expected = S.rotations[:, :, b] @ Q @ S.rotations[:, :, a].T
+        assert np.allclose(T[1][:, :, n], expected, rtol=0, atol=1e-14)
 
 
 @alone
