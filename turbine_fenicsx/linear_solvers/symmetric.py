@@ -7,8 +7,11 @@ from petsc4py import PETSc
 from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 
-TRUSTED = 1e-4
-"""A factor is trusted if it solves for a known vector with this relative error."""
+ROOT_OF_DIAGONAL = {"mat_cholmod_final_asis": "0", "mat_cholmod_final_ll": "1"}
+"""L L^T of small matrices, too: CHOLMOD has L D L^T for them, and takes any signs in D."""
+
+SILENT = {"mat_cholmod_print": "0"}
+"""No warning of what another factor takes over."""
 
 
 class SymmetricFactor(SparseFactor):
@@ -26,40 +29,29 @@ class SymmetricFactor(SparseFactor):
 
     def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
         """Choose the package."""
-        self._is_definite = matrix.getComm().getSize() == 1 and has_cholmod()
-        matrix.setOption(PETSc.Mat.Option.SPD, self._is_definite)
-        super().__init__(matrix, prefix, True, "cholmod" if self._is_definite else "mumps")
+        alone = matrix.getComm().getSize() == 1
+        super().__init__(matrix, prefix, True, "cholmod" if alone and has_cholmod() else "mumps")
 
     def update(self) -> None:
         """Factorise the present values of the matrix. Collective."""
-        if self._is_definite and not self._factorise_definite():
-            self._is_definite = False
-            self._matrix.setOption(PETSc.Mat.Option.SPD, False)
+        try:
+            with default_options(self._prefix, ROOT_OF_DIAGONAL | SILENT):
+                super().update()
+        except PETSc.Error:
+            if not self._is_definite:
+                raise
             self.destroy()
             self._create("mumps")
-        if not self._is_definite:
             super().update()
 
     def count_negative(self) -> int:
         """Number of negative eigenvalues. Collective."""
         return 0 if self._is_definite else super().count_negative()
 
-    def _factorise_definite(self) -> bool:
-        """Whether L L^T exists: CHOLMOD does not say so, but then it does not solve."""
-        x, b = self._matrix.createVecs()
-        x.set(1.0)
-        self._matrix.mult(x, b)
-        try:
-            with default_options(self._prefix, {"mat_cholmod_print": "0"}):
-                super().update()  # and no warning: there is another factor for such a matrix
-            self._ksp.solve(b, x)
-            x.shift(-1.0)
-            return bool(x.norm(PETSc.NormType.INFINITY) < TRUSTED)
-        except PETSc.Error:
-            return False
-        finally:
-            x.destroy()
-            b.destroy()
+    @property
+    def _is_definite(self) -> bool:
+        """Whether the factor is that of a positive definite matrix."""
+        return bool(self._ksp.getPC().getFactorSolverType() == "cholmod")
 
 
 def has_cholmod() -> bool:

@@ -1,9 +1,12 @@
 """Claims about the linear solvers: exact ones solve, and all agree with each other."""
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from wild_steps import begun, loaded, wild_state, wild_unknowns
 
+from turbine_fenicsx.analysis.statics import EquilibriumBlocks
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.dense import ScaledFactor
@@ -132,6 +135,28 @@ def test_solving_twice_gives_the_same_and_leaves_the_right_hand_side(machine, so
     linear.destroy()
 
 
+@kinds("carrier and ground", "free", "two bodies")
+@pytest.mark.parametrize("squeezed", [0.0, 0.6])
+def test_negative_eigenvalues_are_counted_as_of_the_nested_matrix(make, kind, squeezed):
+    """Each coupled displacement and its multiplier make one positive and one negative pair."""
+    system = make(kind)
+    state, comm = wild_state(system), system.comm
+    for model, u in zip(system.flexible_models, state.u, strict=True):
+        u.array[:] = -squeezed * model.positions.ravel()
+    blocks = EquilibriumBlocks(system, state)
+    blocks.mass = 1.0  # free bodies resist, too
+    solver = Elimination(blocks, "test_", symmetric=True)
+    solver.update(blocks.residual_vector)
+    whole = blocks.tangent_matrix.convert("aij", PETSc.Mat())
+    rows = whole.getValues(range(*whole.getOwnershipRange()), range(whole.getSize()[1]))
+    values = np.linalg.eigvalsh(np.concatenate(comm.allgather(rows)))
+    coupled = comm.allreduce(sum(c.dofs.size for c in system.coupling_blocks))
+    assert np.min(np.abs(values)) > 1e-6  # no sign is in doubt
+    assert solver.count_negative() == np.count_nonzero(values < 0.0) - coupled
+    solver.destroy()
+    blocks.destroy()
+
+
 def at_rest(state):
     """The state without velocities, where the tangent is symmetric."""
     state.q_dot[:] = 0.0
@@ -192,6 +217,31 @@ def test_frozen_factor_turns_with_the_system(make, kind, accuracy):
     assert distance(solution(frozen, step, b), solution(exact, step, b)) <= accuracy
     for solver in (frozen, exact):
         solver.destroy()
+
+
+@kinds("two carriers", "two bodies")
+def test_a_restored_frozen_factor_solves_as_the_one_that_was_saved(make, kind):
+    """To the last bit, although the state that it was made at is another one by then."""
+    system = make(kind)
+    step = EnergyMomentumStep(system)
+    state = at_rest(wild_state(system))
+    guessed(step, state)
+    one, other = (LINEAR_SOLVERS["frozen"](step, "test_") for _ in range(2))
+    one.begin()
+    data = one.save()
+    later = turned(system, state, rotation_about((1.0, 2.0, -0.5), 0.1))
+    state.q += 1.0
+    for u in state.u:
+        u.shift(1.0)
+    other.restore(data)
+    b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
+    found = []
+    for solver in (one, other):
+        guessed(step, later)
+        solver.begin()
+        found.append(solution(solver, step, b))
+        solver.destroy()
+    assert distance(*found) == 0.0
 
 
 def test_frozen_factor_never_opens_the_coupling(machine):
