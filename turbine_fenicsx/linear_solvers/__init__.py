@@ -15,7 +15,7 @@ from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.linear_solvers.substructures import free_factor
 
 
-def quasi_newton(
+def make_quasi_newton(
     make_solver: Callable[..., FreeSolver], step: StepBlocks, prefix: str
 ) -> LinearSolver:
     """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway.
@@ -31,8 +31,8 @@ def quasi_newton(
 
 
 LINEAR_SOLVERS: dict[str, Callable[[StepBlocks, str], LinearSolver]] = {
-    "frozen": partial(quasi_newton, free_factor),
-    "iterative": partial(quasi_newton, SectionMultigrid),
+    "frozen": partial(make_quasi_newton, free_factor),
+    "iterative": partial(make_quasi_newton, SectionMultigrid),
     "lu": Elimination,
     "monolithic": MonolithicLU,
 }
