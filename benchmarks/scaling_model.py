@@ -38,7 +38,8 @@ class Machine:
     latency: float = 1.5e-6  # of a message [s]
     network: float = 10e9  # of a rank [B/s]
     memory: float = 10e9  # of a core [B/s]
-    residual: float = 0.3e-6  # of an unknown [s]
+    residual: float = 0.06e-6  # of an unknown [s]
+    frames: float = 0.12e-6  # of an unknown, with Broyden's formula, in a Newton iteration [s]
     cg: float = 0.7e-6  # of an unknown, in one iteration with its smoother [s]
     python: float = 1e-3  # of a Newton iteration, with the rigid bodies on rank 0 [s]
     factor: float = 1.1  # entries of the factor in a row, over the unknowns of a section
@@ -138,7 +139,7 @@ def frozen_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, float]
     halos = np.max(counts.sent) * 8.0 * at.ghosts / machine.network
     of_S = 2.0 * 8.0 * at.interface / machine.network if several else 0.0
     each = {
-        "residual": machine.residual * at.own,
+        "residual and frames": (machine.residual + machine.frames) * at.own,
         "factor": (16.0 * entries + near) / machine.memory,
         "where ranks meet": common / machine.memory + of_S,
         "messages": sends + halos,
@@ -161,7 +162,7 @@ def iterative_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, flo
     rows = coarse / at.ranks + 4.0 * stages * lattice  # and separators of twice the size, in turn
     growth = np.max(counts.messages * per_cg / np.log2(counts.ranks)) if several else 0.0
     each = {
-        "residual": machine.residual * at.own,
+        "residual and frames": (machine.residual + machine.frames) * at.own,
         "CG and smoother": cg * machine.cg * at.own,
         "coarse solve": cg * 16.0 * machine.factor * lattice * rows / machine.memory,
         "messages": cg * growth * stages * machine.latency
