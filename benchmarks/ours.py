@@ -76,11 +76,12 @@ def tip_displacements(system, state, points):
     hub = next((b for b in system.rigid_bodies if b.name == "hub"), None)
     tips = np.zeros((3, 3))
     for k, point in enumerate(points):
-        distance = np.linalg.norm(block.positions - point, axis=1)
-        node = int(np.argmin(distance)) if distance.size else -1
-        near = float(distance[node]) if distance.size else np.inf
-        owner = system.comm.allreduce((near, system.comm.rank), op=MPI.MINLOC)[1]
-        if owner == system.comm.rank:
+        near = (np.inf,)  # of nodes as near as each other the first by position, on any ranks
+        if len(u):
+            distance = np.round(np.linalg.norm(block.positions - point, axis=1), 6)
+            node = np.lexsort((*block.positions.T, distance))[0]
+            near = (distance[node], *block.positions[node, ::-1])
+        if near == min(system.comm.allgather(near)) and len(u):
             tips[k] = u[node]
             if hub is not None:
                 X = block.positions[node]
