@@ -17,6 +17,7 @@ import argparse
 import json
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -49,9 +50,9 @@ WIND = {
 }
 """Just below rated, so that blades need no pitch. Without a generator the rotor would be let go
 with its whole torque at t = 0, and thin walls would shake."""
-APART = {"calculix": 0.03}
-"""How far tips may lie apart with other elements, of the largest deflection; else 1e-3."""
-WALL = {"material": "stiff", "density": 1800.0}
+APART = {"calculix": 0.15}
+"""How far tips may lie apart with other elements, of the largest deflection; else 1e-3. So coarse
+walls of C3D20R are stiffer than those of 27 nodes: by 12 % with 12 by 20 cells."""
 CODES = (
     *("rotor", "rotor-wind", "rotor-lu", "clamped", "clamped-lu"),
     *("fenicsx-lagged", "fenicsx-lu", "calculix"),
@@ -170,6 +171,7 @@ def solve_script(problem, method):
 def solve_calculix(problem, _):
     """The clamped blades, with CalculiX."""
     folder = Path(problem.arrays).parent
+    problem = replace(problem, tolerance=10.0 * problem.tolerance)  # its round-off is 1e-8
     path, result = problem.write(folder / "calculix.json"), folder / "calculix_found.json"
     options = [str(path), str(result), "--clock", "processor"]
     if error := run([sys.executable, str(HERE / "calculix.py"), *options], limit=1e6):
