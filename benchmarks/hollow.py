@@ -51,8 +51,8 @@ WIND = {
 """Just below rated, so that blades need no pitch. Without a generator the rotor would be let go
 with its whole torque at t = 0, and thin walls would shake."""
 APART = {"calculix": 0.15}
-"""How far tips may lie apart with other elements, of the largest deflection; else 1e-3. So coarse
-walls of C3D20R are stiffer than those of 27 nodes: by 12 % with 12 by 20 cells."""
+"""How far tips may lie apart with other elements, over the largest deflection; else 1e-3. On coarse
+meshes C3D20R is stiffer than cells of 27 nodes: by 12 % with 12 by 20 of them."""
 WALL = {"material": "stiff", "density": 1800.0}
 CODES = (
     *("rotor", "rotor-wind", "rotor-lu", "clamped", "clamped-lu"),
