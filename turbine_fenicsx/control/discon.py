@@ -18,8 +18,8 @@ from typing import IO
 
 from turbine_fenicsx.control import discon_child
 from turbine_fenicsx.control.interface import Commands, Measurements
-from turbine_fenicsx.foundation.child_process import environment_without_mpi
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 
 PATIENCE = 60.0
 """Time in which the library must answer [s]."""

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.child_process import environment_without_mpi
 from turbine_fenicsx.foundation.interrupts import end_at_once
+from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import gmsh_child
 from turbine_fenicsx.meshing.errors import MeshError

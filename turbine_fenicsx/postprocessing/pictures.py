@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 from turbine_fenicsx.postprocessing import scene
 from turbine_fenicsx.postprocessing.camera import VIEWS
 from turbine_fenicsx.postprocessing.output_folder import read_field_parts, read_field_times
 
-_MPI_VARIABLES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_", "HYDRA_")
 _MOST_FRAMES_PER_SECOND = 60.0
 
 
@@ -197,7 +197,7 @@ def draw_scene(
         "movie": movie,
         "titles": list(titles),
     }
-    env = {k: v for k, v in os.environ.items() if not k.startswith(_MPI_VARIABLES)}
+    env = environment_without_mpi()
     package = str(Path(scene.__file__).parents[1])
     env["PYTHONPATH"] = os.pathsep.join(filter(None, [env.get("PYTHONPATH"), package]))
     # files, since writing to a pipe whose reader has died raises a signal that PETSc does not like
