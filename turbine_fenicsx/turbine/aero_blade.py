@@ -16,7 +16,6 @@ from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 from turbine_fenicsx.wind.resampling import place_stations, resample_blade
-from turbine_fenicsx.wind.windio_blade import make_aero_blade
 
 
 def find_aero_file(case: Tables) -> str:
@@ -54,6 +53,8 @@ def load_aero_blade(case: Tables) -> AeroBlade:
 def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float) -> AeroBlade:
     """The blade of a file as it is now."""
     if _is_windio(path):
+        from turbine_fenicsx.wind.windio_blade import make_aero_blade
+
         turbine = load_turbine(path)
         hub, axis = turbine.hub.radius, turbine.blade.outer_shape.axis[2]
         tip = hub + float(axis.smooth(np.array([1.0]))[0])

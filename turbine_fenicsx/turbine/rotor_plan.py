@@ -16,7 +16,6 @@ from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.turbine.blade_plan import BladePlan
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.tables import TurbineCase
-from turbine_fenicsx.turbine.hollow_blades import HollowBlades
 from turbine_fenicsx.turbine.solid_blades import SolidBlades
 
 AZIMUTHS = (-2.0 * np.pi / 3.0, 0.0, 2.0 * np.pi / 3.0)
@@ -79,5 +78,9 @@ def plan_rotor(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> RotorPlan:
         ModelError: if stations and widths do not fit together.
         InputError: if the file cannot be read, on all ranks.
     """
-    blades = HollowBlades.of(case, comm) if case.turbine.file else SolidBlades.of(case)
-    return RotorPlan(plan_layout(case.turbine), blades)
+    layout = plan_layout(case.turbine)
+    if not case.turbine.file:  # and does not wait for what reads one
+        return RotorPlan(layout, SolidBlades.of(case))
+    from turbine_fenicsx.turbine.hollow_blades import HollowBlades
+
+    return RotorPlan(layout, HollowBlades.of(case, comm))
