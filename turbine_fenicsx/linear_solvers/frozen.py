@@ -7,7 +7,8 @@ act at the midpoint, the unknowns belong to the end), relative to the state wher
     A_uu  is nearly  R_l A R_r^T,
 
 so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
-carrier: then P, Z and the Schur complement just turn with it, and the coupling stays exact.
+carrier, R_l for forces and R_r for motions of both: then P, Z and the Schur complement just turn,
+and the coupling stays exact.
 `QuasiNewton` makes up for what the deformation changes beyond that.
 """
 
@@ -79,7 +80,8 @@ class FrozenElimination:
             self.refresh()
         increments = self._step.split(self._step.x)[0]
         for body, u, du in zip(self._bodies, start.state.u, increments, strict=True):
-            body.turn_to(u, du, self._carrier_rotations(body.coupling, parts[0]), parts)
+            carriers = [self._carrier_rotations(body.coupling, part) for part in parts]
+            body.turn_to(u, du, carriers, parts)
         return new
 
     def update(self, x: PETSc.Vec) -> None:
@@ -178,36 +180,44 @@ class _TurningBody:
         self._carriers_0 = carriers
 
     def turn_to(
-        self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array, parts: tuple[float, float]
+        self, u: PETSc.Vec, du: PETSc.Vec, carriers: list[Array], parts: tuple[float, float]
     ) -> None:
-        """Set the rotations between the factorised state and the present step."""
+        """Set the rotations between the factorised state and the present step.
+
+        Args:
+            u: Displacements at t_n [m].
+            du: Increments of the step [m].
+            carriers: Directors of the carriers where forces act and where motions belong to, shape
+                (carriers, 3, 3) each.
+            parts: The parts of the step that lie before these.
+        """
         self._left, self._right = (
             np.einsum("ikn,jkn->ijn", R, self._reference)
             for R in self._frames.rotations(u, du, parts)
         )
-        self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
-        for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
-            R = np.eye(3)
-            if coupling.rigid is not None:
-                R = self._carriers[self.coupling.carriers.index(coupling.rigid)]
-            nodes = self.coupling.nodes[rows]
-            self._left[:, :, nodes] = self._right[:, :, nodes] = R[:, :, None]
-        self._contact = self._left[:, :, self.coupling.nodes]
-        R, n = self._carriers, len(self._carriers)
+        self._carriers = [R @ np.swapaxes(self._carriers_0, 1, 2) for R in carriers]
+        for frames, of_carriers in zip((self._left, self._right), self._carriers, strict=True):
+            for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
+                R = np.eye(3)
+                if coupling.rigid is not None:
+                    R = of_carriers[self.coupling.carriers.index(coupling.rigid)]
+                frames[:, :, self.coupling.nodes[rows]] = R[:, :, None]
+        self._contact = [R[:, :, self.coupling.nodes] for R in (self._left, self._right)]
+        (left, right), n = self._carriers, len(self._carriers_0)
         S = self._elimination.schur.reshape(n, 4, 3, n, 4, 3)
-        self.schur = np.einsum("aij,asjbtk,blk->asibtl", R, S, R).reshape(12 * n, 12 * n)
+        self.schur = np.einsum("aij,asjbtk,blk->asibtl", left, S, right).reshape(12 * n, 12 * n)
 
     def eliminate(self, b_u: Array, b_c: Array) -> Array:
         """Compute w in the frames, and the forces on the carriers in space."""
         b_u = turn(self._left, b_u, inverse=True)
-        forces = self._elimination.eliminate(b_u, turn(self._contact, b_c, inverse=True))
-        return self._turn_carriers(forces, self._carriers)
+        forces = self._elimination.eliminate(b_u, turn(self._contact[1], b_c, inverse=True))
+        return self._turn_carriers(forces, self._carriers[0])
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
         """Displacements and multipliers in space for the motion of the carriers in space."""
-        in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers, 1, 2))
+        in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers[1], 1, 2))
         u, mu_c = self._elimination.substitute(in_frames)
-        return turn(self._right, u), turn(self._contact, mu_c)
+        return turn(self._right, u), turn(self._contact[0], mu_c)
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
