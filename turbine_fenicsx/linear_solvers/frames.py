@@ -148,9 +148,6 @@ def turn(R: Array, v: Array, inverse: bool = False) -> Array:
     Returns:
         Shape (3 n,).
     """
-    x = v.reshape(-1, 3)
-    out = np.empty_like(x)
-    for i in range(3):
-        a = R[:, i] if inverse else R[i]
-        out[:, i] = a[0] * x[:, 0] + a[1] * x[:, 1] + a[2] * x[:, 2]
-    return out.ravel()
+    x = np.ascontiguousarray(v.reshape(-1, 3).T)  # rows of n numbers, which einsum runs along
+    turned: Array = np.einsum("jin,jn->in" if inverse else "ijn,jn->in", R, x)
+    return turned.T.ravel()

@@ -22,11 +22,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.elimination import BodyElimination, ReducedEquations
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
-from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
+from turbine_fenicsx.linear_solvers.frames import NodeFrames, turn
 from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -138,9 +139,8 @@ class FrozenElimination:
         """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
         state, dt = self._step.start.state, self._step.start.dt
         q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
-        directors = [q[body].reshape(4, 3)[1:].T for body in coupling.carriers]
-        rotations = [polar_rotation(d[:, :, None])[:, :, 0] for d in directors]
-        return np.array(rotations).reshape(-1, 3, 3)
+        directors = np.array([q[body] for body in coupling.carriers]).reshape(-1, 4, 3)[:, 1:]
+        return nearest_rotation(directors.swapaxes(1, 2))
 
 
 class _TurningBody:

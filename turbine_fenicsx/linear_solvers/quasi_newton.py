@@ -88,11 +88,11 @@ class QuasiNewton:
         """The quasi-Newton correction for the residual b; x is minus the step."""
         self._solver.solve(b, x)
         parts = x.getNestSubVecs()
-        z = -np.concatenate([part.array_r for part in parts])
-        s = self._improve(z)
-        ends = np.cumsum([part.getLocalSize() for part in parts])
-        for part, step in zip(parts, np.split(s, ends[:-1]), strict=True):
-            part.array[:] = -step
+        s = self._improve(-np.concatenate([part.array_r for part in parts]))
+        end = 0
+        for part in parts:
+            start, end = end, end + part.getLocalSize()
+            part.array[:] = -s[start:end]
 
     def end(self, converged: bool) -> bool:
         """Count the iterations, for the decision to refresh the solver.

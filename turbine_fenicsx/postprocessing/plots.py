@@ -131,7 +131,8 @@ def _compose(
     n_rows = -(-len(panels) // n_columns)
     start = min(run[names.TIME][0] for run in runs)
     end = max(run[names.TIME][-1] for run in runs)
-    figure = Figure(figsize=(4.6 * n_columns, 2.9 * n_rows), layout="constrained")
+    size = (4.6 * n_columns, 2.9 * n_rows)
+    figure = Figure(figsize=size, dpi=STYLE["savefig.dpi"], layout="constrained")
     for i, panel in enumerate(panels):
         axes = figure.add_subplot(n_rows, n_columns, i + 1)
         for run, look in zip(runs, looks, strict=True):
@@ -146,6 +147,9 @@ def _compose(
         add_quantity_legend(axes, [run.name for run in runs])
     if len(runs) > 1:
         add_run_legend(figure, runs, looks)
+    # once, instead of for each file, which would also be drawn twice for it
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine(None)
     return figure
 
 
