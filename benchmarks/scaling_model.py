@@ -20,6 +20,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from turbine_fenicsx.linear_solvers.sections import CELLS, LEAST, MOST
 from turbine_fenicsx.linear_solvers.shared import SLAB
 from turbine_fenicsx.linear_solvers.substructures import LONGEST, WIDEST
 from turbine_fenicsx.meshing.parts import THINNEST
@@ -43,7 +44,6 @@ class Machine:
     cg: float = 0.7e-6  # of an unknown, in one iteration with its smoother [s]
     python: float = 1e-3  # of a Newton iteration, with the rigid bodies on rank 0 [s]
     factor: float = 1.1  # entries of the factor in a row, over the unknowns of a section
-    coarsening: float = 4.0  # elements of a section for one of its lattice
 
 
 class Counts:
@@ -153,21 +153,22 @@ def iterative_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, flo
     """Seconds of a step with conjugate gradients, by what takes them."""
     several = at.ranks > 1
     stages = log2(at.ranks)
-    # iterations grow with the number of ranks, as each smooths its own unknowns only
-    slope, start = np.polyfit(np.log2(counts.ranks), counts.cg, 1)
-    cg = start + slope * stages
-    per_cg = 1.0 / counts.cg
-    lattice = 3.0 * (at.across / machine.coarsening + 1.0) ** 2
-    coarse = lattice * 36.0 * at.across  # sections stay one element apart
-    rows = coarse / at.ranks + 4.0 * stages * lattice  # and separators of twice the size, in turn
-    growth = np.max(counts.messages * per_cg / np.log2(counts.ranks)) if several else 0.0
+    degree = min(max(ceil(at.across / CELLS), LEAST), MOST)
+    # ranks do not change the iterations; cells beyond what the degrees follow do, in proportion
+    cg = np.mean(counts.cg) * max(1.0, at.across / (CELLS * degree))
+    per_cg = 1.0 / np.mean(counts.cg)
+    polynomials = 1.5 * (degree + 1) * (degree + 2)
+    coarse = polynomials * 36.0 * at.across  # sections stay one element apart
+    sends = np.max(counts.messages) * per_cg * machine.latency if several else 0.0
+    halos = np.max(counts.sent) * per_cg * 8.0 * at.ghosts / machine.network
+    gathered = 8.0 * coarse / machine.network if several else 0.0
+    calls = np.mean(counts.collectives) * per_cg * machine.latency * ceil(stages)
     each = {
         "residual and frames": (machine.residual + machine.frames) * at.own,
         "CG and smoother": cg * machine.cg * at.own,
-        "coarse solve": cg * 16.0 * machine.factor * lattice * rows / machine.memory,
-        "messages": cg * growth * stages * machine.latency
-        + cg * 4.0 * 8.0 * at.ghosts / machine.network,
-        "collectives": cg * np.mean(counts.collectives * per_cg) * machine.latency * ceil(stages),
+        "coarse solve": cg * 16.0 * 1.5 * polynomials * coarse / machine.memory,
+        "messages": cg * (sends + halos),
+        "collectives": cg * (calls + gathered),
         "Python": machine.python,
     }
     return {name: float(np.mean(counts.newton) * value) for name, value in each.items()}

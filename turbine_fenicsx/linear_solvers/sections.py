@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix, hstack, identity, kron
+from scipy.sparse import csr_matrix, identity, kron
+from scipy.special import eval_legendre
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
@@ -17,87 +16,105 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 Indices = npt.NDArray[np.int64]
 
-COARSENING = 4.0
-"""Cells of the body for each cell of the lattice across a section."""
+CELLS = 3.0
+"""Cells across a section for each degree of its polynomials, so that what they leave to the
+smoother is as short as some cells, however many there are."""
+
+LEAST, MOST = 2, 5
+"""Degrees of the polynomials: a bent section widens and narrows by squares (Poisson's ratio), and
+the factor of the coarse problem is on each rank, 50 kB for a section of degree 5."""
 
 
-def section_motions(flexible: FlexibleModel, nodes: Indices, free: PETSc.IS) -> PETSc.Mat:
-    """Interpolation from lattices across the sections of a slender body to its free nodes.
+def section_motions(flexible: FlexibleModel, nodes: Indices) -> PETSc.Mat:
+    """Interpolation from motions of the sections of a slender body to its free nodes. Collective.
 
-    Sections lie one element apart along the axis of the body, each with a lattice of points some
-    elements apart. Between the points of a section a displacement is bilinear, between two sections
-    linear. That holds the rigid motions of the sections, a beam, whose soft, long-wave bending and
-    torsion local smoothers and algebraic multigrid hardly see, and how sections warp and widen;
-    what is left is as short as the elements, however many of them lie across a section.
+    Sections lie one element apart along the axis of the body. In each a displacement is a
+    polynomial of the coordinates across, between two sections linear. That holds the rigid motions
+    of the sections, a beam, whose soft, long-wave bending and torsion local smoothers and algebraic
+    multigrid hardly see, and how sections shear, warp and widen when they bend. The degree follows
+    the number of cells across. The sections belong to the rank that has most of their nodes.
 
     Args:
         flexible: The body; its fibres tell the direction, and parts with different directions
             (the blades of a rotor) have sections of their own. Without fibres it is the longest
             axis of inertia.
         nodes: Owned free nodes.
-        free: Their degrees of freedom in global numbers.
 
     Returns:
-        Matrix of shape (free degrees of freedom, 3 points of all sections), without points that
-        have no nodes near.
-
-    Note:
-        Collective.
+        Matrix of shape (free degrees of freedom, m sections), without sections that have no nodes
+        near; m is 18, 30, 45 or 63 for degrees 2 to 5.
     """
     comm = flexible.body.mesh.comm
-    frames, part, cell_size = _find_parts(flexible, comm)
+    frames, part, cell = _find_parts(flexible, comm)
     part = part[nodes]
     x = np.einsum("nij,nj->ni", frames[part], flexible.positions[nodes])
     low, high = _find_bounds(comm, x[:, 0], part, len(frames))
-    n_sections = np.maximum(1, np.ceil((high - low) / cell_size[0] - 1e-6).astype(int)) + 1
+    n_sections = np.maximum(1, np.ceil((high - low) / cell[0] - 1e-6).astype(int)) + 1
     first = np.concatenate([[0], np.cumsum(n_sections)])
     t = np.round((x[:, 0] - low[part]) / (high - low)[part] * (n_sections[part] - 1), 9)
     k = np.minimum(t.astype(int), n_sections[part] - 2)
-    ends = first[part] + k, first[part] + k + 1
+    before = first[part] + k
+    weights = np.stack([1.0 - (t - k), t - k])
+    near = np.stack([before, before + 1])[weights > 0.0]
+    node = np.nonzero(weights > 0.0)[1]
 
-    twice = np.concatenate([x[:, 1:], x[:, 1:]])
-    corner, opposite = _find_bounds(comm, twice, np.concatenate(ends), int(first[-1]))
-    widths = opposite - corner
-    widest = np.max(widths, axis=0, initial=0.0, where=np.isfinite(widths))
-    cells = np.maximum(1, np.ceil(widest / (COARSENING * cell_size[1:]) - 1e-6).astype(int))
-    widths = np.maximum(widths, 1e-3 * widest)  # also where a section is a line
-    points = cells + 1
-    rows, columns, weights = [], [], []
-    for section, along in zip(ends, (1.0 - (t - k), t - k), strict=True):
-        y = np.round((x[:, 1:] - corner[section]) / widths[section] * cells, 9)
-        i = np.clip(y.astype(int), 0, cells - 1)
-        y -= i
-        for a, b in np.ndindex(2, 2):
-            across = np.abs(1 - a - y[:, 0]) * np.abs(1 - b - y[:, 1])
-            point = (i[:, 0] + a) * points[1] + i[:, 1] + b
-            rows.append(np.arange(len(nodes)))
-            columns.append(section * np.prod(points) + point)
-            weights.append(along * across)
-    entries = np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))
-    scalar = csr_matrix(entries, shape=(len(nodes), int(first[-1] * np.prod(points))))
-    scalar.eliminate_zeros()
-    used = np.bincount(scalar.indices, minlength=scalar.shape[1]) > 0
-    comm.Allreduce(MPI.IN_PLACE, used, op=MPI.LOR)
-    scalar = scalar[:, used]
-    return _in_space(scalar, free.getSize(), comm)
-
-
-def _in_space(scalar: Any, rows: int, comm: MPI.Intracomm) -> PETSc.Mat:
-    """The matrix that interpolates all three directions as one does.
-
-    Args:
-        scalar: This rank's rows of the interpolation of one direction.
-        rows: Number of rows of the matrix on all ranks.
-        comm: Communicator.
-    """
-    if 3 * scalar.shape[1] == rows:  # PETSc cannot tell a square P from its transpose
-        scalar = hstack([scalar, scalar[:, :1]])
+    low, high = _find_bounds(comm, x[node, 1:], near, int(first[-1]))
+    any_near = np.isfinite(low[:, 0])
+    low, high = (np.where(any_near[:, None], x, 0.0) for x in (low, high))
+    middle, radius = 0.5 * (low + high), 0.5 * (high - low)
+    degrees = _choose_degrees(2.0 * np.mean(radius[any_near], axis=0) / cell[1:])
+    radius = np.maximum(radius, 1e-3 * np.max(radius, axis=0))  # also where a section is a line
+    y = (x[node, 1:] - middle[near]) / radius[near]
+    values = _evaluate_polynomials(y, degrees) * weights[weights > 0.0][:, None]
+    number, own = _number_by_owner(comm, near, int(first[-1]))
+    m = values.shape[1]
+    columns = number[near][:, None] * m + np.arange(m)
+    shape = len(nodes), (number.max(initial=-1) + 1) * m
+    scalar = csr_matrix((values.ravel(), (np.repeat(node, m), columns.ravel())), shape)
     each = kron(scalar, identity(3), format="csr")
     csr = each.indptr.astype(PETSc.IntType), each.indices.astype(PETSc.IntType), each.data
-    sizes = (3 * scalar.shape[0], rows), (None, 3 * scalar.shape[1])
+    sizes = (each.shape[0], None), (3 * m * own, each.shape[1])
     P = PETSc.Mat().createAIJ(sizes, csr=csr, comm=comm)
     P.assemble()
     return P
+
+
+def _choose_degrees(cells: Array) -> Indices:
+    """Degrees of the polynomials in both directions across, by how many cells lie there."""
+    found: Indices = np.clip(np.ceil(cells / CELLS - 1e-3), LEAST, MOST).astype(np.int64)
+    return found
+
+
+def _evaluate_polynomials(y: Array, degrees: Indices) -> Array:
+    """Products of Legendre polynomials in points y of [-1, 1]^2, shape (points, m).
+
+    With degrees d_1, d_2 those of degrees i, j with i/d_1 + j/d_2 <= 1: all of the lower degree.
+    """
+    i, j = np.indices(tuple(degrees + 1)).reshape(2, -1)
+    chosen = i * degrees[1] + j * degrees[0] <= np.prod(degrees)
+    found: Array = eval_legendre(i[chosen], y[:, :1]) * eval_legendre(j[chosen], y[:, 1:])
+    return found
+
+
+def _number_by_owner(comm: MPI.Intracomm, near: Indices, n: int) -> tuple[Indices, int]:
+    """Numbers of n sections, those of a rank next to each other, -1 where there are no nodes near.
+
+    Args:
+        comm: Communicator.
+        near: The section of each pair of an owned node with a section near.
+        n: Number of sections.
+
+    Returns:
+        The numbers, and how many sections belong to this rank: those of which it has most nodes.
+    """
+    mine = np.bincount(near, minlength=n)
+    most, owner = np.empty_like(mine), np.empty_like(mine)
+    comm.Allreduce(mine, most, op=MPI.MAX)
+    comm.Allreduce(np.where(mine == most, comm.rank, comm.size), owner, op=MPI.MIN)
+    used = np.flatnonzero(most)
+    number = np.full(n, -1)
+    number[used[np.argsort(owner[used], kind="stable")]] = np.arange(used.size)
+    return number, int(np.count_nonzero(owner[used] == comm.rank))
 
 
 def _find_parts(flexible: FlexibleModel, comm: MPI.Intracomm) -> tuple[Array, Indices, Array]:

@@ -1,24 +1,15 @@
-"""Claims about the frozen factor, its frames, Broyden's method and the section motions."""
-
-from petsc4py import PETSc
+"""Claims about the frozen factor, its frames and Broyden's method."""
 
 import numpy as np
 import pytest
-from walls import load_wall, wall_arrays
 
-from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import Gravity
-from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.linear_solvers import Elimination, sections
+from turbine_fenicsx.linear_solvers import Elimination
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
-from turbine_fenicsx.linear_solvers.sections import section_motions
-from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
@@ -209,34 +200,6 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
     assert renewals([2, 2], converged=False) == [True, True]
 
 
-def rigid_motions(x):
-    """Translations and rotations of points x about the origin, columns, row by row."""
-    moved = [np.broadcast_to(e, x.shape) for e in np.eye(3)] + [np.cross(e, x) for e in np.eye(3)]
-    return np.stack([m.ravel() for m in moved], axis=1)
-
-
-@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
-@pytest.mark.parametrize("coarsening", [1.0, 4.0])
-def test_section_motions_contain_every_rigid_motion(machine, monkeypatch, cell, coarsening):
-    monkeypatch.setattr(sections, "COARSENING", coarsening)
-    system = machine(cell=cell).system()
-    (block,), (coupling,) = system.flexible_models, system.coupling_blocks
-    comm = system.comm
-    nodes = np.setdiff1d(np.arange(block.n_owned), coupling.nodes)
-    dofs = (3 * nodes[:, None] + np.arange(3)).ravel().astype(PETSc.IntType)
-    free = PETSc.IS().createGeneral(dofs + block.new_vector().getOwnershipRange()[0], comm=comm)
-    P = section_motions(block, nodes, free)
-    # gathered and dense: the least squares distance of rigid motions from the range of P
-    rows = P.getOwnershipRange()
-    P_all = np.concatenate(comm.allgather(P.getValues(range(*rows), range(P.getSize()[1]))))
-    rigid = rigid_motions(block.positions[nodes] - [1.0, 0.2, -1.1])
-    rigid = np.concatenate(comm.allgather(rigid))
-    found = np.linalg.lstsq(P_all, rigid, rcond=1e-10)[0]
-    assert np.max(np.abs(P_all @ found - rigid)) < 1e-10
-    assert P_all.shape[0] != P_all.shape[1]
-    assert np.all(np.any(P_all != 0.0, axis=0))
-
-
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])
 def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
     ends = {}
@@ -255,22 +218,6 @@ def test_iterative_and_frozen_runs_agree_with_newton(machine, law):
         # equations solved to 1e-12, five steps
         assert np.max(np.abs(ends[name][0] - ends["lu"][0])) < 1e-10
         assert abs(ends[name][1] - ends["lu"][1]) < 1e-10 * abs(ends["lu"][1])
-
-
-def test_iterative_solver_refuses_thin_walls_in_words(comm):
-    def tube(s, a, zeta):
-        r = 1.0 + 2e-3 * zeta
-        return np.stack([30.0 * s, r * np.cos(2 * np.pi * a), -r * np.sin(2 * np.pi * a)], axis=-1)
-
-    loaded, _ = load_wall(comm, wall_arrays(tube, 10, 16, closed=True))
-    body = FlexibleBody("tube", loaded.mesh, StVenantKirchhoff(1e9, 1e9), 1e3, 2)
-    root = Coupling("root", body, loaded.facets("root"), None)
-    system = MultibodySystem(comm, [body, root])
-    solver = EnergyMomentum(system, options=SolverOptions("iterative"))
-    state = system.initial_state()
-    with pytest.raises(ModelError, match=r"body 'tube'.*thin walls; use solver.linear_solver = "):
-        solver.advance(state, 0.01, state.copy())
-    solver.destroy()
 
 
 def test_rotation_helper_turns_the_beam(machine):

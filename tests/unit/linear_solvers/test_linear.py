@@ -12,7 +12,6 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, Elimination, MonolithicLU, shared
-from turbine_fenicsx.linear_solvers.iterative import block_matrix
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
@@ -299,18 +298,3 @@ def test_a_singular_matrix_gives_no_number_instead_of_an_exception():
 
 def test_no_equations_have_the_empty_solution():
     assert ScaledFactor(np.zeros((0, 0))).solve(np.zeros(0)).shape == (0,)
-
-
-def test_block_matrix_is_the_same_matrix_in_blocks_of_three(machine):
-    model = machine().system().flexible_models[0]
-    matrix = model.new_stiffness()
-    model.assemble_stiffness(model.new_vector(), 0.0, matrix)
-    blocks = block_matrix(matrix)
-    assert blocks.getBlockSize() == 3 and blocks.getType().endswith("baij")
-    x, one, two = (matrix.createVecLeft() for _ in range(3))
-    x.array[:] = np.arange(x.array_r.size) + 1.0
-    matrix.mult(x, one)
-    blocks.mult(x, two)
-    two.axpy(-1.0, one)
-    assert two.norm() <= 1e-14 * one.norm()
-    blocks.destroy()

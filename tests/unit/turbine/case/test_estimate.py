@@ -118,6 +118,12 @@ def test_memory_is_what_was_measured_within_a_third(displacements, gigabytes):
     assert found.memory / 1e9 == pytest.approx(gigabytes, rel=0.33)
 
 
+@pytest.mark.parametrize(("displacements", "gigabytes"), [(70713, 0.46), (220545, 1.19)])
+def test_memory_of_the_iterative_solver_is_what_was_measured(displacements, gigabytes):
+    found = hexahedra(displacements)(linear_solver="iterative")
+    assert found.memory / 1e9 == pytest.approx(gigabytes, rel=0.2)
+
+
 def test_solver_is_the_one_whose_memory_there_is():
     nodes = 3 * 21 * 21 * 301
     case, size = Case.parse({}), MeshSize("hexahedron", 360_000, nodes, nodes, 1323, parts=3)
