@@ -48,6 +48,14 @@ SMALLEST_EXTENT = 1e-12
 ROUND_OFF = 1e-11
 """Increments that no longer decrease are round-off below this part of the size of the system."""
 
+SMALLER = 0.15
+"""A tangent is kept, if at all, after an increment below this part of the last one, or a first one
+below this part of the displacements."""
+
+LAST = 1e-3
+"""Part of the tolerance for an increment by a tangent that was kept: the error that it leaves is a
+part of it, while that of a new tangent leaves its square."""
+
 STAGNATION = 1e-8
 """... or below this part of the largest displacement."""
 
@@ -192,9 +200,10 @@ class EquilibriumBlocks(NestedBlocks):
             K[self._held, self._held] = 1.0
         self.set_rigid_tangent(K)
 
-    def solve(self, solver: Elimination) -> None:
-        """Solve for the correction by the tangent at the state."""
-        solver.update(self.residual_vector)
+    def solve(self, solver: Elimination, update: bool = True) -> None:
+        """Solve for the correction by the tangent at the state, or by the last one."""
+        if update:
+            solver.update(self.residual_vector)
         solver.solve(self.residual_vector, self.correction)
 
     def destroy(self) -> None:
@@ -235,6 +244,7 @@ def solve_load_step(
     time: float,
     tolerance: float,
     max_iterations: int,
+    is_close: bool = False,
 ) -> int:
     """Newton's method for one load step, changing the state of the blocks.
 
@@ -244,6 +254,8 @@ def solve_load_step(
         time: Time of all forces and motions [s].
         tolerance: As in `equilibrium`.
         max_iterations: As in `equilibrium`.
+        is_close: Whether the equilibrium is close, so that the tangent is kept as long as
+            increments become smaller fast.
 
     Returns:
         The number of iterations.
@@ -258,20 +270,22 @@ def solve_load_step(
         _set_first_multipliers(blocks, solver)
     extent_of_system = reach(blocks.system)
     sizes: list[float] = []
-    last = np.inf
+    update, last = True, np.inf
     for iteration in range(1, max_iterations + 1):
         blocks.residual()
-        blocks.solve(solver)
+        blocks.solve(solver, update)
         size, extent = _move(blocks)
         sizes.append(size / extent)
         if not np.isfinite(size):
             break
         stagnant = last <= size <= max(ROUND_OFF * extent_of_system, STAGNATION * extent)
-        if size <= tolerance * extent or stagnant:
+        accurate = size <= (1.0 if update else LAST) * tolerance * extent
+        if accurate or stagnant:
             _check_angles(blocks, start)
             state.time = time
             return iteration
-        last = size
+        far = size > SMALLER * (extent if iteration == 1 else last)
+        update, last = far or not is_close, size
     raise StepFailure(
         f"no equilibrium at t = {time:g} s: the increments of Newton's method relative to the "
         f"displacements are {', '.join(f'{s:.1e}' for s in sizes[-4:])} after {len(sizes)} "

@@ -128,8 +128,7 @@ def _add_what_changes(turning: _Turning, periodic: bool, add_change: bool) -> No
             f"the rotation about {frame.joint!r} at {frame.speed:g} rad/s is not steady: a torque "
             f"of {torque:.3g} N m about its axis changes the speed"
         )
-    wanted = add_change or not periodic
-    change = turning.largest_change() / reach(frame.system) if wanted else 0.0
+    change = turning.find_change() if add_change or not periodic else 0.0
     if not periodic and change > CHANGE:
         raise ModelError(
             f"the rotation about {frame.joint!r} at {frame.speed:g} rad/s is not steady: the shape "
@@ -188,9 +187,9 @@ class TurningBlocks(EquilibriumBlocks):
             if turns:
                 self.system.flexible_models[body].add_mass(self.frame.spin @ self.frame.spin, K)
 
-    def solve(self, solver: Elimination) -> None:
-        """Solve for the correction by the tangent at the state, the axis being free to move."""
-        super().solve(solver)
+    def solve(self, solver: Elimination, update: bool = True) -> None:
+        """Solve for the correction as in equilibrium, the axis being free to move."""
+        super().solve(solver, update)
         if self._carrier is None:
             return
         Z = self._axis_gradient(self._carrier)
@@ -268,9 +267,10 @@ class _Turning:
     tolerance: float
     max_iterations: int
 
-    def solve(self, time: float) -> None:
+    def solve(self, time: float, is_close: bool = False) -> None:
         """Newton's method for the frame of the blocks, changing their state."""
-        solve_load_step(self.blocks, self.solver, time, self.tolerance, self.max_iterations)
+        accuracy = self.tolerance, self.max_iterations
+        solve_load_step(self.blocks, self.solver, time, *accuracy, is_close)
 
     def reach_speed(self) -> None:
         """Find the equilibrium, at lower speeds first if it is too far away."""
@@ -317,26 +317,33 @@ class _Turning:
             state = self.blocks.state
             return np.concatenate([state.q, state.joint_coordinates])
 
-    def largest_change(self) -> float:
-        """Largest change of shape at other azimuths, to first order [m]. Collective."""
-        blocks, sizes = self.blocks, []
+    def find_change(self) -> float:
+        """Change of shape at other azimuths, to first order, in parts of the size of the system.
+
+        Returns:
+            The largest up to the first azimuth where it is more than `CHANGE`. Collective.
+        """
+        blocks, size, change = self.blocks, reach(self.blocks.system), 0.0
         for angle in AZIMUTHS:
             with self.turned(angle) as blocks.time:
                 blocks.residual()
                 blocks.solve(self.solver)
                 du, _, dr = blocks.split(blocks.correction)
-                sizes += [part.norm(PETSc.NormType.NORM_INFINITY) for part in du]
                 dq = blocks.on_all_ranks(dr)[: blocks.system.rigid_model.n_q]
-                sizes.append(np.max(np.abs(dq), initial=0.0))
+                parts = [part.norm(PETSc.NormType.NORM_INFINITY) for part in du]
+                parts += [change * size, np.max(np.abs(dq), initial=0.0)]
+                change = float(np.max(parts)) / size
+            if change > CHANGE:
+                break
         blocks.time = self.time
-        return float(np.max(sizes))
+        return change
 
     def add_change(self) -> None:
         """Add the velocities of the quasi-static change with the azimuth to those of the state."""
         state, speed = self.blocks.state, self.blocks.frame.speed
         for sign in (1.0, -1.0):
             with self.turned(sign * SMALL_TURN) as time:
-                self.solve(time)
+                self.solve(time, is_close=True)
                 other = self.blocks.state
                 self.blocks.frame.turn(other, -sign * SMALL_TURN)
                 rate = 0.5 * sign * speed / SMALL_TURN
