@@ -115,22 +115,17 @@ def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
         R, shape (3, 3, n).
     """
     R: Array = F * np.sqrt(3.0 / np.sum(F * F, axis=(0, 1)))
+    one = np.eye(3)[:, :, None]
     for _ in range(5):
-        # R <- R (3 1 - R^T R)/2, by rows of n numbers, which is twice as fast as einsum
-        E: list[list[Array]] = [[R[0, i] * R[0, j] for j in range(i + 1)] for i in range(3)]
-        error = 0.0
-        for i, row in enumerate(E):
-            for j, e in enumerate(row):
-                e += R[1, i] * R[1, j]
-                e += R[2, i] * R[2, j]
-                e -= i == j
-                error = max(error, float(np.max(np.abs(e), initial=0.0)))
-        change = np.empty_like(R)
-        for j in range(3):
-            a, b, c = (E[max(j, k)][min(j, k)] for k in range(3))
-            change[:, j] = R[:, 0] * a
-            change[:, j] += R[:, 1] * b
-            change[:, j] += R[:, 2] * c
+        # R <- R - R E/2 with E = R^T R - 1, row by row along the nodes, faster than einsum
+        E = R[0][:, None] * R[0]
+        E += R[1][:, None] * R[1]
+        E += R[2][:, None] * R[2]
+        E -= one
+        error = max(float(np.max(E, initial=0.0)), -float(np.min(E, initial=0.0)))
+        change = R[:, 0, None] * E[0]
+        change += R[:, 1, None] * E[1]
+        change += R[:, 2, None] * E[2]
         R = R - 0.5 * change
         if error**2 < tolerance:
             break
