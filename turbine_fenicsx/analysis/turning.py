@@ -321,7 +321,10 @@ class _Turning:
         """Change of shape at other azimuths, to first order, in parts of the size of the system.
 
         Returns:
-            The largest up to the first azimuth where it is more than `CHANGE`. Collective.
+            The largest up to the first azimuth where it is more than `CHANGE`.
+
+        Note:
+            Collective.
         """
         blocks, size, change = self.blocks, reach(self.blocks.system), 0.0
         for angle in AZIMUTHS:

@@ -79,8 +79,8 @@ def plan_rotor(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> RotorPlan:
         InputError: if the file cannot be read, on all ranks.
     """
     layout = plan_layout(case.turbine)
-    if not case.turbine.file:  # and does not wait for what reads one
+    if not case.turbine.file:
         return RotorPlan(layout, SolidBlades.of(case))
-    from turbine_fenicsx.turbine.hollow_blades import HollowBlades
+    from turbine_fenicsx.turbine.hollow_blades import HollowBlades  # takes long to load
 
     return RotorPlan(layout, HollowBlades.of(case, comm))

@@ -76,6 +76,16 @@ def test_frames_of_a_rigid_motion_are_its_rotation(machine, cell, degree):
     assert np.max(np.abs(frames - R[:, :, None]), initial=0.0) < 1e-13
 
 
+def solve_by_both(step, frozen, exact):
+    """Solutions of the equations of an iteration by the frozen and the exact factor."""
+    b, x, reference = right_hand_side(step), step.new_nested_vector(), step.new_nested_vector()
+    for solver, out in ((frozen, x), (exact, reference)):
+        solver.begin()
+        solver.update(step.x)
+        solver.solve(b, out)
+    return x, reference
+
+
 @pytest.mark.parametrize("angle", [0.0, 1.9])
 def test_frozen_factor_is_exact_wherever_the_body_has_turned_to(machine, angle):
     # Factorised in the initial state, applied in a turned one at rest: the tangent has only turned
@@ -88,11 +98,7 @@ def test_frozen_factor_is_exact_wherever_the_body_has_turned_to(machine, angle):
     frozen.begin()
     step.begin(turned(system, angle), DT)
     step.guess(True)
-    b, x, reference = right_hand_side(step), step.new_nested_vector(), step.new_nested_vector()
-    for solver, out in ((frozen, x), (exact, reference)):
-        solver.begin()
-        solver.update(step.x)
-        solver.solve(b, out)
+    x, reference = solve_by_both(step, frozen, exact)
     assert difference(x, reference) < 1e-10
     for solver in (frozen, exact):
         solver.destroy()
@@ -109,11 +115,7 @@ def test_a_hub_that_turns_by_a_degree_in_a_step_carries_the_blade_with_it(machin
     state = system.initial_state()
     step.begin(state, dt)
     step.guess(True)
-    b, x, reference = right_hand_side(step), step.new_nested_vector(), step.new_nested_vector()
-    for solver, out in ((frozen, x), (exact, reference)):
-        solver.begin()
-        solver.update(step.x)
-        solver.solve(b, out)
+    x, reference = solve_by_both(step, frozen, exact)
     (_, mu_c, r), exactly = x.getNestSubVecs(), reference.getNestSubVecs()
     assert difference(mu_c, exactly[1]) < angle**2 / 4.0
     assert difference(r, exactly[2]) < angle**2 / 4.0
