@@ -29,10 +29,10 @@ class ScaledFactor:
         if not self._size:
             return
         squares = A * A
-        row_squares = _inverse(squares.sum(axis=1))
+        row_squares = _inverse(squares @ np.ones(self._size))
         self._rows = np.sqrt(row_squares)
         self._columns = np.sqrt(_inverse(row_squares @ squares))
-        scaled = A * self._rows[:, None]
+        scaled = np.multiply(A, self._rows[:, None], out=squares)
         scaled *= self._columns
         # LAPACK reads columns first, and so finds the transposed matrix without a copy
         self._lu, self._pivots, self._singular = dgetrf(scaled.T, overwrite_a=True)

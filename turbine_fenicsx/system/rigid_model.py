@@ -265,7 +265,7 @@ class RigidModel:
         """
         (_, y), k = self.at(q), self.is_angle
         right = on_right_branch(turned[k], T[k], y[self.c][k], y[self.s][k])
-        return right and bool(np.all(np.abs(self.gaps(q)) <= REDUNDANT_GAP))
+        return right and float(np.abs(self.gaps(q)).max(initial=0.0)) <= REDUNDANT_GAP
 
     def gaps(self, q: Array) -> Array:
         """Values of the redundant constraints."""

@@ -203,21 +203,26 @@ class NestedStep(StepBlocks):
             ranks.
         """
         R_u, R_c, R_r = self.split(R)
-        k = len(R_u)
-        n = self._terms.size
-        sums = np.zeros((2, n + k))
+        k, n = len(R_u), self._terms.size
+        sums = np.zeros((2, n + k))  # of residuals, and of their terms and round-off
         sums[0, : 2 * k] = [_square(part) for part in (*R_u, *R_c)]
         if self.n_r:
             np.abs(R_r.array_r, out=sums[0, 2 * k : n])
         sums[1, :n] = self._terms
         sums[1, n:] = [body.round_off for body in self._bodies]
-        total_sums = sum_over_ranks(self.system.comm, sums)
-        residual, terms, noise = total_sums[0, :n], total_sums[1, :n], total_sums[1, n:]
-        rigid = self._largest(self._per_mass * residual[2 * k :])
-        total = np.concatenate([np.sqrt(residual[: 2 * k]), rigid])
-        beyond_round_off = total.copy()
-        beyond_round_off[:k] = np.maximum(total[:k] - np.sqrt(noise), 0.0)
-        return np.array([total, beyond_round_off]) / self._scales(terms)
+        sums = sum_over_ranks(self.system.comm, sums)
+        inertia, coupling, noise = sums[1, :k], sums[1, k : 2 * k], sums[1, n:]
+        rigid = sums[:, 2 * k : n]
+        forces = rigid[1, : self._arms.size]
+        forces += np.sqrt(coupling.sum()) * self._arms
+        largest = self._largest(self._per_mass * rigid)
+        largest[1, 1] += forces.max(initial=0.0)
+        scales = np.concatenate([np.sqrt(inertia + coupling), self._levers, largest[1]])
+        relative = np.empty((2, 2 * k + 4))
+        relative[:, : 2 * k] = np.sqrt(sums[0, : 2 * k])
+        relative[:, 2 * k :] = largest[0]
+        relative[1, :k] = np.maximum(relative[0, :k] - np.sqrt(noise), 0.0)
+        return relative / np.where(scales > 0.0, scales, 1.0)
 
     def is_accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
@@ -258,22 +263,11 @@ class NestedStep(StepBlocks):
         for loads in self.system.rigid_section_loads:
             loads.finish_step(times, y0[loads.index], y1[loads.index])
 
-    def _scales(self, terms: Array) -> Array:
-        """Sizes of the terms of each block from those of all ranks, laid out like the residuals."""
-        k = len(self._bodies)
-        inertia, coupling, rigid = terms[:k], terms[k : 2 * k], terms[2 * k :]
-        forces = rigid[: self._arms.size]
-        forces += np.sqrt(coupling.sum()) * self._arms
-        largest = self._largest(self._per_mass * rigid)
-        largest[1] += forces.max(initial=0.0)
-        scales = np.concatenate([np.sqrt(inertia + coupling), self._levers, largest])
-        return np.where(scales > 0.0, scales, 1.0)
-
     def _largest(self, rigid: Array) -> Array:
-        """Largest entry of each of the four parts of a rigid vector; zero for an empty part."""
-        largest = np.zeros(4)
+        """Largest entry of each of the four parts of rigid vectors; zero for an empty part."""
+        largest = np.zeros((len(rigid), 4))
         if self._parts.size:
-            largest[self._parts] = np.maximum.reduceat(rigid, self._starts)
+            largest[:, self._parts] = np.maximum.reduceat(rigid, self._starts, axis=1)
         return largest
 
 

@@ -53,11 +53,23 @@ class RigidData:
     times: StepTimes = field(default_factory=lambda: StepTimes.from_start(0.0, 1.0))
 
 
+class _Start(NamedTuple):
+    """What does not change in a step: Jacobian G and values y at q_n, |G|, and sizes of terms.
+
+    The sizes, shape (size,), are those of all terms that the unknowns do not change by more than
+    a part of them.
+    """
+
+    G: Array
+    y: Array
+    abs_G: Array
+    sizes: Array
+
+
 class _Evaluation(NamedTuple):
-    """Functions of the unknowns: q_{n+1}, values y there, Jacobians at q_mid and q_{n+1}."""
+    """Functions of the unknowns: T_{n+1}, values y there, Jacobians at q_mid and q_{n+1}."""
 
     x: RigidUnknowns
-    q1: Array
     T1: Array
     y1: Array
     G: Array
@@ -80,7 +92,7 @@ class RigidStep:
     def __init__(self, model: RigidModel, angle_form: AngleForm) -> None:
         self.model = model
         self._terms = augmentation(angle_form, model.is_angle)
-        self._start = Memo(lambda data: model.at(data.q))
+        self._start = Memo(self._begin)
         self._at = Memo(self._evaluate)
 
     def residual(self, data: RigidData, r: Array) -> tuple[Array, Array]:
@@ -92,49 +104,35 @@ class RigidStep:
 
         Returns:
             The residual R, shape (size,), and the sum of the absolute values of its terms,
-            shape (size,), which tells how small R can be made in floating point.
+            shape (size,), which tells how small R can be made in floating point. Factors that
+            hardly change in a step are those at its start.
         """
-        m = self.model
-        x, q1, T1, y1, G, G1, a, lam, forces, forces_scale, _ = self._at(data, r)
+        m, start = self.model, self._start(data)
+        x, T1, y1, G, _, a, lam, forces, forces_scale, _ = self._at(data, r)
         g_T_nu = a.g_T * x.nu
-        R = np.concatenate(
-            [
-                # momenta of the bodies, eqs (21), (57)
-                m.masses * (x.dq - data.dt_q_dot) + lam @ G - data.impulse_q,
-                # balance of the massless joint coordinates, eqs (22), (58)
-                g_T_nu - data.impulse_T,
-                # internal and joint constraints, eqs (23), (59)
-                y1[m.g],
-                # joint coordinates, eq. (24)
-                a.Phi,
-                # relations of joint coordinates
-                m.S @ T1 - data.prescribed,
-            ]
-        )
-        scale = np.concatenate(
-            [
-                m.masses * (np.abs(x.dq) + np.abs(data.dt_q_dot))
-                + np.abs(lam) @ np.abs(G)
-                + np.abs(data.impulse_q),
-                np.abs(g_T_nu) + np.abs(data.impulse_T),
-                np.abs(m.functions.constant[m.g]) + np.abs(G1[m.g]) @ np.abs(q1),
-                self._coordinate_scale(T1, q1, y1, G1),
-                np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ np.abs(T1)),
-            ]
-        )
+        R, scale = np.empty(m.size), start.sizes.copy()
+        q, T, mu, nu, pi = m.parts
+        # momenta of the bodies, eqs (21), (57)
+        R[q] = m.masses * (x.dq - data.dt_q_dot) + lam @ G - data.impulse_q
+        scale[q] += m.masses * np.abs(x.dq) + np.abs(lam) @ start.abs_G
+        # balance of the massless joint coordinates, eqs (22), (58)
+        R[T] = g_T_nu - data.impulse_T
+        scale[T] += np.abs(g_T_nu)
+        # internal and joint constraints, eqs (23), (59), and joint coordinates, eq. (24)
+        R[mu], R[nu] = y1[m.g], a.Phi
+        if m.n_relations:
+            R[T] += x.pi @ m.S
+            scale[T] += np.abs(x.pi) @ np.abs(m.S)
+            R[pi] = m.S @ T1 - data.prescribed
         if m.forces:
             R[: forces.size] -= forces
             scale[: forces.size] += forces_scale
-        if m.n_relations:
-            T = m.parts[1]
-            R[T] += x.pi @ m.S
-            scale[T] += np.abs(x.pi) @ np.abs(m.S)
         return R, scale
 
     def tangent(self, data: RigidData, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
         m = self.model
-        x, _, _, _, G, G1, a, lam, _, _, slope = self._at(data, r)
+        x, _, _, G, G1, a, lam, _, _, slope = self._at(data, r)
         K = np.zeros((m.size, m.size))
         q, T, mu, nu, pi = m.parts
         G_c, G_s, G1_c, G1_s = G[m.c].T, G[m.s].T, G1[m.c].T, G1[m.s].T
@@ -187,7 +185,7 @@ class RigidStep:
     def _evaluate(self, data: RigidData, r: Array) -> _Evaluation:
         """Everything that residual and tangent have in common."""
         m = self.model
-        G0, y0 = self._start(data)
+        G0, y0, _, _ = self._start(data)
         x = m.split(r.copy())
         q1, T1 = data.q + x.dq, data.T + x.dT
         G1, y1 = m.at(q1)
@@ -198,19 +196,27 @@ class RigidStep:
         forces, sizes, slope = m.motion_forces(*self._ends(data, x), data.times)
         if slope is not None:
             forces, sizes, slope = factor * forces, factor * sizes, factor * slope
-        return _Evaluation(x, q1, T1, y1, 0.5 * (G0 + G1), G1, a, lam, forces, sizes, slope)
+        return _Evaluation(x, T1, y1, 0.5 * (G0 + G1), G1, a, lam, forces, sizes, slope)
 
-    def _coordinate_scale(self, T1: Array, q1: Array, y1: Array, G1: Array) -> Array:
-        """Sizes of the terms of the constraints of joint coordinates, shape (n_T,).
+    def _begin(self, data: RigidData) -> _Start:
+        """What does not change in a step.
 
-        The angle itself is one of them: after many turns its round-off is what is left.
+        An angle itself is among the terms of its constraint: after many turns its round-off is
+        what is left.
         """
-        m = self.model
-        angle: Array = np.abs(y1[m.c]) + np.abs(y1[m.s]) + np.abs(T1)
-        if np.all(m.is_angle):
-            return angle
-        length = np.abs(m.functions.constant[m.c]) + np.abs(G1[m.c]) @ np.abs(q1)
-        return np.where(m.is_angle, angle, length)
+        m, q, T = self.model, np.abs(data.q), np.abs(data.T)
+        G, y = m.at(data.q)
+        abs_G = np.abs(G)
+        terms = np.abs(m.functions.constant) + abs_G @ q
+        angle = np.abs(y[m.c]) + np.abs(y[m.s]) + T
+        sizes = [
+            m.masses * np.abs(data.dt_q_dot) + np.abs(data.impulse_q),
+            np.abs(data.impulse_T),
+            terms[m.g],
+            np.where(m.is_angle, angle, terms[m.c]),
+            np.maximum(1.0 + np.abs(data.prescribed), np.abs(m.S) @ T),
+        ]
+        return _Start(G, y, abs_G, np.concatenate(sizes))
 
     def _ends(self, data: RigidData, x: RigidUnknowns) -> tuple[Array, Array]:
         """Coordinates (q, Theta) at both ends of the step."""

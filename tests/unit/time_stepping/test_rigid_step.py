@@ -53,9 +53,11 @@ def test_residual_is_the_step_written_down_term_by_term(form):
         ]
     )
     R, scale = b.residual(data, r)
-    assert np.all(np.abs(R - expected) <= 1e-14 * scale)  # a dozen operations each
+    assert np.all(np.abs(R - expected) <= 2e-14 * scale)  # a dozen operations each
+    data, r = arbitrary(1, size=1e-3)
+    R, scale = b.residual(data, r)
     scale[-N_T:] += 2.0  # cosine and sine of the angle itself, which equal c and s once solved
-    assert np.all(np.abs(R) <= scale * (1 + 1e-14))
+    assert np.all(np.abs(R) <= scale * (1 + 1e-2))  # of factors at the start of the step
 
 
 @pytest.mark.parametrize("form", FORM_NAMES)
