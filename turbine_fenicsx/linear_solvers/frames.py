@@ -137,12 +137,13 @@ def turn(R: Array, v: Array, inverse: bool = False) -> Array:
 
     Args:
         R: Shape (3, 3, n).
-        v: Shape (3 n,), node by node.
+        v: One or several vectors, shape (..., 3 n), node by node.
         inverse: Whether to multiply by the transpose.
 
     Returns:
-        Shape (3 n,).
+        Shape (..., 3 n).
     """
-    x = np.ascontiguousarray(v.reshape(-1, 3).T)  # rows of n numbers, which einsum runs along
-    turned: Array = np.einsum("jin,jn->in" if inverse else "ijn,jn->in", R, x)
-    return turned.T.ravel()
+    by_node = v.reshape(*v.shape[:-1], -1, 3)
+    x = np.ascontiguousarray(np.swapaxes(by_node, -1, -2))  # rows of n numbers for einsum
+    turned: Array = np.einsum("jin,...jn->...in" if inverse else "ijn,...jn->...in", R, x)
+    return np.swapaxes(turned, -1, -2).reshape(v.shape)

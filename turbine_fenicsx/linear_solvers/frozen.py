@@ -81,8 +81,7 @@ class FrozenElimination:
             self.refresh()
         increments = self._step.split(self._step.x)[0]
         for body, u, du in zip(self._bodies, start.state.u, increments, strict=True):
-            carriers = [self._carrier_rotations(body.coupling, part) for part in parts]
-            body.turn_to(u, du, carriers, parts)
+            body.turn_to(u, du, self._carrier_rotations(body.coupling, parts), parts)
         return new
 
     def update(self, x: PETSc.Vec) -> None:
@@ -112,7 +111,7 @@ class FrozenElimination:
         )
         for k, (body, u) in enumerate(zip(self._bodies, state.u, strict=True)):
             self._step.assemble_at_rest(k)
-            body.factorise(u, self._carrier_rotations(body.coupling, 0.0))
+            body.factorise(u, self._carrier_rotations(body.coupling, (0.0,))[0])
         log.info("components of bodies: %d, factors: %d", *self.factors[::-1])
 
     def save(self) -> RestartData:
@@ -135,12 +134,14 @@ class FrozenElimination:
         for body in self._bodies:
             body.destroy()
 
-    def _carrier_rotations(self, coupling: CouplingBlock, part: float) -> Array:
-        """Directors of the carriers after a part of the step, shape (carriers, 3, 3)."""
+    def _carrier_rotations(self, coupling: CouplingBlock, parts: tuple[float, ...]) -> Array:
+        """Directors of the carriers after parts of the step, shape (parts, carriers, 3, 3)."""
         state, dt = self._step.start.state, self._step.start.dt
-        q = self._step.system.coordinates_of(state.q + part * dt * state.q_dot)
-        directors = np.array([q[body] for body in coupling.carriers]).reshape(-1, 4, 3)[:, 1:]
-        return nearest_rotation(directors.swapaxes(1, 2))
+        first = self._step.system.first_coordinate
+        carriers = [first[body] // 12 for body in coupling.carriers]
+        q, q_dot = (x.reshape(-1, 4, 3)[carriers, 1:] for x in (state.q, state.q_dot))
+        moved = np.array([q + part * dt * q_dot for part in parts])
+        return nearest_rotation(moved.swapaxes(2, 3))
 
 
 class _TurningBody:
@@ -180,7 +181,7 @@ class _TurningBody:
         self._carriers_0 = carriers
 
     def turn_to(
-        self, u: PETSc.Vec, du: PETSc.Vec, carriers: list[Array], parts: tuple[float, float]
+        self, u: PETSc.Vec, du: PETSc.Vec, carriers: Array, parts: tuple[float, float]
     ) -> None:
         """Set the rotations between the factorised state and the present step.
 
@@ -188,14 +189,14 @@ class _TurningBody:
             u: Displacements at t_n [m].
             du: Increments of the step [m].
             carriers: Directors of the carriers where forces act and where motions belong to, shape
-                (carriers, 3, 3) each.
+                (2, carriers, 3, 3).
             parts: The parts of the step that lie before these.
         """
         self._left, self._right = (
             np.einsum("ikn,jkn->ijn", R, self._reference)
             for R in self._frames.rotations(u, du, parts)
         )
-        self._carriers = [R @ np.swapaxes(self._carriers_0, 1, 2) for R in carriers]
+        self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
         for frames, of_carriers in zip((self._left, self._right), self._carriers, strict=True):
             for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
                 R = np.eye(3)

@@ -156,8 +156,8 @@ class CongruentParts:
         if self.copies == 1:
             alone: Array = np.ascontiguousarray(B.T)
             return alone
-        turned = [turn(T, b, inverse=True).reshape(self.copies, -1) for b in B.T]
-        rows: Array = np.stack(turned, axis=1).reshape(B.shape[1] * self.copies, -1)
+        turned = turn(T, B.T, inverse=True).reshape(B.shape[1], self.copies, -1)
+        rows: Array = turned.swapaxes(0, 1).reshape(B.shape[1] * self.copies, -1)
         return rows
 
     def _from_first(self, T: Array, rows: Array, k: int) -> Array:
@@ -166,7 +166,7 @@ class CongruentParts:
             same: Array = rows.T
             return same
         by_column = np.swapaxes(rows.reshape(self.copies, k, -1), 0, 1)
-        return np.stack([turn(T, x.ravel()) for x in by_column], axis=1)
+        return turn(T, by_column.reshape(k, -1)).T
 
     def _respond(self, A_ss: csr_matrix, forces: Array) -> Array:
         """A_ss^{-1} times some forces; the matrix is factorised for this alone."""

@@ -103,7 +103,8 @@ class CellsInLanes:
         ]
         code = lanes.assembly_code(source, fields[0], fields[2:], fields[1])
         self._module = _compile_for_processor(mesh.comm, code)
-        self._constants = form.constants()
+        self._owners = form.constants()  # views do not keep them alive
+        self._constants = [np.ravel(constant.value) for constant in self._owners]
         self._values = [mesh.geometry.x, *(f.x.array for f in coefficients)]
         self._addresses = self._find_addresses()
         self._check(compiled, mesh.comm)
@@ -112,7 +113,7 @@ class CellsInLanes:
         """Compare with DOLFINx once, with values of all coefficients and constants that differ."""
         X = self._values[0][self._tables[0][: self._n]]
         smallest = np.ptp(X, axis=1).max(axis=1).min(initial=np.inf)
-        varied = [*self._values[1:], *(c.value for c in self._constants)]
+        varied = [*self._values[1:], *self._constants]
         before = [np.copy(values) for values in varied]
         for k, values in enumerate(varied):
             waves = np.sin(np.arange(k + 1, k + 1 + values.size, dtype=float)).reshape(values.shape)
@@ -151,8 +152,7 @@ class CellsInLanes:
     def add_to(self, out: Any) -> None:
         """Add the integral to nodal values of this rank, ghosts included, shape (3 nodes,)."""
         nodes, x, dofs, values, rows, *_ = self._addresses
-        numbers = [np.ravel(c.value) for c in self._constants]
-        constants = np.concatenate([np.zeros(0), *numbers, np.zeros(1)])
+        constants = np.concatenate([*self._constants, np.zeros(1)])
         address = self._module.ffi.from_buffer
         self._module.lib.assemble(
             self._n,
