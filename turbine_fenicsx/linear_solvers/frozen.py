@@ -227,5 +227,5 @@ class _TurningBody:
     @staticmethod
     def _turn_carriers(vector: Array, R: Array) -> Array:
         """Turn the four 3-vectors of each carrier."""
-        turned: Array = np.einsum("aij,asj->asi", R, vector.reshape(len(R), 4, 3)).ravel()
+        turned: Array = (vector.reshape(-1, 4, 3) @ R.swapaxes(1, 2)).ravel()
         return turned

@@ -87,12 +87,12 @@ class QuasiNewton:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """The quasi-Newton correction for the residual b; x is minus the step."""
         self._solver.solve(b, x)
-        parts = x.getNestSubVecs()
-        s = self._improve(-np.concatenate([part.array_r for part in parts]))
+        parts = [part.array for part in x.getNestSubVecs()]
+        s = self._improve(-np.concatenate(parts))
         end = 0
         for part in parts:
-            start, end = end, end + part.getLocalSize()
-            part.array[:] = -s[start:end]
+            start, end = end, end + part.size
+            np.negative(s[start:end], out=part)
 
     def end(self, converged: bool) -> bool:
         """Count the iterations, for the decision to refresh the solver.

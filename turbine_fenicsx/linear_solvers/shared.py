@@ -123,11 +123,11 @@ class CongruentParts:
             Solutions in the frames of the first part, shape (copies k, size).
         """
         b: Array = self._to_first(self._T, B[self._dofs])
-        loaded = np.any(b != 0.0, axis=1)
-        x: Array = np.zeros_like(b)
+        loaded = b.any(axis=1)
         if loaded.all():
-            x = self._factor.solve_many(b.T).T
-        elif loaded.any():
+            return self._factor.solve_many(b.T).T
+        x: Array = np.zeros_like(b)
+        if loaded.any():
             x[loaded] = self._factor.solve_many(b[loaded].T).T
         return x
 

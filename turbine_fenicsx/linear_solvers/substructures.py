@@ -144,13 +144,12 @@ class Substructures(FreeSolver):
             return np.full_like(B, np.nan)
         inner = B[self._i] if self._S.size else B
         solved = [group.solve(inner) for group in self._groups]
-        b_S = np.zeros((self._all_S.size, B.shape[1]))
-        b_S[self._mine] = B[self._S]
-        for group, x in zip(self._groups, solved, strict=True):
-            group.push(x, b_S)
-        x_S = b_S
+        x_S = np.zeros((self._all_S.size, B.shape[1]))
         if self._common:
-            x_S = self._common[1].solve_many(sum_over_ranks(self._comm, b_S))
+            x_S[self._mine] = B[self._S]
+            for group, x in zip(self._groups, solved, strict=True):
+                group.push(x, x_S)
+            x_S = self._common[1].solve_many(sum_over_ranks(self._comm, x_S))
         inner = np.empty_like(inner)
         for group, x in zip(self._groups, solved, strict=True):
             group.place(x, x_S, inner)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from math import sqrt
 from typing import Any, Protocol
 
 from mpi4py import MPI
@@ -98,7 +99,7 @@ class NestedStep(StepBlocks):
         largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
         self._per_mass = np.ones(n)  # makes accelerations of forces on bodies
         self._per_mass[: masses.size] /= np.where(masses > 0.0, masses, largest).ravel()
-        self._levers = np.full(k, lever)  # sizes of positions in the coupling constraints
+        self._lever = lever  # size of positions in the coupling constraints
         self._arms = np.tile(np.repeat([1.0] + 3 * [lever], 3), len(system.rigid_bodies))
         *parts, relations = (part.size for part in model.split(np.zeros(n)))
         parts[-1] += relations
@@ -211,18 +212,20 @@ class NestedStep(StepBlocks):
         sums[1, :n] = self._terms
         sums[1, n:] = [body.round_off for body in self._bodies]
         sums = sum_over_ranks(self.system.comm, sums)
-        inertia, coupling, noise = sums[1, :k], sums[1, k : 2 * k], sums[1, n:]
+        # few numbers: lists take a fraction of the time of arrays
+        squares, terms = sums[:, : 2 * k].tolist()
+        inertia, coupling, noise = terms[:k], terms[k:], sums[1, n:].tolist()
         rigid = sums[:, 2 * k : n]
         forces = rigid[1, : self._arms.size]
-        forces += np.sqrt(coupling.sum()) * self._arms
-        largest = self._largest(self._per_mass * rigid)
-        largest[1, 1] += forces.max(initial=0.0)
-        scales = np.concatenate([np.sqrt(inertia + coupling), self._levers, largest[1]])
-        relative = np.empty((2, 2 * k + 4))
-        relative[:, : 2 * k] = np.sqrt(sums[0, : 2 * k])
-        relative[:, 2 * k :] = largest[0]
-        relative[1, :k] = np.maximum(relative[0, :k] - np.sqrt(noise), 0.0)
-        return relative / np.where(scales > 0.0, scales, 1.0)
+        if k:
+            forces += sqrt(sum(coupling)) * self._arms
+        largest, of_terms = self._largest(self._per_mass * rigid).tolist()
+        of_terms[1] += float(forces.max(initial=0.0))
+        scales = [sqrt(a + b) for a, b in zip(inertia, coupling, strict=True)]
+        scales += [self._lever] * k + of_terms
+        norms = [sqrt(square) for square in squares] + largest
+        beyond = [max(x - sqrt(y), 0.0) for x, y in zip(norms[:k], noise, strict=True)]
+        return np.array([norms, beyond + norms[k:]]) / [x if x > 0.0 else 1.0 for x in scales]
 
     def is_accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""
@@ -273,4 +276,5 @@ class NestedStep(StepBlocks):
 
 def _square(vector: PETSc.Vec) -> float:
     """Sum of the squares of this rank's entries."""
-    return float(np.dot(vector.array_r, vector.array_r))
+    values = vector.array_r
+    return float(values @ values)

@@ -98,9 +98,9 @@ class Tips:
         state = snapshot.state
         for k, index, dofs, coordinates, X, xi, axes in self._mine:
             q = GROUND if coordinates is None else state.q[coordinates]
-            phi, *directors = q.reshape(4, 3)
+            phi, directors = q[:3], q[3:].reshape(3, 3)
             x = X + state.u[index].array_r[dofs]
-            deflections[k] = axes @ (np.array(directors) @ (x - phi) - xi)
+            deflections[k] = axes @ (directors @ (x - phi) - xi)
         return deflections
 
 
