@@ -20,13 +20,13 @@ class Memo(Generic[Value]):
 
     def __init__(self, function: Callable[..., Value]) -> None:
         self._function = function
-        self._key: tuple[Any, ...] = ()
+        self._key: list[Any] = []
         self._value: Value | None = None
         self._objects: tuple[Any, ...] = ()  # kept, so that no other object has their identity
 
     def __call__(self, *arguments: Any) -> Value:
         """The value."""
-        key = tuple(x.tobytes() if isinstance(x, np.ndarray) else id(x) for x in arguments)
+        key = [x.tobytes() if isinstance(x, np.ndarray) else id(x) for x in arguments]
         if self._value is None or key != self._key:
             self._value = self._function(*arguments)
             self._key = key

@@ -100,7 +100,7 @@ class RigidModel:
 
     def split(self, r: Array) -> RigidUnknowns:
         """Views of the parts of r, shape (size,)."""
-        return RigidUnknowns(*(r[part] for part in self.parts))
+        return RigidUnknowns(*map(r.__getitem__, self.parts))
 
     def constraint_values(self, q: Array, T: Array) -> Array:
         """Phi, Phi_T and the redundant constraints at a configuration [m, -]."""

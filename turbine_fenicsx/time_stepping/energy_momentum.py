@@ -82,6 +82,9 @@ class EnergyMomentumStep(NestedStep):
         state, dt = self.start.state, self.start.dt
         factor, half_dt2 = dt if extrapolate else 0.0, self.rigid_data.times.half_dt2
         du, mu_c, r_part = self.split(self.x)
+        if r is not None and not du:
+            r_part.array[:] = r[: self.n_r]
+            return
         P, one = mean_turns(state.q, state.q_dot, factor), np.eye(3)
         for i, c in enumerate(self.system.coupling_blocks):
             carrier = self.system.first_coordinate[c.carriers[0]] // 12 if c.carriers else None

@@ -268,7 +268,7 @@ class BlockwiseConvergence:
         """SNES convergence test."""
         reasons = PETSc.SNES.ConvergedReason
         relative = self.step.relative_residuals(snes.getFunction()[0]) / self._tolerances
-        worst, beyond_round_off = (float(x) for x in relative.max(axis=1))
+        worst, beyond_round_off = relative.max(axis=1).tolist()
         self.history.append(worst)
         if not np.isfinite(worst):
             return _compat.NOT_A_NUMBER

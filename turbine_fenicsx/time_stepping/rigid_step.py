@@ -27,7 +27,7 @@ from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import AngleForm, AngleTerms
 from turbine_fenicsx.joints.coordinates import augmentation
-from turbine_fenicsx.system.rigid_model import RigidModel, RigidUnknowns
+from turbine_fenicsx.system.rigid_model import NOTHING, RigidModel, RigidUnknowns
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,7 @@ class _Start(NamedTuple):
 class _Evaluation(NamedTuple):
     """Functions of the unknowns: T_{n+1}, values y there, Jacobians at q_mid and q_{n+1}."""
 
+    start: _Start
     x: RigidUnknowns
     T1: Array
     y1: Array
@@ -107,8 +108,8 @@ class RigidStep:
             shape (size,), which tells how small R can be made in floating point. Factors that
             hardly change in a step are those at its start.
         """
-        m, start = self.model, self._start(data)
-        x, T1, y1, G, _, a, lam, forces, forces_scale, _ = self._at(data, r)
+        m = self.model
+        start, x, T1, y1, G, _, a, lam, forces, forces_scale, _ = self._at(data, r)
         g_T_nu = a.g_T * x.nu
         R, scale = np.empty(m.size), start.sizes.copy()
         q, T, mu, nu, pi = m.parts
@@ -132,7 +133,7 @@ class RigidStep:
     def tangent(self, data: RigidData, r: Array) -> Array:
         """Derivative of the residual with respect to r, shape (size, size)."""
         m = self.model
-        x, _, _, G, G1, a, lam, _, _, slope = self._at(data, r)
+        _, x, _, _, G, G1, a, lam, _, _, slope = self._at(data, r)
         K = np.zeros((m.size, m.size))
         q, T, mu, nu, pi = m.parts
         G_c, G_s, G1_c, G1_s = G[m.c].T, G[m.s].T, G1[m.c].T, G1[m.s].T
@@ -185,18 +186,19 @@ class RigidStep:
     def _evaluate(self, data: RigidData, r: Array) -> _Evaluation:
         """Everything that residual and tangent have in common."""
         m = self.model
-        G0, y0, _, _ = self._start(data)
-        x = m.split(r.copy())
+        start = self._start(data)
+        y0, x = start.y, m.split(r.copy())
         q1, T1 = data.q + x.dq, data.T + x.dT
         G1, y1 = m.at(q1)
         a = self._terms(data.T, T1, y0[m.c], y1[m.c], y0[m.s], y1[m.s])
         lam = np.concatenate([x.mu, a.g_c * x.nu, a.g_s * x.nu])
-        # dt^2/2 times the forces that depend on the motion
-        factor = data.times.half_dt2
-        forces, sizes, slope = m.motion_forces(*self._ends(data, x), data.times)
-        if slope is not None:
-            forces, sizes, slope = factor * forces, factor * sizes, factor * slope
-        return _Evaluation(x, T1, y1, 0.5 * (G0 + G1), G1, a, lam, forces, sizes, slope)
+        forces, sizes, slope = NOTHING, NOTHING, None
+        if m.forces:
+            forces, sizes, slope = m.motion_forces(*self._ends(data, x), data.times)
+        if slope is not None:  # dt^2/2 times the forces that depend on the motion
+            forces, sizes, slope = (data.times.half_dt2 * y for y in (forces, sizes, slope))
+        G = 0.5 * (start.G + G1)
+        return _Evaluation(start, x, T1, y1, G, G1, a, lam, forces, sizes, slope)
 
     def _begin(self, data: RigidData) -> _Start:
         """What does not change in a step.
