@@ -69,24 +69,27 @@ def sinc_derivative(x: Array) -> Array:
 
 def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> AngleTerms:
     """Form without singularity, sin(Theta) c - cos(Theta) s."""
-    half_D, angles = 0.5 * (T1 - T0), np.array([T0, T1, 0.5 * (T0 + T1)])
-    (sin0, sin1, sin_m), (cos0, cos1, cos_m) = np.sin(angles), np.cos(angles)
-    c_bar, s_bar = 0.5 * (c0 + c1), 0.5 * (s0 + s1)
+    half_D = 0.5 * (T1 - T0)
+    angles = np.array([T0, T1, T0 + half_D])
+    sin, cos = np.sin(angles), np.cos(angles)
+    half_sin, half_cos = 0.5 * sin, 0.5 * cos
+    c, s = np.array([c1, 0.5 * (c0 + c1)]), np.array([s1, 0.5 * (s0 + s1)])  # end and mean
+    along_1, along = cos[1:] * c + sin[1:] * s
+    across_1, across = cos[1:] * s - sin[1:] * c
     w, w_T = sinc(half_D), 0.5 * sinc_derivative(half_D)
-    along, across, half_w = cos_m * c_bar + sin_m * s_bar, cos_m * s_bar - sin_m * c_bar, 0.5 * w
     return AngleTerms(
-        Phi=sin1 * c1 - cos1 * s1,
-        Phi_T=cos1 * c1 + sin1 * s1,
-        Phi_c=sin1,
-        Phi_s=-cos1,
-        g_c=0.5 * (sin0 + sin1),
-        g_s=-0.5 * (cos0 + cos1),
+        Phi=-across_1,
+        Phi_T=along_1,
+        Phi_c=sin[1],
+        Phi_s=-cos[1],
+        g_c=half_sin[0] + half_sin[1],
+        g_s=-half_cos[0] - half_cos[1],
         g_T=w * along,
-        g_c_T=0.5 * cos1,
-        g_s_T=0.5 * sin1,
-        g_T_T=w_T * along + half_w * across,
-        g_T_c=half_w * cos_m,
-        g_T_s=half_w * sin_m,
+        g_c_T=half_cos[1],
+        g_s_T=half_sin[1],
+        g_T_T=w_T * along + (0.5 * w) * across,
+        g_T_c=w * half_cos[2],
+        g_T_s=w * half_sin[2],
     )
 
 
