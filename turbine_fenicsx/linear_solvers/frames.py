@@ -13,7 +13,6 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
-
 ACCURACY = 1e-6
 """Of the rotations; deformation changes the tangent by far more, and iterations are the same with
 1e-10."""
