@@ -52,6 +52,18 @@ SMALLER = 0.15
 """A tangent is kept, if at all, after an increment below this part of the last one, or a first one
 below this part of the displacements."""
 
+LINEAR = 0.6
+"""... or, where new tangents no longer make increments smaller than the last one by more than
+before, after one below this part of the last: loads that the tangent does not know, such as those
+of the air, leave linear convergence, which the tangent that is there has as well."""
+
+CLOSE = 1e-4
+"""Part of the displacements below which that is looked for: farther away it may be chance."""
+
+FASTER = 0.3
+"""Convergence is linear if the last ratio of increments is not below this part of the one before;
+that of Newton's method is its square, or less."""
+
 LAST = 1e-3
 """Part of the tolerance for an increment by a tangent that was kept: the error that it leaves is a
 part of it, while that of a new tangent leaves its square."""
@@ -255,7 +267,7 @@ def solve_load_step(
         tolerance: As in `equilibrium`.
         max_iterations: As in `equilibrium`.
         is_close: Whether the equilibrium is close, so that the tangent is kept as long as
-            increments become smaller fast.
+            increments become smaller fast. Else it is kept only where convergence is linear.
 
     Returns:
         The number of iterations.
@@ -284,13 +296,22 @@ def solve_load_step(
             _check_angles(blocks, start)
             state.time = time
             return iteration
-        far = size > SMALLER * (extent if iteration == 1 else last)
-        update, last = far or not is_close, size
+        far = size > (SMALLER if is_close else LINEAR) * (extent if iteration == 1 else last)
+        keeps = is_close or not update or _is_linear(sizes)
+        update, last = far or not keeps, size
     raise StepFailure(
         f"no equilibrium at t = {time:g} s: the increments of Newton's method relative to the "
         f"displacements are {', '.join(f'{s:.1e}' for s in sizes[-4:])} after {len(sizes)} "
         f"iterations; more load steps may help{_advise(blocks.system)}"
     )
+
+
+def _is_linear(sizes: Sequence[float]) -> bool:
+    """Whether the last increments, relative to the displacements, fall by equal factors."""
+    if len(sizes) < 3 or sizes[-1] > CLOSE:
+        return False
+    before, now = sizes[-2] / sizes[-3], sizes[-1] / sizes[-2]
+    return FASTER * before <= now <= LINEAR
 
 
 def _advise(system: MultibodySystem) -> str:

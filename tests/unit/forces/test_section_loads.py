@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx.analysis import statics
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
@@ -254,14 +255,38 @@ def test_schemes_agree_in_the_limit(comm):
 
 
 def test_wind_holds_a_beam_in_equilibrium(comm):
-    from turbine_fenicsx.analysis.statics import equilibrium
-
     body = beam(comm)
     clamp = Coupling("root", body, at(body, 0.0), None)
     source = Drag()
-    state = equilibrium(MultibodySystem(comm, [body, clamp, loads(body, source)]), [1.0])
+    system = MultibodySystem(comm, [body, clamp, loads(body, source)])
+    state = statics.equilibrium(system, [1.0])
     assert largest(comm, state.u[0].array_r) > 1e-4
     assert all(kind == "begin" for kind, _ in source.calls)
+
+
+class Growing(Drag):
+    """A load that grows with the displacement, of which no tangent knows."""
+
+    def loads(self, motion, time):
+        return self.wind + 16.0 * (motion.position - motion.initial), np.zeros((4, 3))
+
+
+def test_the_tangent_is_kept_where_loads_that_it_does_not_know_slow_newton_down(comm, monkeypatch):
+    body = beam(comm)
+    clamp = Coupling("root", body, at(body, 0.0), None)
+    system = MultibodySystem(comm, [body, clamp, loads(body, Growing())])
+    updates, update, found = [], statics.Elimination.update, []
+    monkeypatch.setattr(
+        statics.Elimination, "update", lambda self, x: (updates.append(1), update(self, x))
+    )
+    for linear in (statics.LINEAR, 0.0):  # with the second, every tangent is new
+        monkeypatch.setattr(statics, "LINEAR", linear)
+        updates.clear()
+        state = statics.equilibrium(system, tolerance=1e-9)
+        found.append((state.u[0], len(updates)))
+    (kept, few), (new, many) = found
+    assert (kept - new).norm() <= 3e-9 * new.norm()
+    assert 3 * few <= 2 * many
 
 
 @pytest.mark.parametrize(
