@@ -72,7 +72,7 @@ class NodeFrames:
     def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
         """Mean gradients of displacements around each owned node, shape (fields, 9, n_owned)."""
         x = np.hstack([self._flexible.nodal_values(u) for u in displacements])
-        of_cells = np.swapaxes(x[self._cells], 1, 2) @ self._weights
+        of_cells = x[self._cells].swapaxes(1, 2) @ self._weights
         total = self._cells_of_nodes @ of_cells.reshape(len(of_cells), 3 * x.shape[1])
         parts = np.split(total, x.shape[1], axis=1)
         mean = np.hstack([self._flexible.sum_at_owners(part) for part in parts])
@@ -148,6 +148,6 @@ def turn(R: Array, v: Array, inverse: bool = False) -> Array:
         Shape (..., 3 n).
     """
     by_node = v.reshape(*v.shape[:-1], -1, 3)
-    x = np.ascontiguousarray(np.swapaxes(by_node, -1, -2))  # rows of n numbers for einsum
+    x = np.ascontiguousarray(by_node.swapaxes(-1, -2))  # rows of n numbers for einsum
     turned: Array = np.einsum("jin,...jn->...in" if inverse else "ijn,...jn->...in", R, x)
-    return np.swapaxes(turned, -1, -2).reshape(v.shape)
+    return turned.swapaxes(-1, -2).reshape(v.shape)

@@ -196,7 +196,7 @@ class _TurningBody:
             np.einsum("ikn,jkn->ijn", R, self._reference)
             for R in self._frames.rotations(u, du, parts)
         )
-        self._carriers = carriers @ np.swapaxes(self._carriers_0, 1, 2)
+        self._carriers = carriers @ self._carriers_0.swapaxes(1, 2)
         for frames, of_carriers in zip((self._left, self._right), self._carriers, strict=True):
             for coupling, rows in zip(self.coupling.couplings, self.coupling.slices, strict=True):
                 R = np.eye(3)
@@ -216,7 +216,7 @@ class _TurningBody:
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
         """Displacements and multipliers in space for the motion of the carriers in space."""
-        in_frames = self._turn_carriers(motion, np.swapaxes(self._carriers[1], 1, 2))
+        in_frames = self._turn_carriers(motion, self._carriers[1].swapaxes(1, 2))
         u, mu_c = self._elimination.substitute(in_frames)
         return turn(self._right, u), turn(self._contact[0], mu_c)
 

@@ -165,7 +165,7 @@ class CongruentParts:
         if self.copies == 1:
             same: Array = rows.T
             return same
-        by_column = np.swapaxes(rows.reshape(self.copies, k, -1), 0, 1)
+        by_column = rows.reshape(self.copies, k, -1).swapaxes(0, 1)
         return turn(T, by_column.reshape(k, -1)).T
 
     def _respond(self, A_ss: csr_matrix, forces: Array) -> Array:
