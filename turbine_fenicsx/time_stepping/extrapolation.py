@@ -16,6 +16,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.time_stepping.recent_steps import RecentSteps
 
 WEIGHTS: Array = np.array([4.0, -5.0, 0.0, 5.0, -4.0, 1.0])
 """Weights of r_{n-1}, r_{n-2}, ...: the coefficients of 1 - (1 - z)^5 (1 + z)."""
@@ -26,38 +27,31 @@ class Extrapolation:
 
     def __init__(self) -> None:
         """Nothing is known yet."""
-        self._dt = self._end = 0.0
-        self._last: list[Array] = []  # newest first
+        self._steps = RecentSteps(len(WEIGHTS))
 
     def guess(self, time: float, dt: float) -> Array | None:
         """The unknowns of the step from a time by dt [s]; None where too little is known."""
-        enough = len(self._last) == len(WEIGHTS) and self._follows(time, dt)
-        return WEIGHTS @ np.array(self._last) if enough else None
+        last = self._steps.before(time, dt)
+        return WEIGHTS @ np.array(last) if last else None
 
     def add(self, time: float, dt: float, r: Array) -> None:
         """A step from a time by dt [s] was made, with these unknowns."""
-        if not self._follows(time, dt):
-            self.forget()
-        self._dt, self._end = dt, time + dt
-        self._last = [r, *self._last[: len(WEIGHTS) - 1]]
+        self._steps.add(time, dt, r)
 
     def forget(self) -> None:
         """Forget all steps, for what comes does not look like them."""
-        self._last = []
+        self._steps.forget()
 
     def save(self) -> RestartData:
         """The last steps; nothing if there are none."""
-        if not self._last:
+        steps = self._steps
+        if not steps.values:
             return RestartData()
-        return RestartData({"dt": self._dt, "end": self._end}, {"r": np.array(self._last)})
+        return RestartData({"dt": steps.dt, "end": steps.end}, {"r": np.array(steps.values)})
 
     def restore(self, data: RestartData) -> None:
         """Go on after the steps that were saved."""
         self.forget()
         if data:
-            self._dt, self._end = data.numbers["dt"], data.numbers["end"]
-            self._last = list(data.arrays["r"])
-
-    def _follows(self, time: float, dt: float) -> bool:
-        """Whether a step continues the last ones, except for round-off."""
-        return max(abs(time - self._end), abs(dt - self._dt)) <= 1e-6 * dt
+            self._steps.dt, self._steps.end = data.numbers["dt"], data.numbers["end"]
+            self._steps.values = list(data.arrays["r"])

@@ -22,6 +22,7 @@ from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.guess_errors import GuessErrors
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.residual_place import describe_largest_residual
 from turbine_fenicsx.time_stepping.stepper import StepReport
@@ -110,7 +111,7 @@ class NewtonStepper:
         exact = known.get(self.linear_solver, self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact)
         self.fallbacks, self.factors = 0, (0, 0)
-        self._past = Extrapolation()
+        self._past, self._errors = Extrapolation(), GuessErrors(step)
         self._convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(options.prefix)
@@ -137,9 +138,9 @@ class NewtonStepper:
         """One step from ``state`` to t + dt.
 
         Newton starts from where the velocities lead; if that fails, again with a new factor in
-        place of a frozen one, then with the exact tangent, and then from x_n. Without flexible
-        bodies, whose vibrations cannot be foreseen so far, it first starts from the
-        `Extrapolation` of the last steps, if there are enough.
+        place of a frozen one, then with the exact tangent, and then from x_n. With flexible
+        bodies `GuessErrors` correct the start, unless tangents are exact; without, it is first
+        the `Extrapolation` of the last steps, if there are enough.
 
         Args:
             state: State at t_n, not changed.
@@ -159,7 +160,7 @@ class NewtonStepper:
         while waiting:
             attempt, guess = waiting.pop(0)
             self._log_fallback(state.time, dt, failures, attempt)
-            self.step.guess(attempt.moves_on, guess)
+            self._begin_at(attempt, guess)
             linear_solver = self._solvers.use(attempt.solver)
             with timing.event("linear set-up"):
                 linear_solver.begin()
@@ -180,12 +181,12 @@ class NewtonStepper:
                 self._attempts.learn(attempt)
                 self.fallbacks += len(failures)
                 works, dissipated = self.step.finish(out)
-                if not self.step.system.flexible_bodies:
-                    self._past.add(state.time, dt, self.step.rigid_unknowns())
+                self._remember(attempt, state.time, dt)
                 residual = self._convergence.history[-1] * self.options.tolerance
                 done = tuple(works.tolist()), tuple(dissipated.tolist())
                 return StepReport(newton, krylov, *done, residual)
             self._past.forget()
+            self._errors.forget()
             failures.append(Failure(attempt, reason, iterations))
         place = describe_largest_residual(self.step, self.snes.getFunction()[0])
         raise StepFailure(
@@ -198,6 +199,28 @@ class NewtonStepper:
         attempts: list[tuple[Attempt, Array | None]] = [(x, None) for x in self._attempts.order()]
         r = self._past.guess(time, dt)
         return attempts if r is None else [(attempts[0][0], r), *attempts]
+
+    def _begin_at(self, attempt: Attempt, r: Array | None) -> None:
+        """Set X to the start of an attempt."""
+        self.step.guess(attempt.moves_on, r)
+        if self._learns(attempt):
+            self._errors.correct(self.step.start.state.time, self.step.start.dt)
+
+    def _remember(self, attempt: Attempt, time: float, dt: float) -> None:
+        """Learn from a step that was made what the next ones start from."""
+        if not self.system.flexible_bodies:
+            self._past.add(time, dt, self.step.rigid_unknowns())
+        elif self._learns(attempt):
+            self._errors.add(time, dt)
+
+    def _learns(self, attempt: Attempt) -> bool:
+        """Whether the guess of an attempt is corrected by `GuessErrors`.
+
+        Exact tangents mostly end digits below the tolerance. From a better guess they would end
+        near it, which their energy balance would show.
+        """
+        approximate = isinstance(self._solvers.use(attempt.solver), QuasiNewton)
+        return attempt.moves_on and approximate and bool(self.system.flexible_bodies)
 
     def _log_fallback(
         self, time: float, dt: float, failures: list[Failure], attempt: Attempt
@@ -219,6 +242,7 @@ class NewtonStepper:
         data.add("attempts", self._attempts.save())
         data.add("linear", self._solvers.use(self.linear_solver).save())
         data.add("past", self._past.save())
+        data.add("errors", self._errors.save())
         for name, loads in self.system.section_loads.items():
             data.add(f"loads.{name}", loads.save())
         return data
@@ -230,6 +254,7 @@ class NewtonStepper:
             self._attempts.restore(data.part("attempts"))
             self._solvers.use(self.linear_solver).restore(data.part("linear"))
         self._past.restore(data.part("past"))
+        self._errors.restore(data.part("errors"))
         for name, loads in self.system.section_loads.items():
             loads.restore(data.part(f"loads.{name}"))
 
