@@ -64,6 +64,9 @@ FASTER = 0.3
 """Convergence is linear if the last ratio of increments is not below this part of the one before;
 that of Newton's method is its square, or less."""
 
+GROWS = 2.0
+"""An increment grows if it is above so many times the last one."""
+
 LAST = 1e-3
 """Part of the tolerance for an increment by a tangent that was kept: the error that it leaves is a
 part of it, while that of a new tangent leaves its square."""
@@ -257,6 +260,7 @@ def solve_load_step(
     tolerance: float,
     max_iterations: int,
     is_close: bool = False,
+    astray: float = np.inf,
 ) -> int:
     """Newton's method for one load step, changing the state of the blocks.
 
@@ -268,6 +272,7 @@ def solve_load_step(
         max_iterations: As in `equilibrium`.
         is_close: Whether the equilibrium is close, so that the tangent is kept as long as
             increments become smaller fast. Else it is kept only where convergence is linear.
+        astray: Part of the displacements above which no increment after the third may grow.
 
     Returns:
         The number of iterations.
@@ -288,7 +293,8 @@ def solve_load_step(
         blocks.solve(solver, update)
         size, extent = _move(blocks)
         sizes.append(size / extent)
-        if not np.isfinite(size):
+        leaves = iteration > 3 and size > max(astray * extent, GROWS * last)
+        if not np.isfinite(size) or leaves:
             break
         stagnant = last <= size <= max(ROUND_OFF * extent_of_system, STAGNATION * extent)
         accurate = size <= (1.0 if update else LAST) * tolerance * extent

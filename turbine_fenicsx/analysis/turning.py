@@ -45,6 +45,17 @@ log = logging.getLogger(__name__)
 SPEED_STEPS = (1, 4, 16)
 """Numbers of steps, of equal squares of the speed, in which it is tried to reach the speed."""
 
+LOAD_STEPS = (1, 5, 20)
+"""Numbers of steps in which it is tried to reach the loads on sections, where there are some."""
+
+ASTRAY = 0.1
+"""No increment after the third may grow above this part of the displacements, or load steps are
+taken: thin walls of blades that wind bends by a fifth of their length at once come to states in
+which they have buckled, and Newton's method does not come back from there."""
+
+LOOSE = 1e-2
+"""Tolerance of load steps before the last, which are only starts of the next."""
+
 AZIMUTHS = (1.0, 2.5)
 """Further angles of the rotor at which a state must be in equilibrium to be steady [rad]."""
 
@@ -156,11 +167,12 @@ class TurningBlocks(EquilibriumBlocks):
 
     Attributes:
         frame: The frame of the last residual.
+        part: Part of the loads on sections that acts.
     """
 
     def __init__(self, frame: TurningFrame, state: State, held: Sequence[int]) -> None:
         super().__init__(frame.system, state, held)
-        self.frame = frame
+        self.frame, self.part = frame, 1.0
         joint = next(j for j in self.system.joints if j.name == frame.joint)
         carrier = joint.bodies[0]
         self._carrier = None if carrier is None else self.system.first_coordinate[carrier]
@@ -175,8 +187,13 @@ class TurningBlocks(EquilibriumBlocks):
         super().residual()
         R_u, _, _ = self.split(self.residual_vector)
         for body, (R, force) in enumerate(zip(R_u, self._forces, strict=True)):
-            self.frame.body_centrifugal_force(body, self.state.u[body], force)
+            u = self.state.u[body]
+            self.frame.body_centrifugal_force(body, u, force)
             R.axpy(1.0, force)
+            if self.part < 1.0:
+                still = np.zeros_like(u.array_r)
+                for loads in self.system.flexible_models[body].section_loads:
+                    loads.add_forces(u.array_r, still, self.time, 1.0 - self.part, R.array)
 
     def tangent(self, x: PETSc.Vec) -> None:
         """Assemble the tangent at the state and at a constant axis."""
@@ -273,21 +290,46 @@ class _Turning:
         solve_load_step(self.blocks, self.solver, time, *accuracy, is_close)
 
     def reach_speed(self) -> None:
-        """Find the equilibrium, at lower speeds first if it is too far away."""
+        """Find the equilibrium, at lower speeds or loads first if it is too far away."""
         blocks, frame = self.blocks, self.blocks.frame
         start = blocks.state.copy()
-        for n in SPEED_STEPS:
+        loaded = any(m.section_loads for m in blocks.system.flexible_models)
+        numbers = LOAD_STEPS if loaded else SPEED_STEPS
+        for n in numbers:
             try:
-                for k in range(1, n + 1):
-                    blocks.frame = replace(frame, speed=frame.speed * np.sqrt(k / n))
-                    self.solve(self.time)
+                if loaded:
+                    self._reach_loads(n)
+                else:
+                    self._reach_speed(n, frame)
                 break
             except StepFailure:
-                if n == SPEED_STEPS[-1]:
+                if n == numbers[-1]:
                     raise
                 blocks.state.destroy()
-                blocks.state = start.copy()
+                blocks.state, blocks.frame = start.copy(), frame
         start.destroy()
+
+    def _reach_speed(self, n: int, frame: TurningFrame) -> None:
+        """Find the equilibrium at n speeds."""
+        for k in range(1, n + 1):
+            self.blocks.frame = replace(frame, speed=frame.speed * np.sqrt(k / n))
+            self.solve(self.time)
+
+    def _reach_loads(self, n: int) -> None:
+        """Find the equilibrium at n parts of the loads on sections, before that without them."""
+        blocks, before = self.blocks, None
+        astray = np.inf if n == LOAD_STEPS[-1] else ASTRAY
+        for k in range(1 if n == 1 else 0, n + 1):
+            blocks.part = k / n
+            now = blocks.state.copy()
+            if before is not None:
+                if k > 1:
+                    blocks.state.go_on(before)
+                before.destroy()
+            accuracy = self.tolerance if k == n else LOOSE, self.max_iterations
+            solve_load_step(blocks, self.solver, self.time, *accuracy, astray=astray)
+            before = now
+        now.destroy()
 
     @contextmanager
     def turned(self, angle: float) -> Iterator[float]:

@@ -51,6 +51,16 @@ class State:
             coupling=tuple(x.copy() for x in self.coupling),
         )
 
+    def go_on(self, before: State) -> None:
+        """Go once more as far as from the positions and forces of another state to these."""
+        self.q = 2.0 * self.q - before.q
+        self.joint_coordinates = 2.0 * self.joint_coordinates - before.joint_coordinates
+        self.multipliers = 2.0 * self.multipliers - before.multipliers
+        for mine, other in zip(
+            (*self.u, *self.coupling), (*before.u, *before.coupling), strict=True
+        ):
+            mine.axpby(-1.0, 2.0, other)
+
     def destroy(self) -> None:
         """Free the distributed vectors. Collective."""
         for vector in (*self.u, *self.v, *self.coupling):

@@ -11,8 +11,10 @@ from xdmf_bricks import needs_pyvista
 from xdmf_bricks import read as read_series
 
 from turbine_fenicsx import ModelError, restart_case, run_case
+from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.turbine import start as start_module
@@ -256,6 +258,21 @@ def test_turning_blades_begin_without_a_kick_to_thin_walls(comm, files, monkeypa
     error, size = (np.max(np.abs(u), initial=0.0) for u in (starts[0] - starts[1], starts[1]))
     # 1e-9 with a tolerance of 1e-6, with which hollow blades of 12 x 12 cells fail in ten steps
     assert comm.allreduce(error, op=MPI.MAX) < 1e-10 * comm.allreduce(size, op=MPI.MAX)
+
+
+def test_wind_too_strong_for_one_load_step_is_reached_in_several(comm, files, monkeypatch):
+    time = {"step": 0.02, "end": 0.2, "start": "turning"}
+    soft = {"young": [4.5e8, 1.5e8, 1.5e8], "shear": [5.4e7, 5.4e7, 5.4e7]}
+    more = {"time": time, "material": soft, "generator": {"keeps": "speed"}}
+    given = case(files, "hybrid", {"speed": 25.0}, stations=6, **more)
+    system = build_turbine(given, comm).system
+    at_once = make_start(given, system)
+    monkeypatch.setitem(start_module.IN_WIND, "max_iterations", 25)
+    in_steps = make_start(given, system)
+    assert (at_once.u[0] - in_steps.u[0]).norm() <= 1e-9 * at_once.u[0].norm()
+    monkeypatch.setattr(turning, "LOAD_STEPS", (1,))
+    with pytest.raises(StepFailure):
+        make_start(given, system)
 
 
 @pytest.mark.parametrize(("degree", "most"), [(1, 11), (2, 16)])
