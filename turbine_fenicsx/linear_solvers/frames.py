@@ -13,10 +13,6 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
-ACCURACY = 1e-6
-"""Of the rotations; deformation changes the tangent by far more, and iterations are the same with
-1e-10."""
-
 
 class NodeFrames:
     """Rotation R of the material around each node, from the polar decomposition F = R U.
@@ -66,7 +62,7 @@ class NodeFrames:
         F, *dF = self._gradients([u] if du is None else [u, du])
         F[::4] += 1.0
         F = np.concatenate([F + sum(part * D for D in dF) for part in parts], axis=1)
-        R = polar_rotation(F.reshape(3, 3, -1), ACCURACY)
+        R = polar_rotation(F.reshape(3, 3, -1), tolerance=1e-10)
         return np.split(R, len(parts), axis=2)
 
     def _gradients(self, displacements: Sequence[PETSc.Vec]) -> Array:
