@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.coordinates import JointCoordinate
 from turbine_fenicsx.joints.relation import Relation
+from turbine_fenicsx.system.closed_joints import check_closed, find_singular_rows
 from turbine_fenicsx.system.parts import Parts
 from turbine_fenicsx.system.rigid_model import RigidModel
 
@@ -46,8 +47,8 @@ def number_parts(parts: Parts) -> Numbering:
     """Number joint coordinates, find redundant constraints, bind forces.
 
     Raises:
-        ModelError: for two joint coordinates of one name, an unknown joint coordinate, or a
-            relation that depends on the joints and the other relations.
+        ModelError: for two joint coordinates of one name, an unknown joint coordinate, a joint
+            that is open, or a relation that depends on the joints and the other relations.
     """
     bodies = parts.rigid_bodies
     frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}
@@ -70,6 +71,7 @@ def number_parts(parts: Parts) -> Numbering:
         {name: n_q + k for k, name in enumerate(coordinates)},
     )
     q = np.concatenate([np.zeros(0), *(b.coordinates for b in bodies)])
+    check_closed(constraints[n_internal:], owners, q)
     redundant = find_redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
     kept = [c for k, c in enumerate(constraints) if k not in redundant]
     S = _relation_rows(parts.relations, layout, n_q, len(coordinates))
@@ -90,8 +92,10 @@ def number_parts(parts: Parts) -> Numbering:
     for k in redundant:
         name = owners[k - n_internal]
         counts[name] = counts.get(name, 0) + 1
+    singular = [owners[k - n_internal] for k in find_singular_rows(constraints, redundant, q)]
     warnings = [
-        *_tell_redundant(counts, len(owners)),
+        *_tell_singular(singular),
+        *_tell_redundant(counts, len(owners), singular),
         *_tell_velocities(bodies, constraints[n_internal:], owners, q),
     ]
     return Numbering(model, tuple(coordinates), rows, counts, tuple(warnings))
@@ -129,13 +133,28 @@ def _check_relations(
         )
 
 
-def _tell_redundant(counts: Mapping[str, int], total: int) -> list[str]:
-    """Warn of redundant constraints."""
-    if not counts:
+def _tell_singular(owners: Sequence[str]) -> list[str]:
+    """Warn of constraints that depend on others in the initial configuration only."""
+    return [
+        f"{owners.count(name)} of the constraints of joint {name!r} locks nothing in the initial "
+        "configuration that others do not lock, but does beside it (as a scalar product of two "
+        "parallel directions, or a mechanism in a dead centre): steps do not keep it, and fail as "
+        "soon as it opens; start a little aside, or say it by other constraints"
+        for name in dict.fromkeys(owners)
+    ]
+
+
+def _tell_redundant(
+    counts: Mapping[str, int], total: int, singular: Sequence[str] = ()
+) -> list[str]:
+    """Warn of redundant constraints, except for those that are told as singular."""
+    rest = {name: n - singular.count(name) for name, n in counts.items()}
+    rest = {name: n for name, n in rest.items() if n}
+    if not rest:
         return []
     return [
-        f"{sum(counts.values())} of {total} joint constraints are redundant (in joints "
-        f"{', '.join(counts)}): they hold without a multiplier, and the forces in these joints are "
+        f"{sum(rest.values())} of {total} joint constraints are redundant (in joints "
+        f"{', '.join(rest)}): they hold without a multiplier, and the forces in these joints are "
         "one choice of many"
     ]
 
