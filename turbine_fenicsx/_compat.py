@@ -20,6 +20,7 @@ import dolfinx.fem.petsc
 import dolfinx.graph
 import dolfinx.jit
 import dolfinx.mesh
+import ffcx.codegeneration.jit
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -59,17 +60,27 @@ def _form_cache() -> Iterator[list[Any]]:
     Yields:
         A list of the Python modules that were made or loaded meanwhile.
     """
-    original = dolfinx.jit.ffcx_jit
+    original, look_up = dolfinx.jit.ffcx_jit, ffcx.codegeneration.jit.get_cached_module
     name, complete = _jit_options()
     modules: list[Any] = []
 
     def jit(comm: Any, ufl_object: Any, **options: Any) -> Any:
         given = options.get(name) or {}
-        folder = complete(given)["cache_dir"] / "turbine_fenicsx"
-        options[name] = {**given, "cache_dir": folder, "timeout": form_cache.PATIENCE}
-        result = form_cache.compile_on_all(
-            comm, folder, lambda: original.__wrapped__(ufl_object, **options)
-        )
+
+        def compile_here(folder: Path, claim: form_cache.Claim) -> Any:
+            def claim_first(form: str, *others: Any) -> Any:
+                claim(form)
+                return look_up(form, *others)
+
+            options[name] = {**given, "cache_dir": folder, "timeout": form_cache.PATIENCE}
+            ffcx.codegeneration.jit.get_cached_module = claim_first
+            try:
+                return original.__wrapped__(ufl_object, **options)
+            finally:
+                ffcx.codegeneration.jit.get_cached_module = look_up
+
+        folder = complete(given)["cache_dir"] / "turbine_fenicsx" / "forms"
+        result = form_cache.compile_on_all(comm, folder, compile_here)
         modules.append(result[1])
         return result
 
@@ -296,7 +307,7 @@ def _compiler_flags() -> list[str]:
 
 def compile_c(comm: Any, declaration: str, source: str) -> Any:
     """C code with the flags and in the cache of forms, see `c_code.compile_c`. Collective."""
-    folder = _jit_options()[1]({})["cache_dir"] / "turbine_fenicsx"
+    folder = _jit_options()[1]({})["cache_dir"] / "turbine_fenicsx" / "forms"
     return c_code.compile_c(comm, folder, declaration, source, _compiler_flags())
 
 

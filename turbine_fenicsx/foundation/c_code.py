@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 import cffi
 
-from turbine_fenicsx.foundation.form_cache import compile_on_all
+from turbine_fenicsx.foundation.form_cache import Claim, compile_on_all
 
 
 def compile_c(
@@ -37,20 +37,20 @@ def compile_c(
     suffix = importlib.machinery.EXTENSION_SUFFIXES[0]
     key = "\n".join([declaration, source, *flags, cffi.__version__, suffix])
     name = f"turbine_fenicsx_{hashlib.sha1(key.encode()).hexdigest()}"
-    library = folder / f"{name}{suffix}"
 
-    def compile_here() -> tuple[None, Any]:
+    def compile_here(place: Path, claim: Claim) -> tuple[None, Any]:
+        library = place / f"{name}{suffix}"
+        claim(name)
         if not library.exists():
             builder = cffi.FFI()
             builder.cdef(declaration)
             builder.set_source(name, source, extra_compile_args=flags)
-            with tempfile.TemporaryDirectory() as place:
-                made = builder.compile(tmpdir=place)
-                # if this process dies, the next one removes what ends in .c and is not "cached"
-                unfinished = folder / f"unfinished_{name}_{platform.node()}_{os.getpid()}.c"
+            with tempfile.TemporaryDirectory() as work:
+                made = builder.compile(tmpdir=work)
+                unfinished = place / f"{name}.{platform.node()}_{os.getpid()}"
                 shutil.copyfile(made, unfinished)
             os.replace(unfinished, library)
-            (folder / f"{name}.c.cached").touch()  # other ranks need not wait for the lock
+            (place / f"{name}.c.cached").touch()
         spec = importlib.util.spec_from_file_location(name, library)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""Cache of compiled forms: one process compiles at a time, leftovers of dead ones are removed.
+"""Cache of compiled forms: one process compiles each form, leftovers of dead ones are removed.
 
 DOLFINx takes a file ``NAME.c`` without ``NAME.c.cached`` for a form that another process compiles.
 If that process was killed, all later ones would wait for it in vain.
@@ -12,14 +12,17 @@ import functools
 import hashlib
 import logging
 import os
+import platform
 import re
 import shlex
 import shutil
 import sysconfig
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import closing, suppress
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from mpi4py import MPI
@@ -28,6 +31,7 @@ from cffi import VerificationError
 
 from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.interrupts import end_at_once
+from turbine_fenicsx.foundation.own_folder import describe_stranger
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 
 PATIENCE = 900
@@ -66,21 +70,24 @@ def read_extra_flags() -> list[str]:
     return flags
 
 
-def compile_on_all(comm: MPI.Intracomm, folder: Path, compile_here: Callable[[], T]) -> T:
+def compile_on_all(
+    comm: MPI.Intracomm, folder: Path, compile_here: Callable[[Path, Claim], T]
+) -> T:
     """Compile on rank 0, and load on the other ranks; those that see another folder compile too.
 
     Args:
         comm: Communicator.
         folder: Where compiled code is kept, used in no other way than this; created if need be.
-        compile_here: Compiles, or loads what is there, without communication. Its result holds
-            the Python module with the code in second place.
+        compile_here: Compiles into a folder, or loads what is there, without communication. It
+            calls the claim with the name of the form before it looks for its files, and its
+            result holds the Python module with the code in second place.
 
     Returns:
         The result of this rank.
 
     Raises:
         CompilationError: on every rank, if there is no C compiler, it fails, the folder cannot be
-            written to, or another process does not finish.
+            written to or others may write to it, or another process does not finish.
         KeyboardInterrupt: on every rank, if rank 0 was interrupted.
 
     Note:
@@ -88,79 +95,181 @@ def compile_on_all(comm: MPI.Intracomm, folder: Path, compile_here: Callable[[],
     """
     made: list[T] = []
 
-    def compile_first() -> str:
+    def compile_first() -> Path | None:
         made.append(_compile_alone(folder, compile_here))
-        return Path(made[0][1].__file__).name.partition(".")[0]
+        place = Path(made[0][1].__file__).parent
+        return None if place == folder else place
 
-    name = on_rank0(comm, compile_first)
+    elsewhere = on_rank0(comm, compile_first)
     if comm.size == 1:
         return made[0]
     error: BaseException | None = None
     if comm.rank > 0:
         try:
-            if (folder / f"{name}.c.cached").exists():
-                made.append(_compile(folder, compile_here))
-            else:
-                made.append(_compile_alone(folder, compile_here))
+            place = elsewhere if elsewhere is not None and elsewhere.is_dir() else folder
+            made.append(_compile_alone(place, compile_here))
         except BaseException as raised:  # all ranks must hear of it
             error = raised
     raise_together(comm, error)
     return made[0]
 
 
-def _compile_alone(folder: Path, compile_here: Callable[[], T]) -> T:
+def _compile_alone(folder: Path, compile_here: Callable[[Path, Claim], T]) -> T:
     """Compile while no other process does, and without what dead ones have left."""
-    with end_at_once(), _lock(folder) as alone:
-        if folder.is_dir():
-            _remove_leavings(folder, 0.0 if alone else PATIENCE)
+    _check_trust(folder)
+    with end_at_once(), closing(Claim(folder)) as claim:
         try:
-            return _compile(folder, compile_here)
-        except ImportError as error:
-            if not (alone and error.path):
+            return _compile(folder, compile_here, claim)
+        except ImportError:
+            if not (claim.name and claim.take(anew=True)):
                 raise
-            _remove(Path(error.path))  # cut short when the computer went down
-            return _compile(folder, compile_here)
+            return _compile(folder, compile_here, claim)  # cut short when the computer went down
+        except _OwnerStopped as stopped:
+            log.warning("%s: this run compiles the form for itself", stopped)
+    _of_this_process.append(TemporaryDirectory(prefix="turbine_fenicsx_"))
+    return _compile_alone(Path(_of_this_process[-1].name), compile_here)
 
 
-@contextmanager
-def _lock(folder: Path) -> Iterator[bool]:
-    """Keep other processes out, and tell whether that was possible.
+class _OwnerStopped(Exception):
+    """The process that compiles a form was stopped, by Ctrl-Z for example."""
 
-    The system drops the lock when the program ends, however it ends.
+
+_of_this_process: list[TemporaryDirectory[str]] = []
+"""Folders with forms that others were to compile; they go when the process ends."""
+
+
+class Claim:
+    """The right to compile one form. What is compiled already needs none.
+
+    The system drops the lock when the process ends, however it ends.
+
+    Args:
+        folder: Where compiled code is kept.
+
+    Attributes:
+        name: Name of the form; empty until it is known.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o666)
-    except OSError:  # what is compiled already can be used all the same
-        yield False
-        return
-    try:
-        yield _take(lock, folder)
-    finally:
-        os.close(lock)
 
+    def __init__(self, folder: Path) -> None:
+        self.name = ""
+        self._folder = folder
+        self._lock: int | None = None
 
-def _take(lock: int, folder: Path) -> bool:
-    """Wait for a lock, and tell whether the file system has such a thing."""
-    begin = time.monotonic()
-    while True:
+    def __call__(self, name: str) -> None:
+        """Wait until the form is compiled, or until this process alone may compile it.
+
+        Raises:
+            CompilationError: if others may have written its code, or do not finish it.
+        """
+        self.name = name
+        if not (self._folder / f"{name}.c.cached").exists():
+            self.take()
+        for suffix in EXTENSION_SUFFIXES:
+            _check_trust(self._folder / f"{name}{suffix}")
+
+    def take(self, anew: bool = False) -> bool:
+        """Take the lock of the form and remove what dead processes have left of it.
+
+        Args:
+            anew: Whether what was finished goes too.
+
+        Returns:
+            Whether the file system has locks.
+        """
+        alone = self._wait()
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            names = {name for name in os.listdir(self._folder) if name.startswith(f"{self.name}.")}
+        except OSError:
+            return alone
+        if anew or f"{self.name}.c.cached" not in names:
+            files = [self._folder / name for name in names]
+            age = time.time() - max((_time_of(file) for file in files), default=0.0)
+            if alone or age >= PATIENCE:
+                for file in sorted(files, key=lambda file: file.suffix != ".cached"):
+                    file.unlink(missing_ok=True)
+        return alone
+
+    def close(self) -> None:
+        """Let others in; nobody needs the lock of what is compiled."""
+        if self._lock is None:
+            return
+        with suppress(OSError):
+            if (self._folder / f"{self.name}.c.cached").exists():
+                self._path.unlink()
+        os.close(self._lock)
+        self._lock = None
+
+    @property
+    def _path(self) -> Path:
+        return self._folder / f".{self.name}.lock"
+
+    def _wait(self) -> bool:
+        """Wait for the lock, and tell whether the file system has such a thing."""
+        if self._lock is not None:
             return True
-        except BlockingIOError:
-            waited = time.monotonic() - begin
-            if waited > PATIENCE:
-                raise CompilationError(_describe_wait(folder)) from None
-            if waited > WORTH_SAYING:
-                _say_once(f"waiting for another process to compile into {str(folder)!r}")
-            time.sleep(0.1)
-        except OSError as error:
-            _say_once(
-                f"the file system of {str(folder)!r} has no locks ({error.strerror}): if a "
-                f"compilation is killed there, runs of the next {PATIENCE // 60} minutes fail; "
-                "XDG_CACHE_HOME names another place"
-            )
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._lock = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        except OSError:  # what is compiled already can be used all the same
             return False
+        begin = time.monotonic()
+        while True:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                os.ftruncate(self._lock, 0)
+                os.pwrite(self._lock, f"{os.getpid()} {platform.node()}".encode(), 0)
+                return True
+            except BlockingIOError:
+                self._look_at_owner(time.monotonic() - begin)
+                time.sleep(0.1)
+            except OSError as error:
+                _say_once(
+                    f"the file system of {str(self._folder)!r} has no locks ({error.strerror}): if "
+                    f"a compilation is killed there, runs of the next {PATIENCE // 60} minutes "
+                    "fail; XDG_CACHE_HOME names another place"
+                )
+                self.close()
+                return False
+
+    def _look_at_owner(self, waited: float) -> None:
+        """Raise if the process that has the lock is stopped, or takes longer than `PATIENCE`."""
+        assert self._lock is not None
+        number, _, node = os.pread(self._lock, 1000, 0).decode("utf-8", "replace").partition(" ")
+        if number.isdecimal() and node == platform.node() and _is_stopped(int(number)):
+            raise _OwnerStopped(
+                f"process {number}, which compiles a form into {str(self._folder)!r}, is stopped"
+            )
+        if waited > PATIENCE:
+            raise CompilationError(_describe_wait(self._folder))
+        if waited > WORTH_SAYING:
+            _say_once(f"waiting for another process to compile into {str(self._folder)!r}")
+
+
+def _is_stopped(process: int) -> bool:
+    """Whether a process of this computer waits for a signal to go on."""
+    try:
+        text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    return text.rpartition(")")[2].split()[:1] in (["T"], ["t"])
+
+
+def _check_trust(path: Path) -> None:
+    """Refuse to run code that others may have written."""
+    wrong = describe_stranger(path)
+    if wrong:
+        raise CompilationError(
+            f"the cache of compiled forms {str(path)!r} {wrong}; or set XDG_CACHE_HOME to a folder "
+            "of your own"
+        )
+
+
+def _time_of(file: Path) -> float:
+    """Time at which a file was written; 0 if it has gone."""
+    try:
+        return file.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 @functools.cache
@@ -169,26 +278,10 @@ def _say_once(sentence: str) -> None:
     log.warning(sentence)
 
 
-def _remove_leavings(folder: Path, age: float) -> None:
-    """Remove files of compilations that were not finished and are older than ``age`` [s]."""
-    names = set(os.listdir(folder))
-    for name in names:
-        if name.endswith(".c") and f"{name}.cached" not in names:
-            path = folder / name
-            if time.time() - path.stat().st_mtime >= age:
-                _remove(path)
-
-
-def _remove(path: Path) -> None:
-    """Remove all files of a form."""
-    for file in path.parent.glob(f"{path.name.partition('.')[0]}.*"):
-        file.unlink(missing_ok=True)
-
-
-def _compile(folder: Path, compile_here: Callable[[], T]) -> T:
+def _compile(folder: Path, compile_here: Callable[[Path, Claim], T], claim: Claim) -> T:
     """Compile, with one sentence about what keeps the compiler from it."""
     try:
-        return compile_here()
+        return compile_here(folder, claim)
     except TimeoutError:
         raise CompilationError(_describe_wait(folder)) from None
     except OSError as error:

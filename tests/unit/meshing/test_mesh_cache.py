@@ -1,5 +1,6 @@
 """Claims about meshes that are kept; every rank runs every test."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from turbine_fenicsx.meshing import (
     build_rotor,
     cache_directory,
     cache_mesh,
+    load_msh,
     rotor,
 )
 
@@ -49,6 +51,40 @@ def test_a_mesh_is_built_once_for_the_same_parameters(shared_tmp_path):
     }
     assert len(others | {first}) == 4
     assert sorted(shared_tmp_path.iterdir()) == sorted(others | {first})  # and no temporary files
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut": lambda content: content[: len(content) // 2],
+    "zeros": lambda content: bytes(len(content)),
+    "a block of zeros": lambda content: content[:5000] + bytes(512) + content[5512:],
+    "no checksum": lambda content: content[: content.index(b"$Comments")],
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_mesh_is_built_anew_and_that_is_said(shared_tmp_path, caplog, damage):
+    path = cache_mesh(comm, BLADE, ROTOR, MeshOptions(), shared_tmp_path)
+    content = path.read_bytes()
+    comm.barrier()
+    on_rank0(comm, lambda: path.write_bytes(DAMAGES[damage](content)))
+    assert cache_mesh(comm, BLADE, ROTOR, MeshOptions(), shared_tmp_path) == path
+    assert load_msh(comm, path).report.bad_cells == 0
+    assert path.read_bytes() == content
+    said = [f"the mesh {path} of the cache is damaged; it is built anew"]
+    assert caplog.messages == (said if comm.rank == 0 else [])
+
+
+def test_a_cache_that_others_may_have_written_is_refused(shared_tmp_path):
+    on_rank0(comm, lambda: shared_tmp_path.chmod(0o777))
+    with pytest.raises(MeshError, match=r"may be written to by everybody \(mode 777; .* your own$"):
+        cache_mesh(comm, BLADE, ROTOR, MeshOptions(), shared_tmp_path)
+    on_rank0(comm, lambda: shared_tmp_path.chmod(0o700))
+    path = cache_mesh(comm, BLADE, ROTOR, MeshOptions(), shared_tmp_path)
+    if os.geteuid() == 0:  # may give files away
+        on_rank0(comm, lambda: os.chown(path, 65534, -1))
+        with pytest.raises(MeshError, match=r"belongs to the user .*, not to you; or set XDG_"):
+            cache_mesh(comm, BLADE, ROTOR, MeshOptions(), shared_tmp_path)
 
 
 def test_the_cache_follows_xdg_cache_home(monkeypatch, shared_tmp_path):
