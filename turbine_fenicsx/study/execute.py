@@ -126,7 +126,9 @@ def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[
         if goes_on
         else ["run", str(case), "-o", str(folder), "--overwrite"]
     )
-    command = [*launcher, sys.executable, "-m", "turbine_fenicsx", *task, "--progress", "log"]
+    # -P: no Python file of the present folder is run in place of a library
+    python = [sys.executable, "-P", "-m", "turbine_fenicsx"]
+    command = [*launcher, *python, *task, "--progress", "log"]
     # os.environ is as it was when this process began, before MPI added to it.
     with (folder / LOG).open("ab" if goes_on else "wb") as log:
         return subprocess.Popen(

@@ -41,6 +41,15 @@ def test_it_comes_to_the_new_balance():
     assert after(300.0, 3000).velocity == pytest.approx(NEW, rel=1e-9)
 
 
+def test_stations_beyond_the_tip_follow_as_fast_as_the_tip():
+    """A rotor that bends upwind has stations whose radius is larger than R; tau_2 would vanish."""
+    old, new, a = np.zeros((3, 2)), np.ones((3, 2)), np.full(3, 0.2)
+    radius = np.array([1.0, 1.05, 1.3]) * R
+    wake = Wake.in_balance(old).advance(new, 0.5, a, radius, R, V)
+    assert np.array_equal(wake.velocity, np.broadcast_to(wake.velocity[0], (3, 2)))
+    assert 0.0 < wake.velocity[0, 0] < 1.0
+
+
 def test_it_can_be_saved():
     wake = after(1.0, 10)
     again = Wake.restore(wake.save())

@@ -84,6 +84,10 @@ def test_defaults_are_those_of_the_nrel_5_mw_turbine():
             'drivetrain.stiffness = 0: expected more than 0 with drivetrain.model = "two_mass"',
         ),
         (
+            {"drivetrain": {"efficiency": 1.01}},
+            "drivetrain.efficiency = 1.01: must be less than or equal to 1",
+        ),
+        (
             {"event": {"stop": {"kind": "shut_down"}}, "pitch": {"drive": "free"}},
             'event.stop.kind = "shut_down": expected pitch.drive = "actuator"',
         ),

@@ -1,0 +1,102 @@
+"""No command runs Python files of the folder it is started in, nor do the processes it starts."""
+
+import importlib.util
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from patience import patience
+
+from turbine_fenicsx.cli import commands
+
+ROOT = Path(__file__).parents[2]
+RIGID = ROOT / "demos" / "paper" / "rigid.toml"
+HYBRID = ROOT / "demos" / "paper" / "hybrid_soft.toml"
+POISON = "from pathlib import Path\n(Path({folder!r}) / 'RUN_{name}').touch()\nraise ImportError\n"
+IMPORTED = (
+    "PIL",
+    "ctypes",
+    "cffi",
+    "dolfinx",
+    "gmsh",
+    "json",
+    "logging",
+    "matplotlib",
+    "mpi4py",
+    "numpy",
+    "petsc4py",
+    "pydantic",
+    "pyvista",
+    "scipy",
+    "struct",
+    "tomllib",
+    "turbine_fenicsx",
+    "yaml",
+)
+"""Names that the package or its child processes import."""
+
+SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
+ARGUMENTS = {
+    "check": [str(HYBRID)],
+    "demo": [],
+    "fatigue": ["out", "--columns", "angle_rotor_[rad]"],
+    "info": [],
+    "mesh": [str(HYBRID), "-o", "new.msh", "--set", "mesh.elements=[1,1,4]"],
+    "modes": [str(RIGID), "-o", "modes"],
+    "plot": ["out"],
+    "render": ["out", "--size", "200x200"],
+    "report": ["out", "--no-pictures"],
+    "restart": ["out", "--quiet", "--set", "time.end=0.03"],
+    "run": [str(RIGID), "-o", "other", *SHORT],
+    "study": ["study.toml", "-o", "study"],
+}
+
+
+def start(folder, *arguments):
+    """The command line in a folder, as the installed program starts it."""
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "turbine_fenicsx", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=patience(120.0),
+    )
+
+
+@pytest.fixture(scope="module")
+def poisoned(tmp_path_factory):
+    """A folder with the output of a run, a study, and files that leave a mark when they are run."""
+    folder = tmp_path_factory.mktemp("poisoned")
+    for name in IMPORTED:
+        text = POISON.format(folder=str(folder), name=name)
+        (folder / f"{name}.py").write_text(text)
+    (folder / "study.toml").write_text(
+        f"case = '{RIGID}'\n[grid]\ntime.step = [0.01, 0.02]\n"
+        "[set]\ntime.end = 0.02\noutput.fields_every = 0\n"
+    )
+    result = start(folder, "run", str(RIGID), "-o", "out", *SHORT)
+    assert result.returncode == 0, result.stderr
+    return folder
+
+
+def test_the_files_would_be_run_where_the_folder_comes_first(poisoned):
+    result = subprocess.run([sys.executable, "-c", "import tomllib"], cwd=poisoned)
+    assert result.returncode != 0
+    (poisoned / "RUN_tomllib").unlink()
+
+
+def test_every_command_is_tried():
+    found = {module.name for module in pkgutil.iter_modules(commands.__path__)}
+    assert set(ARGUMENTS) == {name for name in found if not name.startswith("_")}
+
+
+@pytest.mark.parametrize("command", sorted(ARGUMENTS))
+def test_no_command_runs_python_files_of_the_present_folder(poisoned, command):
+    needed = {"plot": "matplotlib", "render": "pyvista", "report": "matplotlib"}.get(command)
+    if needed and importlib.util.find_spec(needed) is None:
+        pytest.skip(f"{needed}, which draws, is missing")
+    result = start(poisoned, command, *ARGUMENTS[command])
+    assert result.returncode == 0, result.stderr
+    assert [path.name for path in poisoned.glob("RUN_*")] == []
