@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo demo-iea quick test attack lint docs gallery verification bench bench-peers clean
+.PHONY: help setup demo demo-iea quick test attack lint docs reference gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -43,6 +43,9 @@ docs: setup ## build docs/_build/html, the documentation; warnings are errors
 	    --disable-pip-version-check -c $(VENV)/constraints.txt -e '.[docs]'; }
 	$(VENV)/bin/python -m sphinx -q -E -W --keep-going -n -b html docs docs/_build/html
 	@echo "docs: $(CURDIR)/docs/_build/html/index.html"
+
+reference: setup ## write the tables of docs/reference anew: keys of case files, commands, public names
+	$(VENV)/bin/python docs/_extensions/generated.py
 
 gallery: setup ## run all demos and draw docs/gallery.md and the README's pictures, some twenty minutes
 	$(VENV)/bin/python demos/gallery

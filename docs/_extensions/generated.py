@@ -1,8 +1,9 @@
-"""Parts of pages that are made from the package: ``<!-- generated: NAME ... -->`` in Markdown.
+"""Parts of pages that are made from the package; ``make reference`` writes them.
 
-``case-tables`` and ``case-units`` come from the types in `turbine_fenicsx.turbine.case.tables`,
-``commands`` from the parsers of the command line, ``public-names`` and ``room`` from the
-package and its docstrings.
+Between ``<!-- generated: NAME -->`` and ``<!-- end -->`` stand tables that can be read without
+Sphinx: ``case-tables`` and ``case-units`` from `turbine_fenicsx.turbine.case.tables`, ``commands``
+from the parsers of the command line, ``public-names`` from the package. ``<!-- room: NAME -->``
+is where Sphinx lists the modules of a room with their docstrings.
 """
 
 from __future__ import annotations
@@ -12,18 +13,18 @@ import importlib
 import inspect
 import pkgutil
 import re
-import tomllib
+import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 HERE = Path(__file__).parent
-MARK = re.compile(r"<!-- generated: ([\w-]+)\s*(.*?)\s*-->", re.DOTALL)
-NO_LIMIT = 1e30
+PART = re.compile(r"(<!-- generated: ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+ROOM = re.compile(r"<!-- room: ([\w.]+) -->")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -44,118 +45,38 @@ def summary(thing: Any) -> str:
 
 def case_tables(_: str) -> str:
     """All tables of a case file with their keys."""
-    from turbine_fenicsx.turbine.case.tables import Tables
+    from turbine_fenicsx.turbine.case.reference import list_tables
 
-    meanings = tomllib.loads((HERE / "case_keys.toml").read_text(encoding="utf-8"))
-    parts = list(_sections("", Tables, Tables(), meanings))
-    if meanings:
-        raise ValueError(f"case_keys.toml explains what does not exist: {meanings}")
-    return "\n".join(parts)
+    return "\n".join(map(_case_table, list_tables()))
 
 
-def _sections(name: str, model: Any, default: Any, meanings: dict[str, Any]) -> Iterator[str]:
-    """One table of a case file, then those inside it; takes the meanings it has used."""
-    rows, inner = [], []
-    for key, field in model.model_fields.items():
-        if hasattr(field.annotation, "model_fields"):
-            inner.append((key, field.annotation, getattr(default, key)))
-            continue
-        if get_origin(field.annotation) is dict:  # tables with names of the user's own
-            kind = get_args(field.annotation)[1]
-            inner.append((f"{key}.NAME", kind, kind()))
-            continue
-        meaning = meanings.pop(key, None) or field.description
-        if meaning is None:
-            raise ValueError(f"case_keys.toml does not explain {name}.{key}")
-        kind = [field.annotation, *field.metadata]
-        value = _toml(getattr(default, key))
-        rows.append([f"`{key}`", _unit(kind), value, _allowed(kind), meaning])
-    title = f"## `[{name}]`" if name else "## Outside of all tables"
-    text = "\n\n".join(
-        " ".join(part.split()) for part in (inspect.getdoc(model) or "").split("\n\n")
-    )
-    head = ["key", "unit", "default", "allowed", "meaning"]
-    if name:
-        text = re.sub(r"`{1,2}([^`]+)`{1,2}", r"`\1`", text)
-        yield f"{title}\n\n{text}\n\n{table(head, rows)}"
-    else:
-        yield f"{title}\n\n{table(head, rows)}"
-    for key, annotation, value in inner:
-        dotted = f"{name}.{key}" if name else key
-        yield from _sections(dotted, annotation, value, meanings.get(key, {}))
-        if not meanings.get(key, True):
-            del meanings[key]
+def _case_table(part: Any) -> str:
+    """One table of a case file."""
+    rows = [
+        [f"`{k.name}`", k.unit, _code(k.default) or "none", _choices(k.allowed), _links(k.meaning)]
+        for k in part.keys
+    ]
+    keys = table(["key", "unit", "default", "allowed", "meaning"], rows)
+    if not part.name:
+        return f"## Outside of all tables\n\n{keys}"
+    text = "\n\n".join(" ".join(piece.split()) for piece in part.text.split("\n\n"))
+    return f"## `[{part.name}]`\n\n{_links(text)}\n\n{keys}"
 
 
-def _walk(kind: Any) -> Iterator[Any]:
-    """A type, its parts, and what annotates them."""
-    if isinstance(kind, list):
-        for part in kind:
-            yield from _walk(part)
-        return
-    yield kind
-    for part in (
-        *get_args(kind),
-        *getattr(kind, "__metadata__", ()),
-        *getattr(kind, "metadata", ()),
-    ):
-        if get_origin(kind) is not Literal:
-            yield from _walk(part)
+def _code(text: str) -> str:
+    """A value of TOML in Markdown."""
+    return text and f"`{text}`"
 
 
-def _unit(kind: Any) -> str:
-    """Unit of a number."""
-    from turbine_fenicsx.turbine.case.quantities import Unit
-
-    for part in _walk(kind):
-        if isinstance(part, Unit):
-            return part.symbol.replace("^2", "²").replace("^3", "³") or "-"
-    return ""
+def _choices(text: str) -> str:
+    """What is allowed, with choices as code."""
+    return re.sub(r'"[^"]*"|\b(?:true|false)\b', lambda match: f"`{match[0]}`", text)
 
 
-def _allowed(kind: Any) -> str:
-    """Choices, range and number of entries."""
-    parts = list(_walk(kind))
-    choices = [f"`{_toml_text(c)}`" for p in parts if get_origin(p) is Literal for c in get_args(p)]
-    bounds = {
-        (sign, getattr(p, name))
-        for p in parts
-        for sign, name in ((">", "gt"), ("≥", "ge"), ("<", "lt"), ("≤", "le"))
-        if getattr(p, name, None) is not None and abs(getattr(p, name)) < NO_LIMIT
-    }
-    if choices and float in parts:
-        bounds = {(">", 0.0)}
-    limits = [f"{sign} {value:g}" for sign, value in sorted(bounds, key=lambda b: b[1])]
-    text = ", ".join([*dict.fromkeys(choices), *limits])
-    for part in parts:
-        if get_origin(part) is tuple:
-            entries = get_args(part)
-            count = "list" if Ellipsis in entries else f"{len(entries)} numbers"
-            return f"{count}, each {text}" if text else count
-    if not text and bool in parts:
-        text = "`true`, `false`"
-    if not text:
-        text = "text" if str in parts else "any"
-    return text
-
-
-def _toml(value: Any) -> str:
-    """A default in Markdown."""
-    return "none" if value is None else f"`{_toml_text(value)}`"
-
-
-def _toml_text(value: Any) -> str:
-    """A value as TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml_text, value))}]"
-    if isinstance(value, float) and abs(value) >= 1e8:
-        power = 9 if abs(value) >= 1e9 else 6
-        return f"{value / 10**power:.12g}e{power}"
-    return f"{value:.12g}"
+def _links(text: str) -> str:
+    """A docstring in Markdown; `howto/start` and the like become links."""
+    text = re.sub(r"`{1,2}([^`]+)`{1,2}", r"`\1`", text)
+    return re.sub(r"\b((?:howto|theory)/\w+)\b", r"[](../\1.md)", text)
 
 
 def case_units(_: str) -> str:
@@ -182,15 +103,15 @@ def commands(_: str) -> str:
 
 def _command(name: str, parser: argparse.ArgumentParser) -> str:
     """One command."""
-    parser.formatter_class = lambda prog: argparse.HelpFormatter(prog, width=88)
-    usage = parser.format_usage().removeprefix("usage: ")
+    words = " ".join(parser.format_usage().removeprefix("usage: ").split())
+    usage = textwrap.fill(words, 88, subsequent_indent=" " * 8, break_on_hyphens=False)
     rows = [
         [f"`{_invocation(action)}`", _sentence(action)]
         for action in parser._actions
         if not isinstance(action, argparse._HelpAction)
     ]
     text = re.sub(r"(--\w+(?: S\b)?)", r"`\1`", str(parser.description).strip())
-    parts = [f"## `{name}`", text, f"```text\n{usage}```"]
+    parts = [f"## `{name}`", text, f"```text\n{usage}\n```"]
     if rows:
         parts.append(table(["argument", "meaning"], rows))
     return "\n\n".join(parts) + "\n"
@@ -219,11 +140,11 @@ def public_names(_: str) -> str:
     import turbine_fenicsx
 
     rows = [
-        [f"{{py:obj}}`{name} <turbine_fenicsx.{module}.{name}>`", summary(thing)]
+        [f"`{name}`", f"[`{module}`]({module.split('.')[0]}.md)", summary(thing)]
         for name, module in _homes(turbine_fenicsx)
         for thing in [getattr(turbine_fenicsx, name)]
     ]
-    return table(["name", "what it is"], rows)
+    return table(["name", "module", "what it is"], rows)
 
 
 def _homes(package: Any) -> Iterator[tuple[str, str]]:
@@ -257,32 +178,29 @@ GENERATORS: dict[str, Callable[[str], str]] = {
     "case-units": case_units,
     "commands": commands,
     "public-names": public_names,
-    "room": room,
 }
+"""Text that stands in the pages, between a mark and the mark of its end."""
 
 
-SOURCES = {
-    "case-tables": "turbine/case/*.py",
-    "case-units": "turbine/case/*.py",
-    "commands": "cli/commands/*.py",
-    "public-names": "__init__.py",
-    "room": "",  # Sphinx sees these by itself
-}
-"""Files of the package that a part is made from."""
+def refresh(text: str) -> str:
+    """A page with its generated parts as they are now."""
+    return PART.sub(lambda part: f"{part[1]}\n{GENERATORS[part[2]]('')}{part[3]}", text)
 
 
 def fill_in(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Replace the marks of a page."""
-    package, names = HERE.parents[1] / "turbine_fenicsx", MARK.findall(source[0])
-    if names:
-        source[0] = MARK.sub(lambda mark: GENERATORS[mark[1]](mark[2]), source[0])
-        for pattern in {SOURCES[name] for name, _ in names} - {""}:
-            for path in package.glob(pattern):
-                app.env.note_dependency(str(path))
-        app.env.note_dependency(str(HERE / "case_keys.toml"))
+    """Put the modules of a room into its page, which only Sphinx can show."""
+    source[0] = ROOM.sub(lambda mark: room(mark[1]), source[0])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("source-read", fill_in)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    for page in sorted(HERE.parent.rglob("*.md")):
+        old = page.read_text(encoding="utf-8")
+        if (new := refresh(old)) != old:
+            page.write_text(new, encoding="utf-8")
+            print(f"wrote {page}")

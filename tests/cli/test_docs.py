@@ -189,15 +189,22 @@ def test_a_picture_of_the_gallery_is_drawn(sandbox, tmp_path):
     assert (tmp_path / "drawn" / "gallery.md").read_text() == PAGES["gallery.md"]
 
 
-def test_generated_parts_name_all_keys_and_commands():
+def test_generated_parts_of_pages_are_up_to_date():
     module = generated()
-    tables = module.case_tables("")  # raises for a key without a meaning, and the reverse
-    assert "| `step` | s | `0.02` | > 0 | time step Δt |" in tables
+    held = {kind for text in PAGES.values() for _, kind, _ in module.PART.findall(text)}
+    assert held == set(module.GENERATORS)
+    for name, text in PAGES.items():
+        assert text == module.refresh(text), f"{name}: make reference writes it anew"
+
+
+def test_reference_pages_name_all_keys_and_commands():
+    tables = PAGES["reference/case_file.md"]
+    assert "| `step` | s | `0.02` | > 0 | Time step Δt. |" in tables
     assert '| `cell` |  | `"hexahedron"` | `"hexahedron"`, `"tetrahedron"` |' in tables
     assert "| `elements` |  | `[2, 2, 12]` | 3 numbers, each ≥ 1, ≤ 100000 |" in tables
     assert '| `blade_arm` | m | `"printed"` | `"printed"`, > 0 |' in tables
     assert "## `[turbine.hub]`" in tables
-    commands = module.commands("")
+    commands = PAGES["reference/commands.md"]
     files = (ROOT / "turbine_fenicsx" / "cli" / "commands").glob("[a-z]*.py")
     headings = {f"## `{name.stem}`" for name in files}
     assert "## `run`" in headings and headings <= set(commands.splitlines())
@@ -223,8 +230,8 @@ def test_the_readme_is_short_and_what_it_installs_and_shows_is_there():
 def test_every_room_of_the_package_has_a_page():
     package = ROOT / "turbine_fenicsx"
     rooms = {f"turbine_fenicsx.{path.parent.name}" for path in package.glob("*/__init__.py")}
-    marks = [mark for text in PAGES.values() for mark in generated().MARK.findall(text)]
-    assert sorted(name for kind, name in marks if kind == "room") == sorted(rooms)
+    marks = [name for text in PAGES.values() for name in generated().ROOM.findall(text)]
+    assert sorted(marks) == sorted(rooms)
 
 
 def test_page_of_a_room_holds_all_its_modules():

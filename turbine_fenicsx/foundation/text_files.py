@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -51,3 +53,15 @@ def quote(value: Any) -> str:
     except (ValueError, RecursionError):  # whole numbers of thousands of digits, endless nesting
         return f"a {type(value).__name__} too large to show"
     return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """The end of a sentence about an unknown name: "; did you mean 'NeoHooke'?", or nothing.
+
+    Args:
+        name: What somebody wrote.
+        known: The names that there are.
+    """
+    by_lower = {other.lower(): other for other in known}
+    nearest = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
+    return f"; did you mean {by_lower[nearest[0]]!r}?" if nearest else ""

@@ -41,7 +41,7 @@ class SlenderPart:
         """Motion of the cross-sections relative to the carrier, see `CrossSections.motion`.
 
         Returns:
-            Shape (stations, 4): along x, y, z, and about z. Collective.
+            Motion along x, y, z and about z, shape (stations, 4). Collective.
         """
         own = motion.u[self.piece.body].array_r.reshape(-1, 3)[self.piece.nodes]
         if self.carrier is not None:

@@ -38,13 +38,21 @@ class TorqueLawCase(Section):
     """
 
     cut_in_speed: Annotated[AngularSpeed, Positive] = _TORQUE.cut_in_speed
+    """Generator speed below which there is no torque."""
     optimal_speed: Annotated[AngularSpeed, Positive] = _TORQUE.optimal_speed
+    """Generator speed at which region 2 begins."""
     gain: Annotated[TorqueGain, Positive] = _TORQUE.gain
+    """Torque by generator speed squared in region 2."""
     rated_speed: Annotated[AngularSpeed, Positive] = _TORQUE.rated_speed
+    """Generator speed from which on power is constant."""
     rated_power: Annotated[Power, Positive] = _TORQUE.rated_power
+    """Mechanical power of the generator above rated speed."""
     slip: Annotated[Number, Positive] = _TORQUE.slip
+    """Torque of region 2 1/2 rises from rated speed/(1 + slip) on."""
     largest: Annotated[Torque, Positive] = _TORQUE.largest
+    """Largest torque."""
     rate: Annotated[TorqueRate, Positive] = 15000.0
+    """Largest change of torque in time."""
 
     def make(self) -> TorqueLaw:
         """The law; raises ModelError where its regions do not follow each other."""
@@ -62,13 +70,21 @@ class PitchLawCase(Section):
     """
 
     speed: Annotated[AngularSpeed, Positive] = _PITCH.speed
+    """Generator speed that the pitch keeps."""
     proportional_gain: Annotated[Seconds, NotNegative] = _PITCH.proportional_gain
+    """K_P at the fine pitch, pitch by speed."""
     integral_gain: Annotated[Number, Positive] = _PITCH.integral_gain
+    """K_I at the fine pitch, pitch by angle."""
     gain_angle: Annotated[Radians, Positive] = _PITCH.gain_angle
+    """Pitch above the fine one at which gains are half."""
     fine: Angle = _PITCH.fine
+    """Smallest pitch, that below rated power."""
     largest: Angle = _PITCH.largest
+    """Largest pitch."""
     rate: Annotated[AngularSpeed, Positive] = _PITCH.rate
+    """Largest change of pitch in time."""
     rated_margin: Annotated[Radians, NotNegative] = _PITCH.rated_margin
+    """Pitch above the fine one from which on power is kept constant whatever the speed."""
 
     def make(self) -> PitchLaw:
         """The law; raises ModelError for limits that leave no pitch."""
@@ -103,9 +119,14 @@ class ControlCase(Section):
     """
 
     kind: Annotated[str, AfterValidator(_check_kind)] = "none"
+    """Controller: ``"none"``, ``"pi"``, ``"discon"`` or ``"python:FILE:CLASS"``, see
+    howto/control."""
     library: File | None = None
+    """Shared library with the routine DISCON, relative to the case file."""
     input: File | None = None
+    """Input file of the library, often called DISCON.IN, relative to the case file."""
     filter_frequency: Annotated[AngularSpeed, Positive] = 1.570796
+    """Corner of the low pass of the generator speed."""
     torque: TorqueLawCase = TorqueLawCase()
     pitch: PitchLawCase = PitchLawCase()
 

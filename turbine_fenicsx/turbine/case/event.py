@@ -36,11 +36,17 @@ class EventCase(Section):
     """
 
     kind: EventKind = "emergency_stop"
+    """What happens."""
     time: Annotated[Seconds, NotNegative] = 0.0
+    """When it begins."""
     pitch: Annotated[Radians, Field(ge=-pi, le=pi)] = 0.5 * pi
+    """Where the blades turn in a stop."""
     rate: Annotated[AngularSpeed, Positive] = 8.0 * pi / 180.0
+    """How fast the blades turn in a start or stop."""
     blade: Annotated[Literal[1, 2, 3], BeforeValidator(require_number)] = 1
+    """Number of the blade with a fault."""
     duration: Annotated[Seconds, NotNegative] = 0.6
+    """Time in which the brake closes."""
 
 
 def name_events(data: Any) -> Any:

@@ -38,10 +38,17 @@ class GaugeCase(Section):
     """
 
     blade: Annotated[Literal[1, 2, 3], BeforeValidator(require_number)] = 1
+    """Number of the blade."""
     station: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
+    """Place along the span as a fraction of the length; this or ``distance``."""
     distance: Annotated[Metres, Positive] | None = None
+    """Place along the span from the root."""
     around: Annotated[float | str, BeforeValidator(_check_around)] = "suction side"
+    """Place around the section: ``"trailing edge"``, ``"suction side"``, ``"leading edge"``,
+    ``"pressure side"``, the name of a panel of blades of ``turbine.file``, or a fraction of the
+    contour, see howto/stress."""
     angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    """Between the gauge and the span, positive about the normal outwards."""
 
     def find_station(self, length: float) -> float:
         """Its fraction of a span of a length [m]."""

@@ -37,18 +37,36 @@ class PitchCase(Section):
     """
 
     bearings: Flag = False
+    """Whether the blades of the hybrid turbine turn in pitch bearings, see
+    howto/turbine_options."""
     ring_mass: Annotated[Kilograms, Positive] = 1000.0
+    """Mass of the ring between hub and root of each blade."""
     ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
+    """Principal values of the Euler tensor of a ring along chord, span and rotor axis."""
     drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
+    """What turns the blades: nothing, spring and damper, a motion in time, or a drive that follows
+    commands, see howto/control."""
     initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)] = 0.0
+    """Pitch at t = 0, positive to feather."""
     stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
+    """With ``drive = "spring"``: torsional spring on the pitch angle, from its initial value."""
     damping: Annotated[TorsionalDamping, NotNegative] = 0.0
+    """With ``drive = "spring"``: damper on the rate of the pitch angle."""
     angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    """With ``drive = "prescribed"``: how far the blades turn from ``initial`` on, positive to
+    feather; 0 locks the bearings."""
     start: Annotated[Seconds, NotNegative] = 0.0
+    """With ``drive = "prescribed"``: when the motion begins."""
     duration: Annotated[Seconds, Positive] = 5.0
+    """With ``drive = "prescribed"``: how long it takes; velocity and acceleration stay
+    continuous."""
     frequency: Annotated[AngularSpeed, Positive] = 6.0
+    """With ``drive = "actuator"``: natural frequency of the drive."""
     damping_ratio: Annotated[Number, Positive] = 0.8
+    """With ``drive = "actuator"``: its damping ratio."""
     file: str | None = None
+    """With ``drive = "prescribed"``: CSV file with ``time`` and ``pitch``, or ``pitch_1`` to
+    ``pitch_3``, relative to the case file, see howto/tables."""
 
 
 def has_bearings(pitch: PitchCase, model: str) -> bool:

@@ -23,7 +23,9 @@ class RigidBladeCase(Section):
     """Mass [kg] and Euler values [kg m^2] of a rigid blade."""
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    """Mass."""
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
+    """Principal values of the Euler tensor along chord, span and rotor axis."""
 
     def inertia_data(self) -> Inertia:
         """The numbers for the builders."""
@@ -39,9 +41,14 @@ class NacelleCase(Section):
     """
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Centre of mass from the tower top, along e₁, e₂, e₃."""
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+    """Principal values E₁, E₂, E₃ of the Euler tensor."""
     inertia: Annotated[tuple[Product, ...], Field(min_length=3, max_length=6)] | None = None
+    """Tensor of inertia about the centre of mass in place of ``euler``: J₁₁, J₂₂, J₃₃, or these and
+    J₁₂, J₁₃, J₂₃, in the axes of ``centre``."""
 
     def inertia_data(self) -> Inertia:
         """The numbers for the builders."""
@@ -64,7 +71,11 @@ class HubCase(NacelleCase):
     """
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    """Mass."""
+    centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Centre of mass from the rotor centre, to the side, up and along the shaft."""
     euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+    """Principal values E₁, E₂, E₃ of the Euler tensor."""
 
 
 def check_inertia(key: str, part: NacelleCase) -> str:

@@ -1,6 +1,7 @@
 """The tables of a case file, their keys, defaults and ranges.
 
-A new key is a line here; a new table is a class and a line in `Tables`, and stands in a file of its
+A new key is a line here with a docstring that says what it means, which the reference and the
+command ``keys`` show; a new table is a class and a line in `Tables`, and stands in a file of its
 own with the checks of its component, as `turbine_fenicsx.turbine.case.tower`. What belongs to a
 value is in its type: unit, range, choices. What keys of several tables have to do with each other
 is in `turbine_fenicsx.turbine.case.consistency`.
@@ -71,13 +72,24 @@ class TimeCase(Section):
     """
 
     step: Annotated[Seconds, Positive] = 0.02
+    """Time step Δt."""
     end: Annotated[Seconds, NotNegative] = 12.0
+    """End of the run; the last step is shortened to meet it."""
     start: Literal["undeformed", "equilibrium", "turning"] = "undeformed"
+    """State at t = 0: undeformed, static equilibrium, or turning at ``turbine.rotor_speed``, see
+    howto/start."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
+    """Time in which torques set in smoothly; 0 for at once."""
     angle_tolerance: Annotated[Number, Positive] | None = None
+    """Largest error of a step in directions of rigid bodies, in rad; none: no limit."""
     displacement_tolerance: Annotated[Metres, Positive] | None = None
+    """Largest error of a step in positions; none: no limit."""
     scheme: Literal["energy_momentum", "generalised_alpha"] = "energy_momentum"
+    """Integrator: the energy-momentum scheme of the paper, or the generalised-alpha method for
+    comparison."""
     spectral_radius: Annotated[Number, Field(ge=0.0, lt=1.0)] = 0.9
+    """Spectral radius of the generalised-alpha method: the factor by which one step reduces a mode
+    of infinite frequency."""
 
 
 def _check_arm(value: Any) -> Any:
@@ -106,18 +118,33 @@ class TurbineCase(Section):
     """
 
     model: Literal["rigid", "hybrid"] = "hybrid"
+    """Blades of the turbine: rigid bodies or flexible."""
     file: str | None = None
+    """File of a whole turbine in windIO's format, relative to the case file, or the name of one of
+    windIO's examples; keys of the case override its values, see howto/real_turbine."""
     rotor_speed: Annotated[AngularSpeed, Finite] = 0.0
+    """Speed of the rotor at t = 0, positive about the shaft, downwind."""
     azimuth: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    """Angle of the rotor at t = 0, positive about the shaft, downwind."""
     blade_arm: Annotated[Literal["printed"] | float, BeforeValidator(_check_arm), Unit("m")] = (
         "printed"
     )
+    """Distance of the centres of rigid blades from the hub centre; ``"printed"``: 29.598, 29.25
+    and 29.598 m as in (28)-(32)."""
     angle_form: Literal["regular", "paper"] = "regular"
+    """Form of the joint angle constraint, see theory/joints."""
     numerical_dissipation: Annotated[Number, NotNegative] = 0.0
+    """Factor chi of the energy-decaying variant; 0 conserves energy."""
     hub_distance: Annotated[Metres, Positive] = 5.0
+    """Horizontal distance a of the hub centre from the yaw axis, see howto/turbine_options."""
     hub_rise: Annotated[Metres, Finite] = 0.0
+    """Height of the hub centre above the tower top."""
     tilt: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
+    """Angle between shaft and horizontal, as in OpenFAST negative if the shaft rises towards the
+    rotor."""
     precone: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
+    """Angle between the blades and the plane normal to the shaft, as in OpenFAST negative if the
+    blades lean upwind."""
     nacelle: NacelleCase = NacelleCase()
     hub: HubCase = HubCase()
     blade: RigidBladeCase = RigidBladeCase()
@@ -138,13 +165,23 @@ class BladeCase(Section):
     """
 
     hub_radius: Annotated[Metres, Positive] = 2.25
+    """Radius of the hub, where the blades begin."""
     length: Annotated[Metres, Positive] = 54.0
+    """Length from the hub to the tip."""
     stations: tuple[Annotated[Number, NotNegative], ...] = (0.0, 0.2, 1.0)
+    """Places along the span, as fractions of the length, from 0 to 1."""
     chord: tuple[Annotated[Metres, Positive], ...] = (1.8, 3.0, 0.6)
+    """Full width along the chord, one for each station."""
     thickness: tuple[Annotated[Metres, Positive], ...] = (1.8, 1.5, 0.2)
+    """Full width across the chord, one for each station."""
     wall: tuple[Annotated[Metres, Positive], ...] | None = None
+    """Thickness of the wall of hollow blades, one for each station; none: they are solid."""
     twist: tuple[Annotated[Radians, Field(ge=-pi, le=pi)], ...] | None = None
+    """Angle by which the leading edge is turned upwind, as in OpenFAST, one for each station;
+    none: no twist."""
     layup: Literal["homogenised", "laminate"] = "homogenised"
+    """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
+    their bending stiffness too."""
 
     def geometry(self) -> BladeGeometry:
         """The shape of a blade with elliptic sections.
@@ -165,14 +202,25 @@ class MeshCase(Section):
     """
 
     cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
+    """Kind of the cells."""
     elements: tuple[Count, Count, Count] = (2, 2, 12)
+    """Numbers of elements along chord, thickness and span."""
     size: Annotated[Metres, Positive] | None = None
+    """Target length of element edges; takes the place of ``elements``."""
     degree: Degree = 1
+    """Polynomial degree of the displacement."""
     geometry_degree: Degree = 1
+    """2 for curved cells, with ``degree = 2`` only."""
     span: Count = 40
+    """Number of elements of hollow blades along the span."""
     around: Count = 24
+    """Number of elements of hollow blades around a section, webs not counted."""
     tip: Literal["closed", "open"] = "closed"
+    """End of the blades of ``turbine.file``: ``"closed"`` by a plate, or ``"open"``, see
+    howto/real_turbine."""
     file: str | None = None
+    """Your own ``.msh`` file, relative to the case file, see howto/mesh; beside ``turbine.file``
+    one that the command ``mesh`` has written for it."""
 
 
 Stiffness = Annotated[Pascal, Finite]
@@ -194,14 +242,23 @@ class MaterialCase(Section):
         "neo_hooke",
         "windio",
     ] = "transversely_isotropic"
+    """Strain energy; ``"windio"`` is the layup of ``turbine.file``."""
     density: Annotated[Density, Positive] = 1500.0
+    """Density in the initial configuration."""
     young: tuple[Stiffness, Stiffness, Stiffness] = (45e9, 15e9, 15e9)
+    """Young's moduli E₁, E₂, E₃ of the two transversely isotropic laws; 1 is the span."""
     shear: tuple[Stiffness, Stiffness, Stiffness] = (5.4e9, 5.4e9, 5.4e9)
+    """Shear moduli G₁₂, G₁₃, G₂₃ of these two laws."""
     poisson: tuple[Ratio, Ratio, Ratio] = (0.3, 0.3, 0.3)
+    """Poisson's ratios 12, 13 and 23 of these two laws."""
     first_lame: Stiffness = 3.9e9
+    """First Lame constant of the two isotropic laws."""
     shear_modulus: Stiffness = 0.975e9
+    """Shear modulus of the two isotropic laws."""
     shear_viscosity: Annotated[Viscosity, NotNegative] = 0.0
+    """Viscosity of the deviator of the strain rate."""
     bulk_viscosity: Annotated[Viscosity, NotNegative] = 0.0
+    """Viscosity of the trace of the strain rate."""
 
     def make(self, frame: tuple[Any, Any, Any]) -> Any:
         """The material with the given axes."""
@@ -243,19 +300,29 @@ class LoadsCase(Section):
     """
 
     gravity: Annotated[Acceleration, NotNegative] = 9.81
+    """Acceleration, downwards."""
     file: str | None = None
+    """CSV file with ``time`` and one or more of ``rotor_torque``, ``yaw_torque``,
+    ``pitch_torque``, relative to the case file, see howto/tables."""
     rotor_torque: Annotated[Torque, Finite] = 0.0
+    """Peak of the torque on the rotor bearing, positive about e₃."""
     yaw_torque: Annotated[Torque, Finite] = 0.0
+    """Peak of the torque on the yaw bearing, negative about e₂."""
     pitch_torque: Annotated[Torque, Finite] = 0.0
+    """Peak of the torque on each pitch bearing, positive to feather."""
     duration: Annotated[Seconds, Positive] = 3.0
+    """Duration of all hat functions, which begin at t = 0."""
 
 
 class SolverCase(Section):
     """Solver of the step."""
 
     linear_solver: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
+    """Linear solver, see howto/solver."""
     tolerance: Annotated[Number, Field(gt=0.0, lt=1.0)] = 1e-12
+    """Relative residual at which an iteration ends."""
     max_iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 30
+    """Largest number of Newton iterations of an attempt."""
 
 
 class OutputCase(Section):
@@ -267,15 +334,19 @@ class OutputCase(Section):
     """
 
     fields_every: Annotated[Seconds, NotNegative] = 0.1
+    """Simulated time between two outputs of fields; 0: no fields."""
     checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
+    """Simulated time between two checkpoints; 0: by wall time alone."""
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
+    """Wall time between two checkpoints; 0: only at start and end."""
     gauges: GaugeCases = Field(default_factory=dict)
 
 
 class Tables(Section):
-    """All tables of a case file."""
+    """All tables of a case file; the title stands before them."""
 
     title: str = ""
+    """Title of plots, tables and ``history.out``."""
     time: TimeCase = TimeCase()
     turbine: TurbineCase = TurbineCase()
     blade: BladeCase = BladeCase()

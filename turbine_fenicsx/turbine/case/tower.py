@@ -34,20 +34,36 @@ class TowerCase(Section):
     """
 
     flexible: Flag = False
+    """Whether there is a flexible tower, see howto/turbine_options."""
     height: Annotated[Metres, Positive] = 80.0
+    """Height of the yaw bearing above the foot."""
     bottom_diameter: Annotated[Metres, Positive] = 6.0
+    """Outer diameter at the foot."""
     top_diameter: Annotated[Metres, Positive] = 4.0
+    """Outer diameter at the top."""
     wall: Annotated[Metres, Positive] = 0.04
+    """Thickness of the wall, less than half of the diameters."""
     stations: tuple[Annotated[Number, NotNegative], ...] | None = None
+    """Places along the height, as fractions from 0 at the foot to 1; with ``diameters`` and
+    ``walls`` in place of a cone."""
     diameters: tuple[Annotated[Metres, Positive], ...] | None = None
+    """Outer diameter at each station, linear between."""
     walls: tuple[Annotated[Metres, Positive], ...] | None = None
+    """Thickness of the wall at each station, linear between."""
     elements: tuple[Count, Count, Count] = (8, 1, 8)
+    """Numbers of hexahedra around, 3 or more, through the wall and along the height."""
     degree: Degree = 2
+    """Polynomial degree of the displacement; 2 for curved cells, 1 is much too stiff."""
     young: Annotated[Pascal, Positive] = 210e9
+    """Young's modulus E."""
     poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
+    """Poisson's ratio."""
     density: Annotated[Density, Positive] = 7850.0
+    """Density."""
     top_mass: Annotated[Kilograms, Positive] = 2000.0
+    """Mass of the rigid body at the top, which carries the yaw bearing."""
     top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
+    """Principal values of its Euler tensor along e₁, e₂, e₃."""
 
 
 def _check_stations(t: TowerCase) -> str:

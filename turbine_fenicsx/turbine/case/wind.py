@@ -39,10 +39,15 @@ class BoxCase(Section):
     """
 
     files: tuple[str, str, str] | None = None
+    """Binary files with u, v and w, relative to the case file, see howto/turbulence."""
     points: tuple[Points, Points, Points] | None = None
+    """Number of points along the wind, across it and upwards."""
     spacing: tuple[Distance, Distance, Distance] | None = None
+    """Distances between points along the wind, across it and upwards."""
     periodic: Flag = True
+    """Whether the box begins anew when it has passed; else it must last for the run."""
     scale: tuple[Scale, Scale, Scale] = (1.0, 1.0, 1.0)
+    """Factors for u, v and w, such as those that give a standard deviation."""
 
 
 class WindCase(Section):
@@ -55,18 +60,34 @@ class WindCase(Section):
     """
 
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
+    """Wind speed at the height of the hub; none: no wind, see howto/wind."""
     file: str | None = None
+    """In place of ``speed``: full-field file of TurbSim (``.bts``), or a table over the time
+    (``.csv``, ``.wnd``, ``.hh``, see howto/tables), relative to the case file."""
     shear: Annotated[Number, Field(ge=0.0, le=2.0)] = 0.2
+    """Exponent of the power law over the height; 0.2 is the normal wind profile of IEC 61400-1."""
     hub_height: Annotated[Metres, Positive] | None = None
+    """Height of the rotor centre above ground; none: ``tower.height`` and ``turbine.hub_rise``, or
+    that of ``turbine.file``."""
     direction: Angle = 0.0
+    """Angle of the wind with e₃, positive towards e₁."""
     inclination: Annotated[Radians, Field(ge=-STEEPEST, le=STEEPEST)] = 0.0
+    """Upward angle of a steady wind."""
     gust: Literal["none", "EOG", "EDC", "ECD", "EWSV", "EWSH"] = "none"
+    """Transient of IEC 61400-1: operating gust, direction change, coherent gust with direction
+    change, vertical or horizontal wind shear."""
     gust_start: Annotated[Seconds, NotNegative] = 0.0
+    """When the gust begins."""
     gust_sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
+    """1 or -1: sense of the turn, or of the shear."""
     turbine_class: Literal["I", "II", "III"] = "I"
+    """Class of the turbine, for gusts."""
     turbulence: Literal["A+", "A", "B", "C"] = "B"
+    """Category of turbulence, for gusts."""
     density: Annotated[Density, Positive] = 1.225
+    """Density of the air."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
+    """Time in which the wind sets in smoothly from calm; 0 for at once."""
     box: BoxCase = BoxCase()
 
     @property
@@ -94,8 +115,16 @@ class AeroCase(Section):
     """
 
     file: str | None = None
+    """Primary file of AeroDyn 15, or a windIO file, with chord, twist and polars, relative to the
+    case file; none: those of ``turbine.file``."""
     stations: Annotated[Whole, Field(ge=5, le=1000)] = 12
+    """Number of aerodynamic stations of a blade."""
     dynamic_stall: Literal["none", "oeye"] = "none"
+    """Delay of the separation of the flow, see theory/unsteady_aerodynamics."""
     skewed_wake: Flag = False
+    """More induction where the wake of a rotor that does not face the wind is deep."""
     tower_shadow: Literal["none", "potential", "powles"] = "none"
+    """What a flexible tower does to the wind: potential flow, and with ``"powles"`` the wake
+    behind it."""
     tower_drag: Annotated[Number, Field(ge=0.0, le=5.0)] = 0.5
+    """Drag coefficient of the tower, for the wake."""
