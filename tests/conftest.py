@@ -104,7 +104,7 @@ class Machine:
         euler, w = unit * np.array([0.3, 0.4, 0.5]), spin * E3
         self.nacelle = RigidBody("nacelle", 2.0 * unit, euler, directors=R)
         euler = unit * np.array([0.2, 0.1, 0.05])
-        self.hub = RigidBody("hub", unit, euler, -E3, R.T, angular_velocity=w)
+        self.hub = RigidBody("hub", unit, euler, position=-E3, directors=R.T, angular_velocity=w)
         self.yaw = Revolute("yaw", None, self.nacelle, point=(0.0, 0.1, 0.0), axis=-E2)
         self.rotor = Revolute("rotor", self.nacelle, self.hub, point=self.hub.position, axis=E3)
         corners = [[0.5, -0.25, -1.2], [1.5, 0.25, -0.8]]

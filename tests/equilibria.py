@@ -7,8 +7,10 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
-A = RigidBody("a", 2.0, (1, 2, 3), (3.0, 5.0, 2.0), rotation_about((1, 0, 2), 0.7))
-HINGE = Revolute("hinge", None, A, (4.0, 5.0, 2.0), (0, 0, 1))
+A = RigidBody(
+    "a", 2.0, (1, 2, 3), position=(3.0, 5.0, 2.0), directors=rotation_about((1, 0, 2), 0.7)
+)
+HINGE = Revolute("hinge", None, A, point=(4.0, 5.0, 2.0), axis=(0, 0, 1))
 
 
 def residual_in_rest(system, state, dt=1e-3):

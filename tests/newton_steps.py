@@ -46,4 +46,4 @@ def run(solver, system, steps=3, dt=DT):
 
 def spinning_top(comm, spin):
     top = RigidBody("top", 1.0, (1.0, 1.0, 1.0), angular_velocity=spin * E3)
-    return MultibodySystem(comm, [top, Revolute("axis", None, top, (0, 0, 0), E3)])
+    return MultibodySystem(comm, [top, Revolute("axis", None, top, point=(0, 0, 0), axis=E3)])

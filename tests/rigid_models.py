@@ -17,27 +17,29 @@ from turbine_fenicsx.joints import Cylindrical, Planar, Revolute
 from turbine_fenicsx.joints.coordinates import augmentation
 from turbine_fenicsx.system.rigid_model import RigidModel
 
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 0, 0), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 3.0, (4, 2, 0.3), (1, 2, 0), rotation_about((0, 1, 2), -1.9))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(1, 0, 0), directors=rotation_about((1, 0, 2), 0.7))
+B = RigidBody("b", 3.0, (4, 2, 0.3), position=(1, 2, 0), directors=rotation_about((0, 1, 2), -1.9))
 MASSES = np.concatenate([A.masses, B.masses])
 N_Q = 24
 
 HINGES = (
-    Revolute("first", None, A, (0, 0, 0), (1.0, 0.2, 3.0)),
-    Revolute("second", A, B, (1, 1, 0), (0.3, 1.0, 0.0)),
+    Revolute("first", None, A, point=(0, 0, 0), axis=(1.0, 0.2, 3.0)),
+    Revolute("second", A, B, point=(1, 1, 0), axis=(0.3, 1.0, 0.0)),
 )
 SLIDES = (
-    Cylindrical("first", None, A, (0, 0, 0), (1.0, 0.2, 3.0)),
-    Planar("second", A, B, (1, 1, 0), (0.3, 1.0, 0.0)),
+    Cylindrical("first", None, A, point=(0, 0, 0), axis=(1.0, 0.2, 3.0)),
+    Planar("second", A, B, point=(1, 1, 0), normal=(0.3, 1.0, 0.0)),
 )
 SLIDE_NAMES = ("first.angle", "first.displacement", "second.first", "second.second", "second.angle")
 RELATIONS = np.array([[0.0, 1.0, 0.0, 0.0, 0.0], [-0.3, 0.0, 0.0, 0.5, 1.0]])
 ELEMENTS = (
     JointSpring("s", "second.first", 3.0, 0.2),
     JointDamper("d", "first.displacement", 2.0),
-    PointSpring("p", A, B, (1, 0, 2), (0, 1, 0), 5.0, 0.5),
-    PointDamper("q", None, B, (1, 0, 2), (0, 1, 0), 0.7),
-    FollowerForce("f", A, (0, 1, 0), (1, 2, -1)),
+    PointSpring(
+        "p", A, B, first_point=(1, 0, 2), second_point=(0, 1, 0), stiffness=5.0, length=0.5
+    ),
+    PointDamper("q", None, B, first_point=(1, 0, 2), second_point=(0, 1, 0), damping=0.7),
+    FollowerForce("f", A, point=(0, 1, 0), force=(1, 2, -1)),
     Torque("t", B, (0.5, 1, -1), follower=True),
     Torque("u", B, (0.5, -1, 2)),
 )

@@ -34,7 +34,9 @@ def small_body(comm, cell, degree, law, fibre=False, make_loads=lambda body: ())
     material = {
         "svk": StVenantKirchhoff(LAMBDA, MU),
         "neo_hooke": NeoHooke(LAMBDA, MU),
-        "orthotropic": OrthotropicSVK((20.0, 8.0, 7.0), (4, 3, 2.5), (0.3, 0.25, 0.3), tuple(axes)),
+        "orthotropic": OrthotropicSVK(
+            young=(20.0, 8.0, 7.0), shear=(4, 3, 2.5), poisson=(0.3, 0.25, 0.3), frame=tuple(axes)
+        ),
     }[law]
     body = FlexibleBody("b", cells, material, DENSITY, degree, axes[0] if fibre else None)
     return FlexibleModel(body, make_loads(body))

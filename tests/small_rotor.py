@@ -50,10 +50,10 @@ class Rotor:
     def parts(self):
         """All parts."""
         nacelle = RigidBody("nacelle", 5.0, (2.0, 3.0, 2.5))
-        hub = RigidBody("hub", 4.0, (0.6, 0.6, 0.4), HUB)
+        hub = RigidBody("hub", 4.0, (0.6, 0.6, 0.4), position=HUB)
         yield from (nacelle, hub)
-        yield Revolute("yaw", None, nacelle, np.zeros(3), E2)
-        yield Revolute("rotor", nacelle, hub, HUB, E3)
+        yield Revolute("yaw", None, nacelle, point=np.zeros(3), axis=E2)
+        yield Revolute("rotor", nacelle, hub, point=HUB, axis=E3)
         if self.yaw is None:
             yield PrescribedMotion("yaw", lambda t: 0.0)
         else:
@@ -68,14 +68,16 @@ class Rotor:
         turn = rotation_about(E3, 2.0 * np.pi * k / self.blades)
         span, chord = turn @ E1, turn @ E2
         hinge = HUB + OFFSET * span
-        ring = RigidBody(f"ring_{k}", 0.5, (0.01, 0.01, 0.01), hinge, turn)
+        ring = RigidBody(f"ring_{k}", 0.5, (0.01, 0.01, 0.01), position=hinge, directors=turn)
         factor = 1.0 if k else self.heavier
         axes = np.column_stack([chord, E3, span])
         euler = tuple(factor * e for e in EULER)
-        blade = RigidBody(f"blade_{k}", factor * MASS, euler, hinge + ARM * span, axes)
+        blade = RigidBody(
+            f"blade_{k}", factor * MASS, euler, position=hinge + ARM * span, directors=axes
+        )
         yield from (ring, blade)
-        yield Revolute(f"lag_{k}", hub, ring, hinge, E3)
-        yield Revolute(f"flap_{k}", ring, blade, hinge, -chord)
+        yield Revolute(f"lag_{k}", hub, ring, point=hinge, axis=E3)
+        yield Revolute(f"flap_{k}", ring, blade, point=hinge, axis=-chord)
         yield JointSpring(f"lag spring {k}", f"lag_{k}", self.lag)
         yield JointSpring(f"flap spring {k}", f"flap_{k}", self.flap * (1.0 if k else self.stiffer))
         if self.damping:

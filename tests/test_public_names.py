@@ -1,6 +1,7 @@
 """The public names: imported on first use, yet with their types known to mypy and editors."""
 
 import ast
+import inspect
 import re
 import subprocess
 import sys
@@ -43,6 +44,18 @@ def test_every_public_name_can_be_imported():
         assert getattr(turbine_fenicsx, name) is not None
 
 
+def test_no_two_vectors_are_given_by_position():
+    """Swapped ones would run without a word."""
+    for name in turbine_fenicsx.__all__:
+        public = getattr(turbine_fenicsx, name)
+        for make in (public, getattr(public, "from_inertia", None)):
+            if callable(make) and not name.endswith(("Error", "Failure")):
+                given = inspect.signature(make).parameters.values()
+                vectors = [p.name for p in given if p.annotation == "npt.ArrayLike"]
+                by_position = [p.name for p in given if p.kind is not p.KEYWORD_ONLY]
+                assert len({*vectors} & {*by_position}) < 2, name
+
+
 def test_the_typed_script_knows_every_public_name():
     used = set(re.findall(r"\btfx\.(\w+)", SCRIPT.read_text(encoding="utf-8")))
     assert set(turbine_fenicsx.__all__) - used == set()
@@ -51,11 +64,12 @@ def test_the_typed_script_knows_every_public_name():
 WRONG = """import turbine_fenicsx as tfx
 
 body = tfx.RigidBody("body", 1.0, (1.0, 1.0, 1.0))
-tfx.Revolut("hinge", None, body, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-tfx.Revolute("hinge", None, body, (0.0, 0.0, 0.0))
-tfx.Revolute("hinge", None, "body", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+tfx.Revolut("hinge", None, body, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
+tfx.Revolute("hinge", None, body, point=(0.0, 0.0, 0.0))
+tfx.Revolute("hinge", None, "body", point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
 tfx.Case.parse({}).time.end.upper()
 tfx.JointSpring("spring", "hinge", stiffness="stiff")
+tfx.PointForce("push", body, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 """
 
 
@@ -71,7 +85,7 @@ def test_mypy_knows_the_type_of_every_public_name_and_finds_mistakes(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, cwd=SCRIPT.parents[1])
     found = [re.match(r"(.*):(\d+): error", line) for line in done.stdout.splitlines()]
     places = [(Path(m[1]).name, int(m[2])) for m in found if m]
-    assert places == [("wrong.py", line) for line in range(4, 9)], done.stdout + done.stderr
+    assert places == [("wrong.py", line) for line in range(4, 10)], done.stdout + done.stderr
 
 
 @alone

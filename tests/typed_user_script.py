@@ -39,7 +39,10 @@ def materials() -> list[Material]:
         assert_type(tfx.KelvinVoigt(soft, shear_viscosity=10.0), tfx.KelvinVoigt),
         assert_type(tfx.MooneyRivlin(c10=mu, c01=0.0, bulk_modulus=lam), tfx.MooneyRivlin),
         assert_type(tfx.NeoHooke(lam, mu), tfx.NeoHooke),
-        assert_type(tfx.OrthotropicSVK((mu,) * 3, (mu,) * 3, (0.2,) * 3, axes), tfx.OrthotropicSVK),
+        assert_type(
+            tfx.OrthotropicSVK(young=(mu,) * 3, shear=(mu,) * 3, poisson=(0.2,) * 3, frame=axes),
+            tfx.OrthotropicSVK,
+        ),
         assert_type(
             tfx.TransverselyIsotropic(2 * mu, mu, mu, 0.2, 0.2, axes[0]), tfx.TransverselyIsotropic
         ),
@@ -63,12 +66,15 @@ def beam(comm: MPI.Intracomm) -> tuple[tfx.FlexibleBody, npt.NDArray[np.int32]]:
 def joints(a: tfx.RigidBody, b: tfx.RigidBody) -> list[str]:
     """The others, by their names."""
     at, axis = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    cylindrical = assert_type(tfx.Cylindrical("c", a, b, at, axis), tfx.Cylindrical)
-    planar = assert_type(tfx.Planar("p", a, b, at, axis), tfx.Planar)
-    prismatic = assert_type(tfx.Prismatic("s", a, b, at, axis), tfx.Prismatic)
+    cylindrical = assert_type(tfx.Cylindrical("c", a, b, point=at, axis=axis), tfx.Cylindrical)
+    planar = assert_type(tfx.Planar("p", a, b, point=at, normal=axis), tfx.Planar)
+    prismatic = assert_type(tfx.Prismatic("s", a, b, point=at, axis=axis), tfx.Prismatic)
     rigid = assert_type(tfx.Rigid("r", a, b, at), tfx.Rigid)
     spherical = assert_type(tfx.Spherical("b", a, None, at), tfx.Spherical)
-    universal = assert_type(tfx.Universal("u", a, b, at, axis, (1.0, 0.0, 0.0)), tfx.Universal)
+    universal = assert_type(
+        tfx.Universal("u", a, b, point=at, first_axis=axis, second_axis=(1.0, 0.0, 0.0)),
+        tfx.Universal,
+    )
     return [j.name for j in (cylindrical, planar, prismatic, rigid, spherical, universal)]
 
 
@@ -113,15 +119,23 @@ def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[o
     """One of each; forces on surfaces get no facets of this rank here."""
     facets, at, up = np.zeros(0, np.int32), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     return [
-        assert_type(tfx.FollowerForce("follower", a, at, up), tfx.FollowerForce),
+        assert_type(tfx.FollowerForce("follower", a, point=at, force=up), tfx.FollowerForce),
         assert_type(tfx.Gravity((0.0, -9.81, 0.0)), tfx.Gravity),
         assert_type(tfx.JointDamper("damper", "hinge", 0.1), tfx.JointDamper),
         assert_type(tfx.JointSpring("spring", "hinge", 1.0), tfx.JointSpring),
         assert_type(tfx.JointTorque("torque on hinge", "hinge", 1.0), tfx.JointTorque),
-        assert_type(tfx.NodeForce("node", body, at, up), tfx.NodeForce),
-        assert_type(tfx.PointDamper("dashpot", a, b, at, up, 0.1), tfx.PointDamper),
-        assert_type(tfx.PointForce("wind", b, at, up, math.sin), tfx.PointForce),
-        assert_type(tfx.PointSpring("cable", a, b, at, up, 1.0), tfx.PointSpring),
+        assert_type(tfx.NodeForce("node", body, point=at, force=up), tfx.NodeForce),
+        assert_type(
+            tfx.PointDamper("dashpot", a, b, first_point=at, second_point=up, damping=0.1),
+            tfx.PointDamper,
+        ),
+        assert_type(
+            tfx.PointForce("wind", b, point=at, force=up, function=math.sin), tfx.PointForce
+        ),
+        assert_type(
+            tfx.PointSpring("cable", a, b, first_point=at, second_point=up, stiffness=1.0),
+            tfx.PointSpring,
+        ),
         assert_type(tfx.Pressure("pressure", body, facets, 1.0), tfx.Pressure),
         assert_type(tfx.SurfaceTraction("traction", body, facets, up), tfx.SurfaceTraction),
         assert_type(tfx.Torque("torque", a, up), tfx.Torque),
@@ -165,7 +179,10 @@ def section_loads(body: tfx.FlexibleBody) -> tfx.SectionLoads:
     """Loads on three stations; this rank has no facets here."""
     source: tfx.LineLoad = Wind()
     facets, stations = np.zeros(0, np.int32), [0.0, 1.0, 2.0]
-    line = assert_type(tfx.StationLine(facets, (0, 0, 0), (1, 0, 0), stations), tfx.StationLine)
+    line = assert_type(
+        tfx.StationLine(facets, origin=(0, 0, 0), axis=(1, 0, 0), stations=stations),
+        tfx.StationLine,
+    )
     return tfx.SectionLoads("wind", body, [line], source)
 
 
@@ -199,10 +216,10 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     """A soft beam on a swinging arm."""
     body, foot = beam(comm)
     arm = tfx.RigidBody("arm", 1.0, (0.1, 0.1, 0.1), position=(0.0, 0.5, 0.0))
-    hinge = tfx.Revolute("hinge", None, arm, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    hinge = tfx.Revolute("hinge", None, arm, point=(0.0, 1.0, 0.0), axis=(0.0, 0.0, 1.0))
     assert_type((arm, hinge), tuple[tfx.RigidBody, tfx.Revolute])
     second = tfx.RigidBody("second", 1.0, (0.1, 0.1, 0.1), position=(5.0, 0.0, 0.0))
-    drive = tfx.Revolute("drive", None, second, (5.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    drive = tfx.Revolute("drive", None, second, point=(5.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     motion = assert_type(tfx.PrescribedMotion("drive", tfx.Ramp(1.0, 2.0)), tfx.PrescribedMotion)
     coupling = assert_type(tfx.Coupling("clamp", body, foot, arm), tfx.Coupling)
     parts = [arm, hinge, second, drive, motion, body, coupling, tfx.Gravity()]
@@ -214,7 +231,7 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     print(lowest.frequency, assert_type(lowest.real, tfx.Motion).q)
     assert_type(tfx.damped_modes(system, at_rest, count=4), tfx.Modes)
     wheel = tfx.RigidBody("wheel", 1.0, (0.1, 0.1, 0.1))
-    axle = tfx.Revolute("axle", None, wheel, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    axle = tfx.Revolute("axle", None, wheel, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     rotor = tfx.MultibodySystem(comm, [wheel, axle])
     turning = assert_type(tfx.turning_modes(rotor, "axle", 2.0, 1, blades=3), tfx.Modes)
     whirl = assert_type(turning.modes[0].whirl, tfx.Whirl | None)
@@ -233,7 +250,10 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     reactions = assert_type(tfx.JointReactions(system, [reaction]), tfx.JointReactions)
     point = assert_type(tfx.Point("tip", arm, (0.0, 0.0, 0.0)), tfx.Point)
     points = assert_type(tfx.Points(system, [point]), tfx.Points)
-    gauge = assert_type(tfx.Gauge("side", body, (0.05, 0.05, 0.4), (1, 0, 0), (0, 0, 1)), tfx.Gauge)
+    gauge = assert_type(
+        tfx.Gauge("side", body, point=(0.05, 0.05, 0.4), outward=(1, 0, 0), along=(0, 0, 1)),
+        tfx.Gauge,
+    )
     gauges = assert_type(tfx.Gauges(system, [gauge]), tfx.Gauges)
     channels = [tfx.joint_channel(reactions), tfx.point_channel(points)]
     channels.append(tfx.gauge_channel(gauges))
@@ -261,8 +281,8 @@ class Generator(tfx.Component):
 
     def parts(self, assembly: tfx.Assembly) -> list[tfx.RigidBody | tfx.Revolute]:
         hub = assembly.part("hub")
-        disc = tfx.RigidBody("disc", 1e3, (1e6, 1e6, 1e6), hub.position)
-        return [disc, tfx.Revolute("shaft", hub, disc, hub.position, (0.0, 0.0, 1.0))]
+        disc = tfx.RigidBody("disc", 1e3, (1e6, 1e6, 1e6), position=hub.position)
+        return [disc, tfx.Revolute("shaft", hub, disc, point=hub.position, axis=(0.0, 0.0, 1.0))]
 
     def channels(self, turbine: tfx.Turbine) -> tfx.Channels:
         speed = tfx.Channel(("speed_[rad/s]",), lambda s: [float(s.state.joint_rates[-1])])

@@ -39,7 +39,9 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
     # Flexible blades (62)-(66), fibre along the span; their roots move with the hub (53)-(54)
     frames = {mesh.cell_names[f"blade_{k}"]: layout.frame(k) for k in (1, 2, 3)}
     axes = frame_fields(mesh.mesh, mesh.cell_tags, frames)
-    law = OrthotropicSVK((45e9, 15e9, 15e9), (5.4e9,) * 3, (0.3,) * 3, axes)
+    law = OrthotropicSVK(
+        young=(45e9, 15e9, 15e9), shear=(5.4e9,) * 3, poisson=(0.3,) * 3, frame=axes
+    )
     blades = FlexibleBody("blades", mesh.mesh, law, density=1500.0)
     roots = [
         Coupling(name, blades, mesh.facets(name), hub) for name in ("root_1", "root_2", "root_3")

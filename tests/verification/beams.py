@@ -32,7 +32,9 @@ def _orthotropic():
         ufl.as_vector((-a, a, 0.0)),
         ufl.as_vector((0.0, 0.0, 1.0)),
     )
-    return OrthotropicSVK((3 * YOUNG, YOUNG, YOUNG), (0.36 * YOUNG,) * 3, (0.3,) * 3, frame)
+    return OrthotropicSVK(
+        young=(3 * YOUNG, YOUNG, YOUNG), shear=(0.36 * YOUNG,) * 3, poisson=(0.3,) * 3, frame=frame
+    )
 
 
 LAWS = {
@@ -59,7 +61,7 @@ def free_machine(law, cell, degree, peak=PEAK):
     torque, the joint and the coupling do.
     """
     drift = (0.1, 0.2, -0.05)
-    base = RigidBody("base", 400.0, (60.0, 80.0, 100.0), (0.0, 0.0, -0.5), velocity=drift)
+    base = RigidBody("base", 400.0, (60.0, 80.0, 100.0), position=(0.0, 0.0, -0.5), velocity=drift)
     hub = RigidBody("hub", 300.0, (30.0, 40.0, 50.0), velocity=drift)
     body, root = beam(LAWS[law](), cell, degree)
     spin = Revolute("spin", base, hub, point=(0.0, 0.0, 0.0), axis=(0.3, 0.0, 1.0))

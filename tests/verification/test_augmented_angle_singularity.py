@@ -25,7 +25,9 @@ SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 def rotor(torque, speed=0.0):
     """One body on a bearing: its angle obeys SPIN_INERTIA d2T/dt2 = torque."""
     body = RigidBody("rotor", 1.0, (0.5, 0.5, 0.5), angular_velocity=(0.0, 0.0, speed))
-    spin = Revolute("spin", None, body, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), reference=(1.0, 0.0, 0.0))
+    spin = Revolute(
+        "spin", None, body, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), reference=(1.0, 0.0, 0.0)
+    )
     return MultibodySystem(comm, [body, spin, JointTorque("torque on spin", "spin", 1.0, torque)])
 
 

@@ -56,21 +56,29 @@ SOLVER_ACCURACY = 1e-11
 
 
 def body(name, at, mass=1.0, **more):
-    return RigidBody(name, mass, mass * np.array([0.03, 0.05, 0.04]), at, TURN, **more)
+    return RigidBody(
+        name, mass, mass * np.array([0.03, 0.05, 0.04]), position=at, directors=TURN, **more
+    )
 
 
 # --- two bodies in free fall, one joint, and inner forces
 
 
 FREE = {
-    "revolute": (lambda a, b: Revolute("j", a, b, 0.5 * E1, E3), ["j"]),
-    "prismatic": (lambda a, b: Prismatic("j", a, b, 0.5 * E1, E1 + E2), ["j"]),
+    "revolute": (lambda a, b: Revolute("j", a, b, point=0.5 * E1, axis=E3), ["j"]),
+    "prismatic": (lambda a, b: Prismatic("j", a, b, point=0.5 * E1, axis=E1 + E2), ["j"]),
     "cylindrical": (
-        lambda a, b: Cylindrical("j", a, b, 0.5 * E1, E2),
+        lambda a, b: Cylindrical("j", a, b, point=0.5 * E1, axis=E2),
         ["j.angle", "j.displacement"],
     ),
-    "universal": (lambda a, b: Universal("j", a, b, 0.5 * E1, E2, E3), ["j.first", "j.second"]),
-    "planar": (lambda a, b: Planar("j", a, b, 0.5 * E1, E2), ["j.first", "j.second", "j.angle"]),
+    "universal": (
+        lambda a, b: Universal("j", a, b, point=0.5 * E1, first_axis=E2, second_axis=E3),
+        ["j.first", "j.second"],
+    ),
+    "planar": (
+        lambda a, b: Planar("j", a, b, point=0.5 * E1, normal=E2),
+        ["j.first", "j.second", "j.angle"],
+    ),
     "spherical": (lambda a, b: Spherical("j", a, b, 0.5 * E1), []),
     "rigid": (lambda a, b: Rigid("j", a, b, 0.5 * E1), []),
 }
@@ -85,8 +93,16 @@ def test_inner_forces_keep_the_momenta_and_what_they_do_is_balanced(joint, names
         *(JointTorque(f"torque on {n}", n, 1.0, Hat(3.0, 0.4)) for n in names),
         *(JointSpring(f"spring {n}", n, 4.0, 0.3) for n in names),
         *(JointDamper(f"damper {n}", n, 0.05) for n in names),
-        PointSpring("spring", a, b, (0, 1, 0), (1, -1, 0), 3.0, 1.0),
-        PointDamper("damper", a, b, (0, 1, 1), (1, -1, 0), 0.02),
+        PointSpring(
+            "spring",
+            a,
+            b,
+            first_point=(0, 1, 0),
+            second_point=(1, -1, 0),
+            stiffness=3.0,
+            length=1.0,
+        ),
+        PointDamper("damper", a, b, first_point=(0, 1, 1), second_point=(1, -1, 0), damping=0.02),
     ]
     system = MultibodySystem(comm, [a, b, joint(a, b), *inner, Gravity(tuple(GRAVITY))])
     r = run(system, DT, 1.0)
@@ -126,37 +142,58 @@ def everything(comm=comm, free=False, viscosity=0.02):
     beam = FlexibleBody("beam", cells, law, 3.0)
     parts = [base, arm, hub, ring, bob, box, beam]
     parts += [
-        Revolute("shoulder", base, arm, (0, 0.3, 0), E3),
-        Prismatic("slide", arm, hub, (1.0, 1.0, 0), E1),
-        Universal("cardan", ring, bob, (2.4, 1.0, 0), E2, E3),
+        Revolute("shoulder", base, arm, point=(0, 0.3, 0), axis=E3),
+        Prismatic("slide", arm, hub, point=(1.0, 1.0, 0), axis=E1),
+        Universal("cardan", ring, bob, point=(2.4, 1.0, 0), first_axis=E2, second_axis=E3),
         Rigid("rivet", arm, box, (0.5, 0.7, 0.1)),
         Coupling("root", beam, facets(0, 1.0), hub),
         Coupling("tip", beam, facets(0, 2.0), ring),
         JointTorque("torque on shoulder", "shoulder", 1.0, Hat(12.0, 0.3)),
         JointSpring("return", "slide", 60.0, 0.1),
         JointDamper("friction", "shoulder", 0.1),
-        PointSpring("rope", base, ring, (0, -0.5, 0), (2.2, 1.0, 0.3), 6.0, 1.5),
-        PointDamper("strut", box, bob, (0.5, 0.8, 0.2), (2.6, 1.0, 0), 0.3),
+        PointSpring(
+            "rope",
+            base,
+            ring,
+            first_point=(0, -0.5, 0),
+            second_point=(2.2, 1.0, 0.3),
+            stiffness=6.0,
+            length=1.5,
+        ),
+        PointDamper(
+            "strut", box, bob, first_point=(0.5, 0.8, 0.2), second_point=(2.6, 1.0, 0), damping=0.3
+        ),
         PrescribedMotion("cardan.second", lambda t: 0.8 * t**3 / (0.01 + t**2)),
         Gravity(tuple(GRAVITY)),
     ]
     if not free:
         side = facets(1, 0.8)
         parts += [
-            Planar("floor", None, base, (0, 0, 0), E2),
+            Planar("floor", None, base, point=(0, 0, 0), normal=E2),
             Spherical("leash end", None, post := body("post", (3.0, 1.2, 0)), (3.0, 1.5, 0)),
             post,
-            Cylindrical("sleeve", post, pin := body("pin", (3.0, 1.0, 0), 0.1), (3, 1, 0), E2),
+            Cylindrical(
+                "sleeve", post, pin := body("pin", (3.0, 1.0, 0), 0.1), point=(3, 1, 0), axis=E2
+            ),
             pin,
             JointSpring("sleeve spring", "sleeve.displacement", 30.0),
-            PointSpring("leash", pin, bob, (3.0, 1.0, 0), (2.7, 1.0, 0), 20.0),
-            PointForce("push", base, (0, 0, 0.1), (1.0, 0.0, 2.0), Hat(2.0, 0.4)),
-            FollowerForce("jet", bob, (2.6, 1.0, 0), (0.2, 0.5, 0.1)),
+            PointSpring(
+                "leash",
+                pin,
+                bob,
+                first_point=(3.0, 1.0, 0),
+                second_point=(2.7, 1.0, 0),
+                stiffness=20.0,
+            ),
+            PointForce(
+                "push", base, point=(0, 0, 0.1), force=(1.0, 0.0, 2.0), function=Hat(2.0, 0.4)
+            ),
+            FollowerForce("jet", bob, point=(2.6, 1.0, 0), force=(0.2, 0.5, 0.1)),
             Torque("motor", post, (0.1, 0.4, 0.0)),
             Torque("gyro", pin, (0.0, 0.01, 0.0), follower=True),
             SurfaceTraction("wind", beam, side, (0.3, 0.5, -1.0), Hat(3.0, 0.5)),
             Pressure("blast", beam, np.append(side, facets(2, 0.2)), 2.0, Hat(2.0, 0.5)),
-            NodeForce("hook", beam, (1.5, 1.2, 0.2), (0.2, -0.3, 0.5)),
+            NodeForce("hook", beam, point=(1.5, 1.2, 0.2), force=(0.2, -0.3, 0.5)),
         ]
     return MultibodySystem(comm, parts)
 
@@ -284,10 +321,12 @@ def test_the_assertions_reject_what_is_not_balanced(monkeypatch):
 def test_energy_is_constant_without_works_and_dampers():
     """No viscosity, no dissipation, no loads: springs, joints and a beam in free fall."""
     a, b = body("a", (0, 0, 0), 2.0), body("b", (1.0, 0.3, 0))
-    joint = Universal("j", a, b, (0.5, 0, 0), E2, E3)
+    joint = Universal("j", a, b, point=(0.5, 0, 0), first_axis=E2, second_axis=E3)
     springs = [
         JointSpring("s", "j.first", 4.0, 0.5),
-        PointSpring("p", a, b, (0, 1, 0), (1, -1, 0), 3.0, 1.0),
+        PointSpring(
+            "p", a, b, first_point=(0, 1, 0), second_point=(1, -1, 0), stiffness=3.0, length=1.0
+        ),
     ]
     system = MultibodySystem(comm, [a, b, joint, *springs, Gravity(tuple(GRAVITY))])
     r = run(system, DT, 1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +43,7 @@ class RigidBody:
     name: str
     mass: float
     euler: Sequence[float]
+    _: KW_ONLY
     position: npt.ArrayLike = (0.0, 0.0, 0.0)
     directors: npt.ArrayLike = field(default_factory=lambda: np.eye(3))
     velocity: npt.ArrayLike = (0.0, 0.0, 0.0)
@@ -69,6 +70,7 @@ class RigidBody:
         name: str,
         mass: float,
         inertia: npt.ArrayLike,
+        *,
         position: npt.ArrayLike = (0.0, 0.0, 0.0),
         axes: npt.ArrayLike | None = None,
         velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
@@ -93,7 +95,15 @@ class RigidBody:
         """
         euler, principal = principal_inertia(name, inertia)
         R = np.eye(3) if axes is None else _check_rotation("axes", name, axes)
-        return cls(name, mass, euler.tolist(), position, R @ principal, velocity, angular_velocity)
+        return cls(
+            name,
+            mass,
+            euler.tolist(),
+            position=position,
+            directors=R @ principal,
+            velocity=velocity,
+            angular_velocity=angular_velocity,
+        )
 
     @property
     def coordinates(self) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,7 @@ class FollowerForce:
 
     name: str
     body: RigidBody
+    _: KW_ONLY
     point: npt.ArrayLike
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
@@ -33,6 +33,7 @@ class NodeForce:
 
     name: str
     flexible: FlexibleBody
+    _: KW_ONLY
     point: npt.ArrayLike
     force: npt.ArrayLike
     function: Callable[[float], float] = ALWAYS

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,7 @@ class PointDamper:
     name: str
     first: RigidBody | None
     second: RigidBody | None
+    _: KW_ONLY
     first_point: npt.ArrayLike
     second_point: npt.ArrayLike
     damping: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,7 @@ class PointSpring:
     name: str
     first: RigidBody | None
     second: RigidBody | None
+    _: KW_ONLY
     first_point: npt.ArrayLike
     second_point: npt.ArrayLike
     stiffness: float

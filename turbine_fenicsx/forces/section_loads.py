@@ -7,7 +7,7 @@ actuator, measured loads. It knows nothing of meshes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -85,6 +85,7 @@ class StationLine:
     """
 
     facets: npt.NDArray[np.int32]
+    _: KW_ONLY
     origin: npt.ArrayLike
     axis: npt.ArrayLike
     stations: npt.ArrayLike

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
@@ -39,6 +39,7 @@ class Cylindrical:
     name: str
     first: RigidBody | None
     second: RigidBody | None
+    _: KW_ONLY
     point: npt.ArrayLike
     axis: npt.ArrayLike
     reference: npt.ArrayLike | None = None

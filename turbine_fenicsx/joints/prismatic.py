@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
@@ -37,6 +37,7 @@ class Prismatic:
     name: str
     first: RigidBody | None
     second: RigidBody | None
+    _: KW_ONLY
     point: npt.ArrayLike
     axis: npt.ArrayLike
     with_coordinates: bool = True

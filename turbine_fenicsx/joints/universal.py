@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,7 @@ class Universal:
     name: str
     first: RigidBody | None
     second: RigidBody | None
+    _: KW_ONLY
     point: npt.ArrayLike
     first_axis: npt.ArrayLike
     second_axis: npt.ArrayLike

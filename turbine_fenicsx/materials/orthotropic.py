@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -38,6 +38,7 @@ class OrthotropicSVK:
         ModelError: if the stiffness is not positive definite.
     """
 
+    _: KW_ONLY
     young: tuple[Scalar, Scalar, Scalar]
     shear: tuple[Scalar, Scalar, Scalar]
     poisson: tuple[Scalar, Scalar, Scalar]

@@ -54,7 +54,7 @@ class Drivetrain(Component):
             return found
         inertia, place = d.ratio**2 * d.generator_inertia, _find_place(layout)
         disc = (0.5 * inertia, 0.5 * inertia, 0.0)
-        generator = RigidBody(GENERATOR, d.mass, disc, place, layout.axes.T)
+        generator = RigidBody(GENERATOR, d.mass, disc, position=place, directors=layout.axes.T)
         if d.model == "stiff":
             return [*found, generator, Rigid(SHAFT, hub, generator, place)]
         _, up, shaft = layout.axes

@@ -53,7 +53,9 @@ def make_gauges(turbine: Turbine, body: FlexibleBody, sums: SharedSum) -> Gauges
             height = rotor.blades.hub_radius + station * rotor.blades.length
             centre = np.asarray(rotor.layout.centre)
             start, outward = _look_from_middle(name, case, skin, centre, height, frame)
-        found.append(Gauge(name, body, start, outward, frame[0], case.angle))
+        found.append(
+            Gauge(name, body, point=start, outward=outward, along=frame[0], angle=case.angle)
+        )
     return Gauges(turbine.system, found, sums)
 
 

@@ -83,5 +83,7 @@ def _make_body(name: str, inertia: Inertia, origin: npt.ArrayLike, axes: Array) 
     """
     position = np.asarray(origin) + inertia.centre @ axes
     if inertia.tensor is None:
-        return RigidBody(name, inertia.mass, inertia.euler, position, axes.T)
-    return RigidBody.from_inertia(name, inertia.mass, inertia.tensor, position, axes.T)
+        return RigidBody(name, inertia.mass, inertia.euler, position=position, directors=axes.T)
+    return RigidBody.from_inertia(
+        name, inertia.mass, inertia.tensor, position=position, axes=axes.T
+    )

@@ -96,8 +96,8 @@ def _make_rings(layout: RotorLayout, pitch: PitchCase, radius: float) -> list[Ri
             name,
             pitch.ring_mass,
             pitch.ring_euler,
-            layout.point_on_span(k, radius),
-            layout.directors(k),
+            position=layout.point_on_span(k, radius),
+            directors=layout.directors(k),
         )
         for k, name in enumerate(RINGS, start=1)
     ]

@@ -89,7 +89,9 @@ class Wind(Component):
             return [RigidSectionLoads(WIND, stations, source)]
         mesh = assembly.meshes[BODY]
         lines = [
-            StationLine(mesh.facets(f"skin_{k}"), layout.centre, frame[0], blade.radius)
+            StationLine(
+                mesh.facets(f"skin_{k}"), origin=layout.centre, axis=frame[0], stations=blade.radius
+            )
             for k, frame in zip(numbers, frames, strict=True)
         ]
         return [SectionLoads(WIND, assembly.part(BODY), lines, source)]

@@ -39,7 +39,7 @@ def rod(name, start, end):
     length, centre = float(np.linalg.norm(end - start)), 0.5 * (start + end)
     mass = DENSITY * THICKNESS**2 * length
     euler = mass / 12.0 * np.array([length**2, THICKNESS**2, THICKNESS**2])
-    return RigidBody(name, mass, euler, centre)
+    return RigidBody(name, mass, euler, position=centre)
 
 
 def mechanism():
@@ -48,10 +48,10 @@ def mechanism():
     first, last = rod("first", PIN, PIN + END * E1), rod("last", BOLT - END * E1, BOLT)
     slider = RigidBody("slider", SLIDER, (1e-5, 1e-5, 1e-5), position=BOLT)
     joints = [
-        Revolute("shaft", None, crank, (0.0, 0.0, 0.0), E3),
-        Revolute("pin", crank, first, PIN, E3, with_coordinates=False),
-        Revolute("bolt", last, slider, BOLT, E3, with_coordinates=False),
-        Prismatic("rail", None, slider, BOLT, E1),
+        Revolute("shaft", None, crank, point=(0.0, 0.0, 0.0), axis=E3),
+        Revolute("pin", crank, first, point=PIN, axis=E3, with_coordinates=False),
+        Revolute("bolt", last, slider, point=BOLT, axis=E3, with_coordinates=False),
+        Prismatic("rail", None, slider, point=BOLT, axis=E1),
         PrescribedMotion("shaft", crank_angle),
     ]
     return first, last, [crank, first, last, slider, *joints]
@@ -101,6 +101,6 @@ def with_chain(comm, pieces):
     neighbours = [first, *links, last]
     for k, point in enumerate(points):
         factor = 2.0 if k in (0, pieces) else 1.0
-        parts.append(Revolute(f"hinge {k}", neighbours[k], neighbours[k + 1], point, E3))
+        parts.append(Revolute(f"hinge {k}", neighbours[k], neighbours[k + 1], point=point, axis=E3))
         parts.append(JointSpring(f"spring {k}", f"hinge {k}", factor * stiffness))
     return MultibodySystem(comm, [*parts, *links]), links[pieces // 2]

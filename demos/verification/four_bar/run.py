@@ -52,12 +52,14 @@ def linkage():
         for k in range(WINDOWS + 1)
     ]
     level = [
-        RigidBody(f"B{k}_B{k + 1}", MASS, EULER, 0.5 * (B[k] + B[k + 1]), velocity=SPEED * E1)
+        RigidBody(
+            f"B{k}_B{k + 1}", MASS, EULER, position=0.5 * (B[k] + B[k + 1]), velocity=SPEED * E1
+        )
         for k in range(WINDOWS)
     ]
 
     def pin(name, first, second, point):
-        return Revolute(name, first, second, point, E3, with_coordinates=False)
+        return Revolute(name, first, second, point=point, axis=E3, with_coordinates=False)
 
     joints = [pin(f"A{k}", None, upright[k], A[k]) for k in range(WINDOWS + 1)]
     for k in range(WINDOWS):

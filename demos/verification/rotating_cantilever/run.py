@@ -69,7 +69,7 @@ def solve(speed, steps, elements=ELEMENTS, comm=MPI.COMM_WORLD):
         beam,
         hub,
         Coupling("clamp", beam, root, hub),
-        Revolute("shaft", None, hub, (0.0, 0.0, 0.0), E3),
+        Revolute("shaft", None, hub, point=(0.0, 0.0, 0.0), axis=E3),
         PrescribedMotion("shaft", lambda t: speed * t),
     ]
     system = MultibodySystem(comm, parts)

@@ -129,14 +129,14 @@ def plain_errors(comm):
 def pendulum_errors(comm):
     """Errors of systems of rigid bodies under gravity."""
     exact, down = load("small_vibrations", "exact"), Gravity((0.0, -G, 0.0))
-    body = RigidBody("body", 3.0, (0.4, 0.7, 0.2), (0.3, -1.2, 0.5))
-    pin = Revolute("pin", None, body, (0.3, 0.0, 0.5), (0.0, 0.0, 1.0))
+    body = RigidBody("body", 3.0, (0.4, 0.7, 0.2), position=(0.3, -1.2, 0.5))
+    pin = Revolute("pin", None, body, point=(0.3, 0.0, 0.5), axis=(0.0, 0.0, 1.0))
     one = exact.pendulum(3.0, 1.2, 0.4 + 0.7, G)
     rod = {"mass": 1.0, "euler": (0.5 / 12.0, 0.5 / 12.0, 0.0)}  # J3 = 1/12, length 1
     a, b = (RigidBody(name, position=(0, y, 0), **rod) for name, y in (("a", -0.5), ("b", -1.5)))
     hinges = [
-        Revolute("upper", None, a, (0, 0, 0), (0, 0, 1)),
-        Revolute("lower", a, b, (0, -1, 0), (0, 0, 1)),
+        Revolute("upper", None, a, point=(0, 0, 0), axis=(0, 0, 1)),
+        Revolute("lower", a, b, point=(0, -1, 0), axis=(0, 0, 1)),
     ]
     rods = load("four_bar")
     systems = {
@@ -187,7 +187,7 @@ def tower_error(comm):
         D, d = np.asarray(b.directors), np.asarray(b.position) - centre
         J += np.sum(b.euler) * np.eye(3) - D @ np.diag(b.euler) @ D.T
         J += b.mass * (d @ d * np.eye(3) - np.outer(d, d))
-    top = RigidBody.from_inertia("top", mass, J, centre)
+    top = RigidBody.from_inertia("top", mass, J, position=centre)
     parts = [p for p in built.parts if isinstance(p, FlexibleBody)] + [top]
     for p in built.parts:
         if isinstance(p, Coupling):

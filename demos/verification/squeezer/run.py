@@ -91,12 +91,12 @@ def mechanism():
         point_A + along(epsilon, UB, -UA),
     )
     K1, K2, K3, K4, K5, K6, K7 = bodies = [
-        RigidBody.from_inertia(f"K{k}", m, (0.5 * J, 0.5 * J, J), x)
+        RigidBody.from_inertia(f"K{k}", m, (0.5 * J, 0.5 * J, J), position=x)
         for k, (m, J, x) in enumerate(zip(MASSES, INERTIAS, centres, strict=True), start=1)
     ]
 
     def pin(name, first, second, point):
-        return Revolute(name, first, second, point, E3, with_coordinates=name in START)
+        return Revolute(name, first, second, point=point, axis=E3, with_coordinates=name in START)
 
     joints = [
         pin("beta", None, K1, point_O),
@@ -110,7 +110,9 @@ def mechanism():
         pin("E4", K2, K4, E),
         pin("E6", K2, K6, E),
     ]
-    spring = PointSpring("spring", None, K3, point_C, D, STIFFNESS, REST)
+    spring = PointSpring(
+        "spring", None, K3, first_point=point_C, second_point=D, stiffness=STIFFNESS, length=REST
+    )
     return [*bodies, *joints, spring, JointTorque("torque on beta", "beta", TORQUE)]
 
 

@@ -64,7 +64,15 @@ def solve(steps, comm=MPI.COMM_WORLD):
     R = rotation_about(E1, THETA)
     omega = OMEGA_P * E3 + OMEGA_S * R[:, 2]
     x = ARM * R[:, 2]
-    top = RigidBody.from_inertia("top", MASS, (J1, J1, J3), x, R, np.cross(omega, x), omega)
+    top = RigidBody.from_inertia(
+        "top",
+        MASS,
+        (J1, J1, J3),
+        position=x,
+        axes=R,
+        velocity=np.cross(omega, x),
+        angular_velocity=omega,
+    )
     joint = Spherical("tip", None, top, point=(0.0, 0.0, 0.0))
     system = MultibodySystem(comm, [top, joint, Gravity((0.0, 0.0, -G))])
     seen = Angles()

@@ -59,7 +59,7 @@ TAU = 1e-3  # time of relaxation [s]
 def driven(comm, speed, body, root, *more):
     """A body clamped to a hub that is driven about e3 through the origin."""
     hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0), angular_velocity=speed * E3)
-    axis = Revolute("shaft", None, hub, (0.0, 0.0, 0.0), E3)
+    axis = Revolute("shaft", None, hub, point=(0.0, 0.0, 0.0), axis=E3)
     drive = PrescribedMotion("shaft", lambda t: speed * t)
     parts = [hub, body, Coupling("clamp", body, root, hub), axis, drive, *more]
     return MultibodySystem(comm, parts)
@@ -105,7 +105,7 @@ def disc(speed, comm=MPI.COMM_WORLD):
     size = (WIDTH, WIDTH, SHAFT)
     cells, (root, end) = box(comm, (-WIDTH / 2, -WIDTH / 2, 0.0), size, (1, 1, 48))
     body = FlexibleBody("rod", cells, StVenantKirchhoff(0.0, 0.5 * YOUNG), LIGHT, degree=2)
-    plate = RigidBody("disc", MASS, EULER, (0.0, 0.0, SHAFT))
+    plate = RigidBody("disc", MASS, EULER, position=(0.0, 0.0, SHAFT))
     system = driven(comm, speed, body, root, plate, Coupling("end", body, end, plate))
     found = turning_modes(system, "shaft", speed, 6, blades=4)
     whirls = []

@@ -23,7 +23,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 
 LAMBDA, MU, DENSITY, TAU = 6e4, 4e4, 3.0, 2e-3
 BODY = RigidBody("a", 2.0, (1.0, 2.0, 3.0))
-HINGE = Revolute("hinge", None, BODY, (0, 0, 0), (0, 0, 1))
+HINGE = Revolute("hinge", None, BODY, point=(0, 0, 0), axis=(0, 0, 1))
 
 
 def eigenvalues(found):
@@ -82,11 +82,14 @@ def test_a_free_body_with_a_damper_has_a_rigid_mode(comm):
 
 def test_two_masses_with_a_damper_between_points(comm):
     """M s^2 + D s + K as a linear eigenvalue problem of four."""
-    b = RigidBody("b", 5.0, (1.0, 1.0, 1.0), (2.0, 0.0, 0.0))
+    b = RigidBody("b", 5.0, (1.0, 1.0, 1.0), position=(2.0, 0.0, 0.0))
     parts = [BODY, b]
-    parts += [Prismatic(n, None, x, (0, 0, 0), (1, 0, 0)) for n, x in (("x", BODY), ("y", b))]
-    ends = ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0))
-    parts += [PointSpring("k", BODY, b, *ends, 70.0), PointDamper("d", BODY, b, *ends, 3.0)]
+    parts += [
+        Prismatic(n, None, x, point=(0, 0, 0), axis=(1, 0, 0)) for n, x in (("x", BODY), ("y", b))
+    ]
+    ends = {"first_point": (0.0, 0.0, 0.0), "second_point": (2.0, 0.0, 0.0)}
+    parts += [PointSpring("k", BODY, b, **ends, stiffness=70.0)]
+    parts += [PointDamper("d", BODY, b, **ends, damping=3.0)]
     parts += [JointSpring("k1", "x", 40.0), JointDamper("d1", "x", 0.4)]
     found = damped_modes(MultibodySystem(comm, parts), count=2)
     M, K = np.diag([2.0, 5.0]), np.array([[110.0, -70.0], [-70.0, 70.0]])
@@ -212,7 +215,7 @@ def test_numbers_of_modes_that_there_are_not_are_refused(comm, count):
 
 
 def test_a_state_that_is_not_in_equilibrium_is_refused(comm):
-    hinge = Revolute("hinge", None, BODY, (1.0, 0, 0), (0, 0, 1))
+    hinge = Revolute("hinge", None, BODY, point=(1.0, 0, 0), axis=(0, 0, 1))
     system = MultibodySystem(comm, [BODY, hinge, Gravity()])
     with pytest.raises(ModelError, match="not in equilibrium"):
         damped_modes(system, system.initial_state(), 1)

@@ -51,13 +51,13 @@ class Swing:
 
     def __init__(self, comm, material=None):
         self.comm = comm
-        self.hub = RigidBody("hub", 2.0, (0.3, 0.4, 0.5), (0.0, 0.1, 0.0))
+        self.hub = RigidBody("hub", 2.0, (0.3, 0.4, 0.5), position=(0.0, 0.1, 0.0))
         cells = mesh.create_box(comm, [[0.5, -0.2, -0.1], [2.5, 0.2, 0.1]], [4, 2, 1])
         self.beam = FlexibleBody("beam", cells, material or StVenantKirchhoff(*LAME), 3.0, 1)
         self.tip = mesh.locate_entities_boundary(cells, 2, lambda x: np.isclose(x[0], 2.5))
         root = mesh.locate_entities_boundary(cells, 2, lambda x: np.isclose(x[0], 0.5))
         self.parts = [self.hub, self.beam, Coupling("root", self.beam, root, self.hub)]
-        self.parts += [Revolute("hinge", None, self.hub, (0.0, 0.3, 0.0), (0, 0, 1))]
+        self.parts += [Revolute("hinge", None, self.hub, point=(0.0, 0.3, 0.0), axis=(0, 0, 1))]
         self.parts += [JointSpring("spring", "hinge", 90.0), Gravity((0.0, -9.81, 0.0))]
 
     def system(self, *more):
@@ -120,7 +120,15 @@ def test_the_mass_matrix_makes_the_kinetic_energy(swing):
 
 
 def test_the_stiffness_is_the_derivative_of_the_forces_at_constant_multipliers(swing):
-    spring = PointSpring("s", None, swing.hub, (0.0, 2.0, 0.0), (0.0, 0.1, 0.0), 30.0, 0.5)
+    spring = PointSpring(
+        "s",
+        None,
+        swing.hub,
+        first_point=(0.0, 2.0, 0.0),
+        second_point=(0.0, 0.1, 0.0),
+        stiffness=30.0,
+        length=0.5,
+    )
     system = swing.system(spring)
     state = equilibrium(system)
     linear = LinearSystem(system, state)
@@ -174,7 +182,7 @@ def test_degrees_of_freedom_are_those_that_the_constraints_leave(swing, comm):
     body = RigidBody("a", 2.0, (1, 2, 3))
     for parts, expected in (
         ([body], 6),
-        ([body, Revolute("r", None, body, (1, 0, 0), (0, 0, 1))], 1),
+        ([body, Revolute("r", None, body, point=(1, 0, 0), axis=(0, 0, 1))], 1),
     ):
         system = MultibodySystem(comm, parts)
         assert LinearSystem(system, system.initial_state()).degrees_of_freedom == expected
@@ -205,7 +213,10 @@ def test_a_damper_of_a_joint_dampens_its_coordinate(swing):
 
 def test_a_damper_between_points_dampens_their_distance(swing):
     ends = (0.0, 2.0, 0.0), (0.3, 0.1, 0.4)
-    system = swing.system(PointDamper("d", None, swing.hub, *ends, 7.0))
+    damper = PointDamper(
+        "d", None, swing.hub, first_point=ends[0], second_point=ends[1], damping=7.0
+    )
+    system = swing.system(damper)
     linear = LinearSystem(system, system.initial_state())
     y = any_vector(linear)
     q = linear.vectors.motion(y).q.reshape(4, 3)

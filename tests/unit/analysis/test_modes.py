@@ -111,8 +111,8 @@ def test_weight_changes_frequencies_as_it_does_in_a_difference_of_forces(comm):
 
 # --- rigid bodies, against closed forms
 
-A = RigidBody("a", 2.0, (1, 2, 3), (0.0, -1.0, 0.0))
-PIN = Revolute("pin", None, A, (0.0, 0.0, 0.0), (0, 0, 1))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(0.0, -1.0, 0.0))
+PIN = Revolute("pin", None, A, point=(0.0, 0.0, 0.0), axis=(0, 0, 1))
 DOWN = Gravity((0.0, -9.81, 0.0))
 
 
@@ -126,9 +126,11 @@ def test_a_pendulum_swings_with_the_frequency_of_its_closed_form(comm):
 
 
 def test_a_pendulum_that_stands_is_unstable_with_its_rate_of_growth(comm):
-    body = RigidBody("a", 2.0, (1, 2, 3), (0.0, 1.0, 0.0))
+    body = RigidBody("a", 2.0, (1, 2, 3), position=(0.0, 1.0, 0.0))
     found = modes(
-        MultibodySystem(comm, [body, Revolute("p", None, body, (0, 0, 0), (0, 0, 1)), DOWN]),
+        MultibodySystem(
+            comm, [body, Revolute("p", None, body, point=(0, 0, 0), axis=(0, 0, 1)), DOWN]
+        ),
         count=1,
     )
     (mode,) = found.modes
@@ -140,7 +142,7 @@ def test_all_motions_of_a_chain_are_found_and_no_more(comm):
     """As many modes as degrees of freedom; each of five pendulums also turns about its axis."""
     parts, last = [DOWN], None
     for k in range(5):
-        body = RigidBody(f"b{k}", 1.0 + 0.1 * k, (0.01, 0.02, 0.03), (0.0, -k - 0.5, 0.0))
+        body = RigidBody(f"b{k}", 1.0 + 0.1 * k, (0.01, 0.02, 0.03), position=(0.0, -k - 0.5, 0.0))
         parts += [body, Spherical(f"s{k}", last, body, (0.0, -k, 0.0))]
         last = body
     system = MultibodySystem(comm, parts)
@@ -159,10 +161,18 @@ def test_a_free_rigid_body_has_six_motions_without_stiffness(comm):
 
 def test_two_masses_on_springs_swing_in_and_against_phase(comm):
     """k/m and 3 k/m, for three equal springs between two walls."""
-    a, b = (RigidBody(n, 2.0, (1, 1, 1), (x, 0, 0)) for n, x in (("a", 1.0), ("b", 2.0)))
-    rails = [Prismatic(f"rail {x.name}", None, x, x.position, (1, 0, 0)) for x in (a, b)]
+    a, b = (RigidBody(n, 2.0, (1, 1, 1), position=(x, 0, 0)) for n, x in (("a", 1.0), ("b", 2.0)))
+    rails = [Prismatic(f"rail {x.name}", None, x, point=x.position, axis=(1, 0, 0)) for x in (a, b)]
     springs = [
-        PointSpring(f"spring {x}", first, second, (x, 0, 0), (x + 1, 0, 0), 50.0, 1.0)
+        PointSpring(
+            f"spring {x}",
+            first,
+            second,
+            first_point=(x, 0, 0),
+            second_point=(x + 1, 0, 0),
+            stiffness=50.0,
+            length=1.0,
+        )
         for x, (first, second) in enumerate(((None, a), (a, b), (b, None)))
     ]
     found = modes(MultibodySystem(comm, [a, b, *rails, *springs]), count=2)
@@ -215,8 +225,8 @@ def test_motions_that_grow_but_are_not_among_the_modes_are_told(comm, caplog, co
     """A short rod that stands grows faster than long ones swing."""
     parts = [DOWN]
     for y in (0.1, *np.linspace(-4.0, -15.0, 12)):
-        body = RigidBody(f"at {y}", 1.0, (1e-3, 1e-3, 1e-3), (0.0, y, 0.0))
-        parts += [body, Revolute(f"pin of {y}", None, body, (0, 0, 0), (0, 0, 1))]
+        body = RigidBody(f"at {y}", 1.0, (1e-3, 1e-3, 1e-3), position=(0.0, y, 0.0))
+        parts += [body, Revolute(f"pin of {y}", None, body, point=(0, 0, 0), axis=(0, 0, 1))]
     with caplog.at_level(logging.WARNING):
         found = modes(MultibodySystem(comm, parts), count=count)
     told = [r.message for r in caplog.records if "1 motions grow, and only 0 of them" in r.message]
@@ -247,8 +257,10 @@ def test_directions_in_which_a_beam_buckles_are_counted(comm, strain, growing):
 
 
 def test_a_state_that_is_not_in_equilibrium_is_refused_with_its_residual(comm):
-    body = RigidBody("a", 2.0, (1, 2, 3), (1.0, 0.0, 0.0))
-    system = MultibodySystem(comm, [body, Revolute("p", None, body, (0, 0, 0), (0, 0, 1)), DOWN])
+    body = RigidBody("a", 2.0, (1, 2, 3), position=(1.0, 0.0, 0.0))
+    system = MultibodySystem(
+        comm, [body, Revolute("p", None, body, point=(0, 0, 0), axis=(0, 0, 1)), DOWN]
+    )
     with pytest.raises(ModelError, match=r"not in equilibrium: forces of 2\.0e\+01 N .* 1e-06"):
         modes(system, system.initial_state(), count=1)
     other = MultibodySystem(comm, [body])

@@ -46,7 +46,7 @@ def test_a_system_in_equilibrium_stays_where_it_is(comm):
         ((4.0, 5.0, 2.0), [JointSpring("s", "hinge", 10.0)]),
         ((4.0, 5.0, 2.0), []),
     ):
-        hinge = Revolute("hinge", None, A, point, (0, 0, 1))
+        hinge = Revolute("hinge", None, A, point=point, axis=(0, 0, 1))
         state = equilibrium(MultibodySystem(comm, [A, hinge, *more]))
         assert np.allclose(state.q, A.coordinates, rtol=0, atol=1e-13)
 
@@ -56,8 +56,8 @@ def chain(n, more=()):
     parts, last, at = [], None, np.zeros(3)
     for k in range(n):
         way = np.array([np.sin(0.5), -np.cos(0.5), 0.0])
-        link = RigidBody(f"link {k}", 1.0 + k, (0.1, 0.2, 0.1), at + 0.5 * way)
-        parts += [link, Revolute(f"j{k}", last, link, at, (0, 0, 1))]
+        link = RigidBody(f"link {k}", 1.0 + k, (0.1, 0.2, 0.1), position=at + 0.5 * way)
+        parts += [link, Revolute(f"j{k}", last, link, point=at, axis=(0, 0, 1))]
         parts += [JointSpring(f"s{k}", f"j{k}", 6.0), *(m(k) for m in more)]
         last, at = link, at + way
     return [*parts, Gravity()]
@@ -107,8 +107,16 @@ def test_multipliers_of_the_highest_hinge_carry_the_weight(comm):
 
 def test_a_prescribed_displacement_is_displacement_control(comm):
     """The multiplier of the motion is the force of a spring that softens and turns."""
-    joint = Cylindrical("j", None, A, (3.0, 5.0, 2.0), N)
-    spring = PointSpring("s", A, None, (3.0, 5.0, 2.0), (6.0, 5.0, 2.0), 50.0, 2.0)
+    joint = Cylindrical("j", None, A, point=(3.0, 5.0, 2.0), axis=N)
+    spring = PointSpring(
+        "s",
+        A,
+        None,
+        first_point=(3.0, 5.0, 2.0),
+        second_point=(6.0, 5.0, 2.0),
+        stiffness=50.0,
+        length=2.0,
+    )
     lock = JointSpring("t", "j.angle", 10.0)
     system = MultibodySystem(
         comm, [A, joint, spring, lock, PrescribedMotion("j.displacement", lambda t: t)]
@@ -124,7 +132,7 @@ def test_a_prescribed_displacement_is_displacement_control(comm):
 
 
 def test_a_motion_of_several_turns_needs_load_steps(comm):
-    hinge = Revolute("hinge", None, A, (3.0, 6.0, 2.0), N)
+    hinge = Revolute("hinge", None, A, point=(3.0, 6.0, 2.0), axis=N)
     system = MultibodySystem(comm, [A, hinge, PrescribedMotion("hinge", lambda t: 10.0 * t)])
     state = equilibrium(system, np.linspace(0.1, 1.0, 10))
     R = rotation_about(N, 10.0)
@@ -137,7 +145,7 @@ def test_a_motion_of_several_turns_needs_load_steps(comm):
 
 
 def test_a_torque_that_winds_a_spring_up_over_turns(comm):
-    hinge = Revolute("hinge", None, A, (3.0, 6.0, 2.0), N)
+    hinge = Revolute("hinge", None, A, point=(3.0, 6.0, 2.0), axis=N)
     parts = [
         A,
         hinge,
@@ -153,13 +161,20 @@ def test_follower_and_point_forces_in_space(comm):
     """A body on a ball joint, held by three springs."""
     ball = Spherical("ball", None, A, (3.0, 6.0, 2.0))
     springs = [
-        PointSpring(f"s{k}", None, A, 10 * e + A.position, A.position, 30.0)
+        PointSpring(
+            f"s{k}",
+            None,
+            A,
+            first_point=10 * e + A.position,
+            second_point=A.position,
+            stiffness=30.0,
+        )
         for k, e in enumerate(np.eye(3))
     ]
     loads = [
         Gravity(),
-        PointForce("f", A, (4, 5, 2), (3, 0, -4), lambda t: t),
-        FollowerForce("g", A, (3, 5, 4), (0, 4, 1), lambda t: t),
+        PointForce("f", A, point=(4, 5, 2), force=(3, 0, -4), function=lambda t: t),
+        FollowerForce("g", A, point=(3, 5, 4), force=(0, 4, 1), function=lambda t: t),
     ]
     system = MultibodySystem(comm, [A, ball, *springs, *loads])
     state = equilibrium(system, [0.5, 1.0])

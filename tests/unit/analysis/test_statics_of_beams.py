@@ -50,7 +50,13 @@ def tip_forces(force):
 
     def make(body, facets):
         return [
-            NodeForce(f"f{y}{z}", body, (8.0, y, z), np.asarray(force) / 4, lambda t: t)
+            NodeForce(
+                f"f{y}{z}",
+                body,
+                point=(8.0, y, z),
+                force=np.asarray(force) / 4,
+                function=lambda t: t,
+            )
             for y in (0.0, 0.5)
             for z in (0.0, 0.5)
         ]
@@ -146,8 +152,16 @@ def test_newton_converges_quadratically_also_with_loads_that_follow(comm):
             HINGE,
             JointSpring("s", "hinge", 100.0),
             Gravity(),
-            FollowerForce("f", A, (3, 5, 2), (0, 30, 0)),
-            PointSpring("p", A, None, (3, 5, 2), (3, 8, 3), 20.0, 1.0),
+            FollowerForce("f", A, point=(3, 5, 2), force=(0, 30, 0)),
+            PointSpring(
+                "p",
+                A,
+                None,
+                first_point=(3, 5, 2),
+                second_point=(3, 8, 3),
+                stiffness=20.0,
+                length=1.0,
+            ),
         ],
     )
     for system in (bent, hinged, pressed(comm)):

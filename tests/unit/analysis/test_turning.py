@@ -19,7 +19,7 @@ from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 EULER = (0.2, 0.1, 0.05)
 HUB = RigidBody("hub", 1.0, EULER)
-ROTOR = Revolute("rotor", None, HUB, (0, 0, 0), E3)
+ROTOR = Revolute("rotor", None, HUB, point=(0, 0, 0), axis=E3)
 
 
 def advance(system, state, dt, steps, watch=lambda state: None, **options):
@@ -36,7 +36,7 @@ def advance(system, state, dt, steps, watch=lambda state: None, **options):
 
 def rotor_on_ground(m, *more):
     """The small turbine without nacelle."""
-    rotor = Revolute("rotor", None, m.hub, m.hub.position, E3)
+    rotor = Revolute("rotor", None, m.hub, point=m.hub.position, axis=E3)
     return MultibodySystem(m.comm, [m.hub, rotor, m.beam, m.root, *more])
 
 
@@ -52,9 +52,9 @@ def from_hub(system, state):
 def governor(comm, speed, length=0.5, more=()):
     """A ball on a massless arm from the axis, which gravity pulls along the axis."""
     hub = RigidBody("hub", 1.0, EULER)
-    ball = RigidBody("ball", 2.0, (1e-9, 1e-9, 1e-9), length * E1)
-    parts = [hub, ball, Revolute("rotor", None, hub, (0, 0, 0), E3)]
-    parts += [Revolute("arm", hub, ball, (0, 0, 0), E2), Gravity((0, 0, -9.81)), *more]
+    ball = RigidBody("ball", 2.0, (1e-9, 1e-9, 1e-9), position=length * E1)
+    parts = [hub, ball, Revolute("rotor", None, hub, point=(0, 0, 0), axis=E3)]
+    parts += [Revolute("arm", hub, ball, point=(0, 0, 0), axis=E2), Gravity((0, 0, -9.81)), *more]
     system = MultibodySystem(comm, parts)
     return system, turning_equilibrium(system, "rotor", speed)
 
@@ -126,9 +126,9 @@ def test_a_stiff_governor_balances_weight_centrifugal_force_and_spring(comm):
 
 def blade_on_carriage(m):
     """The blade alone is no balanced rotor: it drags the axis with it."""
-    carriage = RigidBody("carriage", 1.0, EULER, m.hub.position)
-    slide = Prismatic("slide", None, carriage, m.hub.position, E1)
-    rotor = Revolute("rotor", carriage, m.hub, m.hub.position, E3)
+    carriage = RigidBody("carriage", 1.0, EULER, position=m.hub.position)
+    slide = Prismatic("slide", None, carriage, point=m.hub.position, axis=E1)
+    rotor = Revolute("rotor", carriage, m.hub, point=m.hub.position, axis=E3)
     parts = [m.hub, carriage, slide, JointSpring("k", "slide", 100.0), rotor, m.beam, m.root]
     return MultibodySystem(m.comm, parts)
 
@@ -152,10 +152,16 @@ def test_newton_converges_quadratically_and_high_speeds_are_reached_in_steps(
 def turntable(comm, speed, offset=0.0, more=(), **options):
     """A disc on a carriage on a spring, all in the plane of the disc; the force is 10 N."""
     carriage = RigidBody("carriage", 1.0, EULER)
-    disc = RigidBody("disc", 2.0, (0.1, 0.1, 0.1), offset * E1)
-    parts = [carriage, disc, Prismatic("slide", None, carriage, (0, 0, 0), E1)]
-    parts += [Revolute("rotor", carriage, disc, (0, 0, 0), E3), JointSpring("k", "slide", 100.0)]
-    parts += [PointForce("push", carriage, (0, 0, 0), 10.0 * E1, Constant(1.0)), *more]
+    disc = RigidBody("disc", 2.0, (0.1, 0.1, 0.1), position=offset * E1)
+    parts = [carriage, disc, Prismatic("slide", None, carriage, point=(0, 0, 0), axis=E1)]
+    parts += [
+        Revolute("rotor", carriage, disc, point=(0, 0, 0), axis=E3),
+        JointSpring("k", "slide", 100.0),
+    ]
+    parts += [
+        PointForce("push", carriage, point=(0, 0, 0), force=10.0 * E1, function=Constant(1.0)),
+        *more,
+    ]
     system = MultibodySystem(comm, parts)
     return system, turning_equilibrium(system, "rotor", speed, **options)
 
@@ -174,8 +180,11 @@ def test_the_axis_moves_with_what_carries_it(comm, speed):
 def test_the_axis_tilts_with_what_carries_it(comm):
     """A governor on a pendulum that a spring and a couple hold inclined, gravity off."""
     frame = RigidBody("frame", 1.0, EULER)
-    parts = [frame, HUB, Revolute("tilt", None, frame, (0, 0, 0), E2)]
-    parts += [Revolute("rotor", frame, HUB, (0, 0, 0), E3), JointSpring("k", "tilt", 100.0)]
+    parts = [frame, HUB, Revolute("tilt", None, frame, point=(0, 0, 0), axis=E2)]
+    parts += [
+        Revolute("rotor", frame, HUB, point=(0, 0, 0), axis=E3),
+        JointSpring("k", "tilt", 100.0),
+    ]
     system = MultibodySystem(comm, [*parts, JointTorque("t", "tilt", 30.0, Constant(1.0))])
     state = turning_equilibrium(system, "rotor", 12.0)
     assert state.joint_coordinates.tolist() == pytest.approx([0.3, 0.0], abs=1e-12)

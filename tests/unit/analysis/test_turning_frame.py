@@ -21,8 +21,12 @@ from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 
 POINT, AXIS = np.array([0.3, -2.0, 5.0]), unit([1.0, 2.0, -0.5])
-A = RigidBody("a", 2.0, (1, 2, 3), (3.0, 5.0, 2.0), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 1.0, (3, 1, 2), (1.0, -1.0, 4.0), rotation_about((0, 1, 2), 0.2))
+A = RigidBody(
+    "a", 2.0, (1, 2, 3), position=(3.0, 5.0, 2.0), directors=rotation_about((1, 0, 2), 0.7)
+)
+B = RigidBody(
+    "b", 1.0, (3, 1, 2), position=(1.0, -1.0, 4.0), directors=rotation_about((0, 1, 2), 0.2)
+)
 
 
 def distance_to_axis(frame, point):
@@ -32,7 +36,7 @@ def distance_to_axis(frame, point):
 @pytest.mark.parametrize("kind", [Revolute, Cylindrical, Planar])
 @pytest.mark.parametrize("first", [None, A])
 def test_the_axis_is_that_of_the_joint_where_the_first_partner_is_now(comm, kind, first):
-    joint = kind("turns", first, B, POINT, AXIS)
+    joint = kind("turns", first, B, point=POINT, **{"normal" if kind is Planar else "axis": AXIS})
     system = MultibodySystem(comm, [B, joint] if first is None else [A, B, joint])
     frame = turning_frame(system, "turns", 3.0)
     assert np.allclose(frame.axis, AXIS, rtol=0, atol=1e-14)
@@ -52,7 +56,7 @@ def test_the_axis_is_that_of_the_joint_where_the_first_partner_is_now(comm, kind
 
 
 def test_the_angle_grows_about_the_axis_wherever_it_stands(comm):
-    system = MultibodySystem(comm, [A, B, Cylindrical("turns", A, B, POINT, AXIS)])
+    system = MultibodySystem(comm, [A, B, Cylindrical("turns", A, B, point=POINT, axis=AXIS)])
     frame, state = turning_frame(system, "turns", 3.0), system.initial_state()
     for angle in (0.7, 2.0, 3.0, -1.0):
         frame.turn(state, angle)
@@ -81,7 +85,7 @@ def test_the_other_side_does_not_turn(comm, machine):
     frame = turning_frame(m.system(), "yaw", 2.0)
     assert (frame.rigid_turns.tolist(), frame.flexible_turns) == ([True, True], (True,))
     mast = RigidBody("mast", 5.0, (1, 1, 1))
-    yaw = Revolute("yaw", mast, m.nacelle, (0.0, 0.1, 0.0), (0.0, -1.0, 0.0))
+    yaw = Revolute("yaw", mast, m.nacelle, point=(0.0, 0.1, 0.0), axis=(0.0, -1.0, 0.0))
     parts = [m.nacelle, m.hub, mast, yaw, m.rotor, m.beam, Rigid("foot", None, mast, (0, 0, 0))]
     root = type(m.root)("root", m.beam, m.facets(0.5), mast)
     frame = turning_frame(MultibodySystem(comm, [*parts, root]), "rotor", 2.0)
@@ -162,22 +166,24 @@ def test_what_cannot_turn_is_refused_in_one_sentence(comm):
         assert "\n" not in str(error.value)
         return str(error.value)
 
-    revolute = Revolute("j", A, B, POINT, AXIS)
+    revolute = Revolute("j", A, B, point=POINT, axis=AXIS)
     assert refusal(revolute, joint="k") == "no joint 'k'; there are ['j']"
     assert refusal(revolute, speed=np.nan) == "speed of 'j' must be a number, got nan"
     for other in (
-        Prismatic("j", A, B, POINT, AXIS),
+        Prismatic("j", A, B, point=POINT, axis=AXIS),
         Spherical("j", A, B, POINT),
-        Universal("j", A, B, POINT, (1, 0, 0), (0, 1, 0)),
+        Universal("j", A, B, point=POINT, first_axis=(1, 0, 0), second_axis=(0, 1, 0)),
         Rigid("j", A, B, POINT),
-        Revolute("j", A, B, POINT, AXIS, with_coordinates=False),
+        Revolute("j", A, B, point=POINT, axis=AXIS, with_coordinates=False),
     ):
         assert refusal(other) == ("joint 'j' has no angle about one axis, as a revolute joint has")
-    assert "the ground; exchange the partners" in refusal(Revolute("j", B, None, POINT, AXIS))
+    assert "the ground; exchange the partners" in refusal(
+        Revolute("j", B, None, point=POINT, axis=AXIS)
+    )
     tied = "other joints or couplings tie its second side to its first or to the ground"
     assert tied in refusal(revolute, Spherical("k", A, B, POINT))
     assert tied in refusal(revolute, Spherical("k", None, B, POINT))
-    other = Revolute("k", None, A, POINT, AXIS)
+    other = Revolute("k", None, A, point=POINT, axis=AXIS)
     assert "'gear' ties the angle of joint 'j' to other joint coordinates" in refusal(
         revolute, other, gear_pair("gear", "j", "k", 2.0)
     )

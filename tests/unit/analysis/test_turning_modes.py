@@ -194,7 +194,9 @@ def test_numbers_of_modes_that_there_are_not_are_refused(comm, count):
 
 def test_a_wheel_on_the_ground_has_its_free_rotation_in_both_coordinates(comm):
     wheel = RigidBody("wheel", 1.0, (0.1, 0.1, 0.1))
-    system = MultibodySystem(comm, [wheel, Revolute("axle", None, wheel, np.zeros(3), E3)])
+    system = MultibodySystem(
+        comm, [wheel, Revolute("axle", None, wheel, point=np.zeros(3), axis=E3)]
+    )
     for blades in (None, 3):
         found = turning_modes(system, "axle", 2.0, 1, blades)
         assert [mode.is_rigid for mode in found.modes] == [True]
@@ -211,7 +213,9 @@ def test_a_damper_that_resists_the_rotation_itself_is_refused(comm):
     rotor = Rotor(3, yaw=300.0)
     parts = list(rotor.parts())
     nacelle, hub = parts[:2]
-    damper = PointDamper("d", nacelle, hub, (0.5, 0.0, 0.0), HUB + 0.4 * E2, 2.0)
+    damper = PointDamper(
+        "d", nacelle, hub, first_point=(0.5, 0.0, 0.0), second_point=HUB + 0.4 * E2, damping=2.0
+    )
     with pytest.raises(ModelError, match="the dampers of the rigid bodies change"):
         turning_modes(MultibodySystem(comm, [*parts, damper]), "rotor", 2.0, 4, 3)
 
@@ -230,7 +234,9 @@ def test_without_slepc4py_one_sentence_says_how_to_get_it(comm, monkeypatch):
 def test_a_spring_that_finds_the_rotor_alike_at_every_azimuth_is_allowed(comm):
     parts = list(Rotor(3, yaw=300.0).parts())
     nacelle, hub = parts[:2]
-    spring = PointSpring("s", nacelle, hub, (0.0, 0.0, 0.5), HUB - 0.5 * E3, 50.0)
+    spring = PointSpring(
+        "s", nacelle, hub, first_point=(0.0, 0.0, 0.5), second_point=HUB - 0.5 * E3, stiffness=50.0
+    )
     found = turning_modes(MultibodySystem(comm, [*parts, spring]), "rotor", 2.0, 4, 3)
     assert len(found.modes) == 4
     free(found)

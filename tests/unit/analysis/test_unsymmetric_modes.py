@@ -20,14 +20,15 @@ pytest.importorskip("slepc4py")
 def ziegler(comm, load):
     """Two equal massless rods with a mass at each end, springs, and a force along the second."""
     rods = [
-        RigidBody(n, 1.0, (1e-9, 1e-9, 1e-9), (x, 0.0, 0.0)) for n, x in (("a", 1.0), ("b", 2.0))
+        RigidBody(n, 1.0, (1e-9, 1e-9, 1e-9), position=(x, 0.0, 0.0))
+        for n, x in (("a", 1.0), ("b", 2.0))
     ]
     pins = [
-        Revolute("pin a", None, rods[0], (0, 0, 0), (0, 0, 1)),
-        Revolute("pin b", rods[0], rods[1], (1, 0, 0), (0, 0, 1)),
+        Revolute("pin a", None, rods[0], point=(0, 0, 0), axis=(0, 0, 1)),
+        Revolute("pin b", rods[0], rods[1], point=(1, 0, 0), axis=(0, 0, 1)),
     ]
     springs = [JointSpring(f"s{k}", f"pin {k}", 10.0) for k in "ab"]
-    push = FollowerForce("push", rods[1], (2.0, 0.0, 0.0), (-load, 0.0, 0.0))
+    push = FollowerForce("push", rods[1], point=(2.0, 0.0, 0.0), force=(-load, 0.0, 0.0))
     return MultibodySystem(comm, [*rods, *pins, *springs, push])
 
 

@@ -22,8 +22,10 @@ def euler_tensor(body):
 
 
 def test_principal_moments_give_the_body_with_their_euler_values():
-    body = RigidBody.from_inertia("b", 7.0, MOMENTS, X, R, V, W)
-    same = RigidBody("b", 7.0, EULER, X, R, V, W)
+    body = RigidBody.from_inertia(
+        "b", 7.0, MOMENTS, position=X, axes=R, velocity=V, angular_velocity=W
+    )
+    same = RigidBody("b", 7.0, EULER, position=X, directors=R, velocity=V, angular_velocity=W)
     assert np.allclose(body.masses, same.masses, rtol=ROUND_OFF, atol=0.0)
     assert np.array_equal(body.coordinates, same.coordinates)
     assert np.array_equal(body.rates, same.rates)
@@ -39,8 +41,10 @@ def test_a_diagonal_tensor_keeps_the_axes_and_their_order():
 def test_a_tensor_in_any_axes_gives_the_same_body(axes):
     Q = np.eye(3) if axes is None else axes
     J = Q.T @ R @ np.diag(MOMENTS) @ R.T @ Q
-    body = RigidBody.from_inertia("b", 7.0, J, X, axes, V, W)
-    same = RigidBody("b", 7.0, EULER, X, R, V, W)
+    body = RigidBody.from_inertia(
+        "b", 7.0, J, position=X, axes=axes, velocity=V, angular_velocity=W
+    )
+    same = RigidBody("b", 7.0, EULER, position=X, directors=R, velocity=V, angular_velocity=W)
     assert np.allclose(euler_tensor(body), euler_tensor(same), rtol=0.0, atol=10 * ROUND_OFF)
     energies = [b.rates @ (b.masses * b.rates) for b in (body, same)]
     assert energies[0] == pytest.approx(energies[1], rel=10 * ROUND_OFF)

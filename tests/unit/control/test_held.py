@@ -24,8 +24,8 @@ def make_drivetrain(comm, *forces):
         for name, J in (("rotor", J1), ("generator", J2))
     )
     joints = [
-        Revolute("main", None, rotor, (0, 0, 0), (0, 0, 1)),
-        Revolute("shaft", rotor, generator, (0, 0, 0), (0, 0, 1)),
+        Revolute("main", None, rotor, point=(0, 0, 0), axis=(0, 0, 1)),
+        Revolute("shaft", rotor, generator, point=(0, 0, 0), axis=(0, 0, 1)),
     ]
     parts = [rotor, generator, *joints, JointSpring("torsion", "shaft", 1e4), *forces]
     return MultibodySystem(comm, parts)

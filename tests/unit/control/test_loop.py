@@ -30,11 +30,11 @@ class Machine:
 
     def __init__(self, comm):
         rotor = RigidBody("rotor", 1e4, (2e7, 2e7, 1e6))
-        blade = RigidBody("blade", 1e3, (1e4, 10.0, 1e4), (0.0, 10.0, 0.0))
+        blade = RigidBody("blade", 1e3, (1e4, 10.0, 1e4), position=(0.0, 10.0, 0.0))
         self.generator = HeldTorque("generator", {"main": RATIO})
         self.drives = [PitchDrive(s, 6.0, 0.8) for s in (1.0, -1.0, 1.0)]
-        main = Revolute("main", None, rotor, (0, 0, 0), (0, 0, 1))
-        pitch = Revolute("pitch", rotor, blade, (0, 0, 0), (0, 1, 0))
+        main = Revolute("main", None, rotor, point=(0, 0, 0), axis=(0, 0, 1))
+        pitch = Revolute("pitch", rotor, blade, point=(0, 0, 0), axis=(0, 1, 0))
         motion = PrescribedMotion("pitch", self.drives[0])
         self.system = MultibodySystem(comm, [rotor, blade, main, pitch, motion, self.generator])
         self.start = initial_motion(self.system, {"main": 1.25, "pitch": 0.0})

@@ -9,23 +9,29 @@ from turbine_fenicsx.forces.force import Layout, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.system import MultibodySystem
 
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 3.0, (4, 2, 3), (-1, 0, 2), rotation_about((0, 1, 2), -1.9))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(1, 2, 3), directors=rotation_about((1, 0, 2), 0.7))
+B = RigidBody("b", 3.0, (4, 2, 3), position=(-1, 0, 2), directors=rotation_about((0, 1, 2), -1.9))
 P, Q = np.array([2.0, 0.5, -1.0]), np.array([-3.0, 1.5, 0.5])
 LAYOUT = Layout({A: 0, B: 12}, {"j": 24})
 DT = 0.2
 SPRINGS = {
     "joint spring": JointSpring("e", "j", 40.0, 0.3),
-    "point spring": PointSpring("e", A, B, P, Q, 40.0, 3.0),
-    "initial length": PointSpring("e", A, B, P, Q, 40.0),
-    "no length": PointSpring("e", A, B, P, Q, 40.0, 0.0),
-    "ground first": PointSpring("e", None, B, P, Q, 40.0, 3.0),
-    "ground second": PointSpring("e", A, None, P, Q, 40.0, 3.0),
+    "point spring": PointSpring(
+        "e", A, B, first_point=P, second_point=Q, stiffness=40.0, length=3.0
+    ),
+    "initial length": PointSpring("e", A, B, first_point=P, second_point=Q, stiffness=40.0),
+    "no length": PointSpring("e", A, B, first_point=P, second_point=Q, stiffness=40.0, length=0.0),
+    "ground first": PointSpring(
+        "e", None, B, first_point=P, second_point=Q, stiffness=40.0, length=3.0
+    ),
+    "ground second": PointSpring(
+        "e", A, None, first_point=P, second_point=Q, stiffness=40.0, length=3.0
+    ),
 }
 DAMPERS = {
     "joint damper": JointDamper("e", "j", 7.0),
-    "point damper": PointDamper("e", A, B, P, Q, 7.0),
-    "damper to ground": PointDamper("e", None, B, P, Q, 7.0),
+    "point damper": PointDamper("e", A, B, first_point=P, second_point=Q, damping=7.0),
+    "damper to ground": PointDamper("e", None, B, first_point=P, second_point=Q, damping=7.0),
 }
 ALL = SPRINGS | DAMPERS
 ROUND_OFF = 1e-13
@@ -147,8 +153,12 @@ def test_the_force_acts_along_the_line_of_the_points_at_the_middle(name):
 
 EVEN = RigidBody("even", 1.0, (1, 1, 1))  # no round-off in its points
 FAR = np.array([31.234, -57.1, 103.3])
-FAR_A = RigidBody("a", 2.0, (1, 2, 3), (130.0, 5.0, 2.0), rotation_about((1, 0, 2), 0.7))
-FAR_B = RigidBody("b", 3.0, (4, 2, 3), (-41.0, 7.0, 2.0), rotation_about((0, 1, 2), -1.9))
+FAR_A = RigidBody(
+    "a", 2.0, (1, 2, 3), position=(130.0, 5.0, 2.0), directors=rotation_about((1, 0, 2), 0.7)
+)
+FAR_B = RigidBody(
+    "b", 3.0, (4, 2, 3), position=(-41.0, 7.0, 2.0), directors=rotation_about((0, 1, 2), -1.9)
+)
 
 
 @pytest.mark.parametrize("length", [None, 0.0, 0.5])
@@ -156,8 +166,10 @@ def test_a_spring_between_points_that_coincide_is_no_number_out_of_nothing(lengt
     """Also far from the origin, where the square of the distance may round below zero."""
     layout = Layout({FAR_A: 0, FAR_B: 12}, {})
     y = np.concatenate([FAR_A.coordinates, FAR_B.coordinates])
-    spring = PointSpring("s", FAR_A, FAR_B, FAR, FAR, 1e6, length)
-    damper = PointDamper("d", FAR_A, FAR_B, FAR, FAR, 1e3)
+    spring = PointSpring(
+        "s", FAR_A, FAR_B, first_point=FAR, second_point=FAR, stiffness=1e6, length=length
+    )
+    damper = PointDamper("d", FAR_A, FAR_B, first_point=FAR, second_point=FAR, damping=1e3)
     for element in (spring, damper):
         f, K = force(element.bind(layout), y, y)
         assert np.all(np.isfinite(f)) and np.all(np.isfinite(K))
@@ -168,7 +180,9 @@ def test_a_spring_between_points_that_coincide_is_no_number_out_of_nothing(lengt
 def test_a_spring_of_no_length_is_stiff_from_the_start():
     """Its force is linear, so it needs no direction: a bushing."""
     for body in (A, EVEN):
-        bound = PointSpring("s", None, body, P, P, 40.0).bind(Layout({body: 0}, {}))
+        bound = PointSpring("s", None, body, first_point=P, second_point=P, stiffness=40.0).bind(
+            Layout({body: 0}, {})
+        )
         y = body.coordinates
         f, K = force(bound, y, y)
         assert np.allclose(K[:3, :3], -20.0 * np.eye(3), rtol=0, atol=1e-12)  # half the stiffness
@@ -177,8 +191,9 @@ def test_a_spring_of_no_length_is_stiff_from_the_start():
 
 @pytest.mark.parametrize("make", [PointSpring, PointDamper])
 def test_points_that_coincide_exactly_have_no_direction_and_no_force(make):
-    options = {"length": 1.0} if make is PointSpring else {}
-    bound = make("s", None, EVEN, P, P, 40.0, **options).bind(Layout({EVEN: 0}, {}))
+    options = {"stiffness": 40.0, "length": 1.0} if make is PointSpring else {"damping": 40.0}
+    options |= {"first_point": P, "second_point": P}
+    bound = make("s", None, EVEN, **options).bind(Layout({EVEN: 0}, {}))
     y = EVEN.coordinates
     f, K = force(bound, y, y)
     assert np.all(f == 0.0) and np.all(K == 0.0)
@@ -186,7 +201,15 @@ def test_points_that_coincide_exactly_have_no_direction_and_no_force(make):
 
 def test_a_short_distance_far_from_the_origin_is_precise():
     """A millimetre at a hundred metres: the energy to ten digits."""
-    spring = PointSpring("s", None, FAR_A, FAR + 1e-3 * np.eye(3)[0], FAR, 2.0, 0.0)
+    spring = PointSpring(
+        "s",
+        None,
+        FAR_A,
+        first_point=FAR + 1e-3 * np.eye(3)[0],
+        second_point=FAR,
+        stiffness=2.0,
+        length=0.0,
+    )
     bound = spring.bind(Layout({FAR_A: 0}, {}))
     assert bound.energy(FAR_A.coordinates) == pytest.approx(1e-6, rel=1e-10)
 
@@ -198,16 +221,34 @@ def test_a_short_distance_far_from_the_origin_is_precise():
         (lambda: JointSpring("s", "j", np.nan), "stiffness of 's' must not be negative, got nan"),
         (lambda: JointSpring("s", "j", 1.0, np.inf), "rest of 's' must be a number, got inf"),
         (lambda: JointDamper("s", "j", -2.0), "damping of 's' must not be negative, got -2"),
-        (lambda: PointDamper("s", A, B, P, Q, -1), "damping of 's' must not be negative, got -1"),
-        (lambda: PointSpring("s", A, B, P, Q, -1), "stiffness of 's' must not be negative"),
-        (lambda: PointSpring("s", A, B, P, Q, 1, -3), "length of 's' must not be negative, got -3"),
-        (lambda: PointSpring("s", A, B, P[:2], Q, 1), "first point of 's' must be three numbers"),
         (
-            lambda: PointDamper("s", A, B, P, (1, 2, np.nan), 1),
+            lambda: PointDamper("s", A, B, first_point=P, second_point=Q, damping=-1),
+            "damping of 's' must not be negative, got -1",
+        ),
+        (
+            lambda: PointSpring("s", A, B, first_point=P, second_point=Q, stiffness=-1),
+            "stiffness of 's' must not be negative",
+        ),
+        (
+            lambda: PointSpring("s", A, B, first_point=P, second_point=Q, stiffness=1, length=-3),
+            "length of 's' must not be negative, got -3",
+        ),
+        (
+            lambda: PointSpring("s", A, B, first_point=P[:2], second_point=Q, stiffness=1),
+            "first point of 's' must be three numbers",
+        ),
+        (
+            lambda: PointDamper("s", A, B, first_point=P, second_point=(1, 2, np.nan), damping=1),
             r"second point of 's' must be three numbers, got \(1, 2, nan\)",
         ),
-        (lambda: PointSpring("s", A, A, P, Q, 1), "both ends of 's' are on 'a'"),
-        (lambda: PointDamper("s", None, None, P, Q, 1), "both ends of 's' are on the ground"),
+        (
+            lambda: PointSpring("s", A, A, first_point=P, second_point=Q, stiffness=1),
+            "both ends of 's' are on 'a'",
+        ),
+        (
+            lambda: PointDamper("s", None, None, first_point=P, second_point=Q, damping=1),
+            "both ends of 's' are on the ground",
+        ),
     ],
 )
 def test_mistakes_are_refused_in_a_sentence(make, words):
@@ -218,14 +259,14 @@ def test_mistakes_are_refused_in_a_sentence(make, words):
 @pytest.mark.parametrize(("body", "got"), [("a", "str 'a'"), (3.0, "float 3.0")])
 def test_an_end_must_be_a_rigid_body_or_the_ground(body, got):
     with pytest.raises(TypeError, match=f"'s' needs a rigid body, got {got}"):
-        PointSpring("s", body, A, P, Q, 1.0)
+        PointSpring("s", body, A, first_point=P, second_point=Q, stiffness=1.0)
 
 
 def test_unknown_partners_are_refused_by_name(comm):
     stranger = RigidBody("stranger", 1.0, (1, 1, 1))
     for element in (
-        PointSpring("s", A, stranger, P, Q, 1.0),
-        PointDamper("s", stranger, None, P, Q, 1.0),
+        PointSpring("s", A, stranger, first_point=P, second_point=Q, stiffness=1.0),
+        PointDamper("s", stranger, None, first_point=P, second_point=Q, damping=1.0),
     ):
         with pytest.raises(ValueError, match="rigid body 'stranger' is not among the parts"):
             MultibodySystem(comm, [A, B, element])
@@ -235,6 +276,11 @@ def test_unknown_partners_are_refused_by_name(comm):
 
 
 def test_names_of_elements_must_be_unique(comm):
-    parts = [A, B, PointSpring("e", A, B, P, Q, 1.0), PointDamper("e", A, B, P, Q, 1.0)]
+    parts = [
+        A,
+        B,
+        PointSpring("e", A, B, first_point=P, second_point=Q, stiffness=1.0),
+        PointDamper("e", A, B, first_point=P, second_point=Q, damping=1.0),
+    ]
     with pytest.raises(ValueError, match=r"names must be unique, but \['e'\] occur more than once"):
         MultibodySystem(comm, parts)

@@ -21,12 +21,20 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 TURN = rotation_about((1, 0, 2), 0.7)
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), TURN, (0.1, 0.2, -0.3), (0.5, -1.0, 0.4))
-B = RigidBody("b", 3.0, (4, 2, 3), (-1, 0, 2), rotation_about((0, 1, 2), -1.9))
+A = RigidBody(
+    "a",
+    2.0,
+    (1, 2, 3),
+    position=(1, 2, 3),
+    directors=TURN,
+    velocity=(0.1, 0.2, -0.3),
+    angular_velocity=(0.5, -1.0, 0.4),
+)
+B = RigidBody("b", 3.0, (4, 2, 3), position=(-1, 0, 2), directors=rotation_about((0, 1, 2), -1.9))
 P, F, M = np.array([2.0, 0.5, -1.0]), np.array([3.0, -1.0, 2.0]), np.array([1.0, 5.0, -2.0])
 LAYOUT = Layout({B: 0, A: 12}, {})
 FOLLOWERS = {
-    "follower force": FollowerForce("f", A, P, F, Ramp(1.0, 2.0)),
+    "follower force": FollowerForce("f", A, point=P, force=F, function=Ramp(1.0, 2.0)),
     "torque": Torque("f", A, M, Ramp(1.0, 2.0)),
     "follower torque": Torque("f", A, M, Ramp(1.0, 2.0), follower=True),
 }
@@ -41,7 +49,7 @@ def forces(*bodies):
 def test_loads_are_loads():
     assert isinstance(Gravity(), PrescribedForce)
     assert isinstance(JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0)), PrescribedForce)
-    assert isinstance(PointForce("f", A, P, F), PrescribedForce)
+    assert isinstance(PointForce("f", A, point=P, force=F), PrescribedForce)
     assert not isinstance(Hat(1.0), PrescribedForce)
     assert all(isinstance(x, Force) and x.kind == "external" for x in FOLLOWERS.values())
 
@@ -74,11 +82,11 @@ def test_a_torque_on_an_unknown_joint_names_the_joints_there_are():
 
 def test_power_of_a_point_force_is_force_times_velocity_of_the_point():
     f = forces(A, B)
-    PointForce("f", A, P, F, Hat(2.0, 4.0)).add_to(f, 1.0)
+    PointForce("f", A, point=P, force=F, function=Hat(2.0, 4.0)).add_to(f, 1.0)
     velocity = np.asarray(A.velocity) + np.cross(A.angular_velocity, P - A.position)
     assert f.coordinates[A] @ A.rates == pytest.approx(F @ velocity, rel=1e-14)
     assert np.array_equal(f.coordinates[B], np.zeros(12))
-    PointForce("g", A, P, F).add_to(f, 1.0)  # no function: always
+    PointForce("g", A, point=P, force=F).add_to(f, 1.0)  # no function: always
     assert f.coordinates[A] @ A.rates == pytest.approx(2 * F @ velocity, rel=1e-14)
 
 
@@ -174,7 +182,9 @@ def test_torque_adds_exactly_torque_times_time_to_the_angular_momentum_of_a_free
 
 def test_point_force_adds_its_momentum_and_its_moment_at_the_middle(comm):
     xi = A.body_coordinates(P)
-    for report, before, after, state, other in run(comm, [A, B, PointForce("f", A, P, F)]):
+    for report, before, after, state, other in run(
+        comm, [A, B, PointForce("f", A, point=P, force=F)]
+    ):
         point = [s.q[:3] + xi @ s.q[3:12].reshape(3, 3) for s in (state, other)]
         moment = np.cross(0.5 * (point[0] + point[1]), F)
         assert np.allclose(after.linear - before.linear, 0.05 * F, rtol=0, atol=1e-12)
@@ -197,14 +207,38 @@ SCALAR = "must be three numbers, got"
 @pytest.mark.parametrize(
     ("make", "error", "words"),
     [
-        (lambda: PointForce("f", A, P, (1, 2)), ValueError, rf"force of 'f' {SCALAR} \(1, 2\)"),
-        (lambda: PointForce("f", A, (0, np.nan, 1), F), ValueError, f"point of 'f' {SCALAR}"),
-        (lambda: FollowerForce("f", A, P, 3.0), ValueError, f"force of 'f' {SCALAR} 3.0"),
+        (
+            lambda: PointForce("f", A, point=P, force=(1, 2)),
+            ValueError,
+            rf"force of 'f' {SCALAR} \(1, 2\)",
+        ),
+        (
+            lambda: PointForce("f", A, point=(0, np.nan, 1), force=F),
+            ValueError,
+            f"point of 'f' {SCALAR}",
+        ),
+        (
+            lambda: FollowerForce("f", A, point=P, force=3.0),
+            ValueError,
+            f"force of 'f' {SCALAR} 3.0",
+        ),
         (lambda: Torque("f", A, 5.0), ValueError, f"torque of 'f' {SCALAR} 5.0"),
-        (lambda: PointForce("f", None, P, F), TypeError, "'f' needs a rigid body, got None"),
-        (lambda: FollowerForce("f", "a", P, F), TypeError, "'f' needs a rigid body, got str 'a'"),
+        (
+            lambda: PointForce("f", None, point=P, force=F),
+            TypeError,
+            "'f' needs a rigid body, got None",
+        ),
+        (
+            lambda: FollowerForce("f", "a", point=P, force=F),
+            TypeError,
+            "'f' needs a rigid body, got str 'a'",
+        ),
         (lambda: Torque("f", Gravity(), M), TypeError, "a rigid body, got Gravity 'gravity'"),
-        (lambda: PointForce("f", A, P, F, 3.0), TypeError, "'f' needs a function of time, for"),
+        (
+            lambda: PointForce("f", A, point=P, force=F, function=3.0),
+            TypeError,
+            "'f' needs a function of time, for",
+        ),
         (lambda: Torque("f", A, M, 2.0), TypeError, r"Constant\(2.0\), got float 2.0"),
         (lambda: JointTorque("f", "j", 1.0, 2.0), TypeError, "'f' needs a function of time"),
         (
@@ -220,14 +254,27 @@ def test_mistakes_are_refused_in_a_sentence(make, error, words):
 
 
 def test_loads_on_bodies_outside_the_system_are_refused(comm):
-    for load in (PointForce("f", B, P, F), FollowerForce("f", B, P, F), Torque("f", B, M)):
+    for load in (
+        PointForce("f", B, point=P, force=F),
+        FollowerForce("f", B, point=P, force=F),
+        Torque("f", B, M),
+    ):
         with pytest.raises(ValueError, match="rigid body 'b' is not among the parts"):
             MultibodySystem(comm, [A, load])
 
 
 def test_works_have_the_names_of_their_loads(comm):
-    joint = Revolute("j", A, B, P, (0, 0, 1))
+    joint = Revolute("j", A, B, point=P, axis=(0, 0, 1))
     torque = JointTorque("torque on j", "j", 1.0)
-    parts = [A, B, joint, Torque("M", A, M), Gravity(), PointForce("f", A, P, F), torque, torque]
+    parts = [
+        A,
+        B,
+        joint,
+        Torque("M", A, M),
+        Gravity(),
+        PointForce("f", A, point=P, force=F),
+        torque,
+        torque,
+    ]
     names = MultibodySystem(comm, parts).work_names
     assert names == ("gravity", "f", "torque on j", "torque on j 2", "M")

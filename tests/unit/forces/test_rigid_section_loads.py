@@ -67,7 +67,7 @@ def loads(two, source, points=POINTS):
 def turning(comm, source):
     """Two rigid arms on a shaft, in a wind."""
     two = bodies()
-    shafts = [Revolute(b.name + " shaft", None, b, (0, 0, 0), (0, 0, 1)) for b in two]
+    shafts = [Revolute(b.name + " shaft", None, b, point=(0, 0, 0), axis=(0, 0, 1)) for b in two]
     return MultibodySystem(comm, [*two, *shafts, loads(two, source)])
 
 

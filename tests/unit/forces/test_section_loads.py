@@ -70,7 +70,7 @@ def skin(body):
 
 
 def loads(body, source, stations=STATIONS, name="wind"):
-    line = StationLine(skin(body), (0, 0.3, 0.2), (1, 0, 0), stations)
+    line = StationLine(skin(body), origin=(0, 0.3, 0.2), axis=(1, 0, 0), stations=stations)
     return SectionLoads(name, body, [line], source)
 
 
@@ -129,7 +129,9 @@ def test_resultant_moment_and_power_are_those_of_the_loads(comm, cell, degree):
 def test_stations_of_several_lines_are_counted_one_line_after_another(comm):
     body = beam(comm)
     model = FlexibleModel(body)
-    ends = [StationLine(skin(body), (0, 0, 0), (1, 0, 0), [x]) for x in (1.5, 4.5)]
+    ends = [
+        StationLine(skin(body), origin=(0, 0, 0), axis=(1, 0, 0), stations=[x]) for x in (1.5, 4.5)
+    ]
     both = SectionLoads("wind", body, [ends[0], loads(body, Drag()).lines[0]], Drag())
     areas = [model.find_areas("wind", line.facets) for line in both.lines]
     found = SectionTransfer(comm, model.positions, areas, both)
@@ -183,7 +185,7 @@ def turning(comm, source, **options):
     parts = [
         body,
         hub,
-        Revolute("shaft", None, hub, (0, 0, 0), (0, 0, 1)),
+        Revolute("shaft", None, hub, point=(0, 0, 0), axis=(0, 0, 1)),
         Coupling("root", body, at(body, 0.0), hub),
         loads(body, source),
     ]

@@ -247,7 +247,7 @@ def test_loads_need_a_flexible_body_of_the_system(comm, machine):
     for make in (
         lambda body: SurfaceTraction("wind", body, facets, FORCE),
         lambda body: Pressure("wind", body, facets, P),
-        lambda body: NodeForce("wind", body, (1, 0, 0), FORCE),
+        lambda body: NodeForce("wind", body, point=(1, 0, 0), force=FORCE),
     ):
         refused(comm, TypeError, words, [*m.parts, make(m.hub)])
         refused(comm, ValueError, missing, [*m.parts, make(stranger)])
@@ -256,7 +256,7 @@ def test_loads_need_a_flexible_body_of_the_system(comm, machine):
 def test_names_of_loads_on_bodies_must_be_unique(comm, machine):
     m = machine()
     loads = [
-        NodeForce("wind", m.beam, (1, 0, 0), FORCE),
+        NodeForce("wind", m.beam, point=(1, 0, 0), force=FORCE),
         Pressure("wind", m.beam, m.facets(1.5), P),
     ]
     words = "names must be unique, but ['wind'] occur more than once"
@@ -267,11 +267,19 @@ def test_names_of_loads_on_bodies_must_be_unique(comm, machine):
     ("make", "error", "words"),
     [
         (lambda b: SurfaceTraction("x", b, [], 3.0), ValueError, "force of 'x' must be three"),
-        (lambda b: NodeForce("x", b, (1, 0), FORCE), ValueError, "point of 'x' must be three"),
+        (
+            lambda b: NodeForce("x", b, point=(1, 0), force=FORCE),
+            ValueError,
+            "point of 'x' must be three",
+        ),
         (lambda b: Pressure("x", b, [], FORCE), ValueError, "pressure of 'x' must be a number"),
         (lambda b: Pressure("x", b, [], np.nan), ValueError, "must be a number, got nan"),
         (lambda b: Pressure("x", b, [], P, 2.0), TypeError, "'x' needs a function of time"),
-        (lambda b: NodeForce("x", b, FORCE, FORCE, 2.0), TypeError, "needs a function of time"),
+        (
+            lambda b: NodeForce("x", b, point=FORCE, force=FORCE, function=2.0),
+            TypeError,
+            "needs a function of time",
+        ),
         (lambda b: SurfaceTraction("x", b, [], FORCE, 2.0), TypeError, "a function of time"),
     ],
 )
@@ -284,7 +292,7 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
     """On the node nearest to the point, in the middle between two of them on any."""
     m = machine()
     for point, nearest in (((1.52, 0.3, -0.8), [1.5, 0.25, -0.8]), ((1.5, 0.0, -0.8), None)):
-        load = NodeForce("n", m.beam, point, FORCE, lambda t: 2 * t)
+        load = NodeForce("n", m.beam, point=point, force=FORCE, function=lambda t: 2 * t)
         model = FlexibleModel(m.beam, [load])
         step = FlexibleStep(model)
         u, R = model.new_vector(), model.new_vector()

@@ -89,15 +89,17 @@ def bars_and_hinges(P, velocity, rates, R):
             f"bar {k}",
             1.0,
             EULER,
-            0.5 * (P[k] + P[k + 1]),
-            R,
-            0.5 * (velocity[k] + velocity[k + 1]),
-            rates[k] * axis,
+            position=0.5 * (P[k] + P[k + 1]),
+            directors=R,
+            velocity=0.5 * (velocity[k] + velocity[k + 1]),
+            angular_velocity=rates[k] * axis,
         )
         for k in range(len(P) - 1)
     ]
     chain = [None, *bars, None]
-    hinges = [Revolute(f"j{k}", chain[k], chain[k + 1], P[k], axis) for k in range(len(P))]
+    hinges = [
+        Revolute(f"j{k}", chain[k], chain[k + 1], point=P[k], axis=axis) for k in range(len(P))
+    ]
     return [*bars, *hinges]
 
 
@@ -164,11 +166,13 @@ def bricard():
     P = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1]], float)
     axes = np.eye(3)[[1, 2, 0, 1, 2, 0]]  # each normal to both of its rods
     rods = [
-        RigidBody(f"rod {k}", 1.0, np.abs(P[k + 1] - P[k]) / 12 + 1e-4, 0.5 * (P[k] + P[k + 1]))
+        RigidBody(
+            f"rod {k}", 1.0, np.abs(P[k + 1] - P[k]) / 12 + 1e-4, position=0.5 * (P[k] + P[k + 1])
+        )
         for k in range(5)
     ]
     chain = [None, *rods, None]
-    hinges = [Revolute(f"j{k}", chain[k], chain[k + 1], P[k], axes[k]) for k in range(6)]
+    hinges = [Revolute(f"j{k}", chain[k], chain[k + 1], point=P[k], axis=axes[k]) for k in range(6)]
     return [*rods, *hinges, Gravity()]
 
 
@@ -186,8 +190,12 @@ def test_bricards_mechanism_moves_with_one_redundant_constraint_and_keeps_its_en
 
 
 def test_a_joint_and_its_twin_move_like_the_joint_alone(comm):
-    body = RigidBody("a", 2.0, (1, 2, 3), (1, 0, 0), rotation_about((1, 0, 2), 0.7))
-    hinges = [Revolute(name, None, body, (0, 0, 0), (0.3, 0, 1)) for name in ("j", "twin")]
+    body = RigidBody(
+        "a", 2.0, (1, 2, 3), position=(1, 0, 0), directors=rotation_about((1, 0, 2), 0.7)
+    )
+    hinges = [
+        Revolute(name, None, body, point=(0, 0, 0), axis=(0.3, 0, 1)) for name in ("j", "twin")
+    ]
     one, two = (MultibodySystem(comm, [body, *hinges[:n], Gravity()]) for n in (1, 2))
     assert one.redundant == {} and two.redundant == {"twin": 5}
     a, b = (advance(s, 0.02, 50)[0][-1] for s in (one, two))
@@ -199,8 +207,11 @@ def test_a_joint_and_its_twin_move_like_the_joint_alone(comm):
 
 
 def test_a_joint_inside_a_stronger_one_is_redundant(comm):
-    body = RigidBody("a", 2.0, EULER, (1, 0, 0))
-    lock, slide = Rigid("lock", None, body, (0, 0, 0)), Prismatic("slide", None, body, 0 * E, E)
+    body = RigidBody("a", 2.0, EULER, position=(1, 0, 0))
+    lock, slide = (
+        Rigid("lock", None, body, (0, 0, 0)),
+        Prismatic("slide", None, body, point=0 * E, axis=E),
+    )
     assert MultibodySystem(comm, [body, lock, slide]).redundant == {"slide": 5}
     assert MultibodySystem(comm, [body, slide, lock]).redundant == {"lock": 5}
 
@@ -214,8 +225,8 @@ def test_there_are_no_false_alarms(comm, machine):
     # an open chain of long bars at odd angles
     rng, at, parts, last = np.random.default_rng(4), np.zeros(3), [], None
     for k in range(12):
-        body = RigidBody(f"b{k}", 1.0, EULER, at + rng.normal(size=3) * 30)
-        parts += [body, Revolute(f"j{k}", last, body, at, rng.normal(size=3))]
+        body = RigidBody(f"b{k}", 1.0, EULER, position=at + rng.normal(size=3) * 30)
+        parts += [body, Revolute(f"j{k}", last, body, point=at, axis=rng.normal(size=3))]
         last, at = body, at + rng.normal(size=3) * 60
     assert MultibodySystem(comm, parts).redundant == {}
 

@@ -15,7 +15,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 E1, E2, E3 = np.eye(3)
 INERTIA = (0.1, 0.2, 0.3)
 A = RigidBody("a", 1.0, INERTIA)
-B = RigidBody("b", 1.0, INERTIA, 2.0 * E1)
+B = RigidBody("b", 1.0, INERTIA, position=2.0 * E1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ def test_all_open_joints_are_named_at_once(comm):
 @pytest.mark.parametrize("part", [0.1, 10.0])
 def test_what_may_be_open_is_a_part_of_the_lengths(comm, shift, part):
     """A round-off far from the origin is allowed, a hundredth of a micrometre near it is not."""
-    body = RigidBody("b", 1.0, INERTIA, (shift, 0, 0))
+    body = RigidBody("b", 1.0, INERTIA, position=(shift, 0, 0))
     gap = part * 1e-9 * (2.0 * shift + 3.0)
     points = (np.array([shift + 1.0, 0, 0]), np.array([shift + 1.0 + gap, 0, 0]))
     joint = Pin("pin", None, body, points)
@@ -109,9 +109,12 @@ def four_bar(x):
     """Three bars of 1 m between hinges on the ground; on a line for x = 3."""
     ends = [np.zeros(3), np.array([0.5 * (x - 1.0), np.sqrt(1.0 - 0.25 * (x - 1.0) ** 2), 0])]
     ends += [ends[1] + E1, x * E1]
-    bars = [RigidBody(f"bar {k}", 1.0, INERTIA, 0.5 * (ends[k] + ends[k + 1])) for k in range(3)]
+    bars = [
+        RigidBody(f"bar {k}", 1.0, INERTIA, position=0.5 * (ends[k] + ends[k + 1]))
+        for k in range(3)
+    ]
     pairs = zip([None, *bars], [*bars, None], strict=True)
-    return [*bars, *(Revolute(f"h{k}", *p, ends[k], E3) for k, p in enumerate(pairs))]
+    return [*bars, *(Revolute(f"h{k}", *p, point=ends[k], axis=E3) for k, p in enumerate(pairs))]
 
 
 @pytest.mark.parametrize(("x", "singular"), [(2.0, False), (3.0, True)])

@@ -142,7 +142,7 @@ def test_a_displacement_may_grow_by_any_length_in_a_step_and_an_angle_may_not():
 def test_a_screw_motion_is_followed_over_several_turns(comm):
     """Angle and displacement of a body that a force along and a torque about its axis drive."""
     n = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
-    joint = Cylindrical("j", None, A, (0.2, 0.1, 0.0), n)
+    joint = Cylindrical("j", None, A, point=(0.2, 0.1, 0.0), axis=n)
     spring = JointSpring("s", "j.displacement", 4.0)
     loads = [
         JointTorque("torque on j.angle", "j.angle", 1.0, lambda t: 30.0),
@@ -171,6 +171,6 @@ def test_a_screw_motion_is_followed_over_several_turns(comm):
 
 
 def test_two_joints_may_not_make_coordinates_of_the_same_name(comm):
-    twin = Revolute("first.angle", A, B, (1, 1, 0), (0.3, 1.0, 0.0))
+    twin = Revolute("first.angle", A, B, point=(1, 1, 0), axis=(0.3, 1.0, 0.0))
     with pytest.raises(ValueError, match=r"two joint coordinates are called 'first\.angle'"):
         MultibodySystem(comm, [A, B, SLIDES[0], twin])

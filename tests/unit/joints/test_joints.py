@@ -25,8 +25,8 @@ from turbine_fenicsx.joints import (
 POINT, AXIS = np.array([0.5, -1.0, 2.0]), np.array([1.0, 2.0, -0.5])
 T1, T2, N = frame_with_axis(AXIS, (0.0, 0.0, 1.0)).T
 SECOND_AXIS = 3.0 * np.cross(AXIS, [1.0, 0.0, 0.3])
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 3.0, (4, 2, 3), (-1, 0, 2), rotation_about((0, 1, 2), -1.9))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(1, 2, 3), directors=rotation_about((1, 0, 2), 0.7))
+B = RigidBody("b", 3.0, (4, 2, 3), position=(-1, 0, 2), directors=rotation_about((0, 1, 2), -1.9))
 TURN, SHIFT = rotation_about((1.0, -0.3, 0.4), 2.2), np.array([3.0, -5.0, 4.0])
 INTERNAL = [c for k in (0, 4) for c in BodyFrame(A, k).internal_constraints()]
 ROUND_OFF = 1e-13
@@ -54,19 +54,25 @@ def turn(angle, axis=N):
 KINDS = {
     "rigid": Kind(lambda a, b: Rigid("j", a, b, POINT), 6, (), lambda: (np.eye(3), 0 * N)),
     "revolute": Kind(
-        lambda a, b: Revolute("j", a, b, POINT, AXIS), 5, ("j",), lambda x: (turn(x), 0 * N)
+        lambda a, b: Revolute("j", a, b, point=POINT, axis=AXIS),
+        5,
+        ("j",),
+        lambda x: (turn(x), 0 * N),
     ),
     "prismatic": Kind(
-        lambda a, b: Prismatic("j", a, b, POINT, AXIS), 5, ("j",), lambda x: (np.eye(3), x * N)
+        lambda a, b: Prismatic("j", a, b, point=POINT, axis=AXIS),
+        5,
+        ("j",),
+        lambda x: (np.eye(3), x * N),
     ),
     "cylindrical": Kind(
-        lambda a, b: Cylindrical("j", a, b, POINT, AXIS, (0, 0, 1)),
+        lambda a, b: Cylindrical("j", a, b, point=POINT, axis=AXIS, reference=(0, 0, 1)),
         4,
         ("j.angle", "j.displacement"),
         lambda x, y: (turn(x), y * N),
     ),
     "universal": Kind(
-        lambda a, b: Universal("j", a, b, POINT, AXIS, SECOND_AXIS),
+        lambda a, b: Universal("j", a, b, point=POINT, first_axis=AXIS, second_axis=SECOND_AXIS),
         4,
         ("j.first", "j.second"),
         lambda x, y: (turn(x) @ turn(y, SECOND_AXIS), 0 * N),
@@ -78,7 +84,7 @@ KINDS = {
         lambda x, y, z: (turn(x) @ turn(y, T1) @ turn(z, T2), 0 * N),
     ),
     "planar": Kind(
-        lambda a, b: Planar("j", a, b, POINT, AXIS, (0, 0, 1)),
+        lambda a, b: Planar("j", a, b, point=POINT, normal=AXIS, reference=(0, 0, 1)),
         3,
         ("j.first", "j.second", "j.angle"),
         lambda x, y, z: (turn(z), x * T1 + y * T2),
@@ -305,25 +311,25 @@ def test_joint_forces_of_a_step_have_neither_resultant_nor_moment(kind):
 @pytest.mark.parametrize(
     ("joint", "axes"),
     [
-        (Revolute, (AXIS,)),
-        (Prismatic, (AXIS,)),
-        (Cylindrical, (AXIS,)),
-        (Planar, (AXIS,)),
-        (Universal, (AXIS, SECOND_AXIS)),
+        (Revolute, {"axis": AXIS}),
+        (Prismatic, {"axis": AXIS}),
+        (Cylindrical, {"axis": AXIS}),
+        (Planar, {"normal": AXIS}),
+        (Universal, {"first_axis": AXIS, "second_axis": SECOND_AXIS}),
     ],
 )
 def test_a_joint_without_coordinates_locks_the_same(joint, axes):
     q = np.random.default_rng(9).normal(size=24)
-    full = joint("j", A, B, POINT, *axes)
-    bare = joint("j", A, B, POINT, *axes, with_coordinates=False)
+    full = joint("j", A, B, point=POINT, **axes)
+    bare = joint("j", A, B, point=POINT, **axes, with_coordinates=False)
     assert coordinates_of(bare) == {}
     assert np.array_equal(constraints_of(bare).value(q), constraints_of(full).value(q))
 
 
 def test_lengths_of_axes_drop_out():
     q = np.random.default_rng(12).normal(size=24)
-    for joint in (Prismatic, Cylindrical, Planar):
-        short, long = (joint("j", A, B, POINT, s * AXIS) for s in (0.01, 30.0))
+    for joint, name in ((Prismatic, "axis"), (Cylindrical, "axis"), (Planar, "normal")):
+        short, long = (joint("j", A, B, point=POINT, **{name: s * AXIS}) for s in (0.01, 30.0))
         for of in (constraints_of, functions_of):
             assert np.allclose(of(short).value(q), of(long).value(q), rtol=0, atol=50 * ROUND_OFF)
     assert np.allclose(unit(0.01 * AXIS), N, rtol=0, atol=ROUND_OFF)
@@ -331,20 +337,23 @@ def test_lengths_of_axes_drop_out():
 
 def test_axes_of_a_universal_joint_must_be_perpendicular():
     with pytest.raises(ValueError, match="axes of universal joint 'u' must be perpendicular, got"):
-        Universal("u", A, B, POINT, (1, 0, 0), (1, 1, 0))
+        Universal("u", A, B, point=POINT, first_axis=(1, 0, 0), second_axis=(1, 1, 0))
 
 
-@pytest.mark.parametrize("joint", [Revolute, Prismatic, Cylindrical, Planar])
+AXES = {Revolute: "axis", Prismatic: "axis", Cylindrical: "axis", Planar: "normal"}
+
+
+@pytest.mark.parametrize("joint", AXES)
 @pytest.mark.parametrize("axis", [(0, 0, 0), (1, 0), (np.nan, 0, 0), (np.inf, 0, 0), "up"])
 def test_an_axis_that_is_no_direction_is_refused(joint, axis):
     with pytest.raises(ValueError, match="of 'j' must be a direction, three numbers that are not"):
-        joint("j", A, B, POINT, axis)
+        joint("j", A, B, point=POINT, **{AXES[joint]: axis})
 
 
 @pytest.mark.parametrize("joint", [Revolute, Cylindrical, Planar])
 def test_a_reference_along_the_axis_is_refused(joint):
     with pytest.raises(ValueError, match="is parallel to the axis"):
-        constraints_of(joint("j", A, B, POINT, AXIS, 2.0 * AXIS))
+        constraints_of(joint("j", A, B, point=POINT, **{AXES[joint]: AXIS}, reference=2.0 * AXIS))
 
 
 @pytest.mark.parametrize("point", [(1.0, 2.0), (0.0, np.nan, 0.0), 3.0, None])
@@ -352,6 +361,8 @@ def test_a_reference_along_the_axis_is_refused(joint):
     "joint", [Revolute, Prismatic, Cylindrical, Planar, Spherical, Rigid, Universal]
 )
 def test_a_point_that_is_none_is_refused(joint, point):
-    axes = {Universal: [(1, 0, 0), (0, 1, 0)], Spherical: [], Rigid: []}.get(joint, [AXIS])
+    axes = {AXES[joint]: AXIS} if joint in AXES else {}
+    if joint is Universal:
+        axes = {"first_axis": (1, 0, 0), "second_axis": (0, 1, 0)}
     with pytest.raises(ValueError, match="point of 'j' must be three numbers, got"):
-        joint("j", A, B, point, *axes)
+        joint("j", A, B, point=point, **axes)

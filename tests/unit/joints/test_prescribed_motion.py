@@ -17,10 +17,10 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 DT = 0.02
 N = np.array([0.3, 1.0, 0.2]) / np.linalg.norm([0.3, 1.0, 0.2])
 START = rotation_about((1, 0, 2), 0.7)
-A = RigidBody("a", 2.0, (1, 2, 3), (1.0, 0, 0), START)
-B = RigidBody("b", 3.0, (4, 2, 3), (2.0, 0.5, 0))
-SCREW = Cylindrical("screw", None, A, (0.2, 0, 0), N)
-HINGE = Revolute("hinge", A, B, (1.5, 0, 0), (0, 0, 1))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(1.0, 0, 0), directors=START)
+B = RigidBody("b", 3.0, (4, 2, 3), position=(2.0, 0.5, 0))
+SCREW = Cylindrical("screw", None, A, point=(0.2, 0, 0), axis=N)
+HINGE = Revolute("hinge", A, B, point=(1.5, 0, 0), axis=(0, 0, 1))
 
 
 def smooth(size):
@@ -79,7 +79,7 @@ def test_works_of_motions_close_the_balance_of_energy_by_name(comm):
 def test_multiplier_is_the_torque_that_the_drive_needs(comm):
     """Uniform acceleration of a body about a principal axis through its centre: J times it."""
     body = RigidBody("a", 2.0, (1, 2, 3))
-    parts = [body, Revolute("j", None, body, (0, 0, 0), (0, 0, 1))]
+    parts = [body, Revolute("j", None, body, point=(0, 0, 0), axis=(0, 0, 1))]
     rate = 4.0
     for k, (t, report, _, _, state, _) in enumerate(
         run(comm, [*parts, PrescribedMotion("j", lambda t: 0.5 * rate * t**2)], 10)
@@ -91,7 +91,7 @@ def test_multiplier_is_the_torque_that_the_drive_needs(comm):
 
 def test_a_motion_that_fits_the_initial_velocity_needs_no_work(comm):
     body = RigidBody("a", 2.0, (1, 2, 3), angular_velocity=(0, 0, 5.0))
-    parts = [body, Revolute("j", None, body, (0, 0, 0), (0, 0, 1))]
+    parts = [body, Revolute("j", None, body, point=(0, 0, 0), axis=(0, 0, 1))]
     rate = 2 / DT * np.arctan(0.5 * DT * 5.0)  # of a body of that velocity in steps of this size
     motion = PrescribedMotion("j", lambda t: rate * t)
     for t, report, _, after, state, _ in run(comm, [*parts, motion], 30):
@@ -101,7 +101,7 @@ def test_a_motion_that_fits_the_initial_velocity_needs_no_work(comm):
 
 
 def test_a_motion_at_rest_is_a_lock(comm):
-    joint = Universal("u", None, A, (0, 0, 0), (0, 0, 1), (0, 1, 0))
+    joint = Universal("u", None, A, point=(0, 0, 0), first_axis=(0, 0, 1), second_axis=(0, 1, 0))
     motions = [PrescribedMotion(f"u.{k}", Constant(0.0)) for k in ("first", "second")]
     for _, report, _, _, state, _ in run(comm, [A, joint, Gravity(), *motions], 5):
         assert np.allclose(state.q, A.coordinates, rtol=0, atol=1e-14)
@@ -121,7 +121,7 @@ def test_a_motion_that_is_no_number_at_the_start_is_refused():
 
 def test_a_motion_that_does_not_begin_at_zero_needs_a_start_that_fits(comm):
     """Turned to where the motion begins, nothing jumps: a lock there does no work."""
-    joint = Revolute("hinge", None, A, (0, 0, 0), (0, 0, 1))
+    joint = Revolute("hinge", None, A, point=(0, 0, 0), axis=(0, 0, 1))
     system = MultibodySystem(comm, [A, joint, PrescribedMotion("hinge", Constant(0.5)), Gravity()])
     words = "'motion of hinge' begins at 0.5, but the run starts at 0: give it a start"
     with pytest.raises(ModelError, match=words):
@@ -154,7 +154,7 @@ def test_two_motions_of_one_coordinate_are_refused(comm):
 
 def test_motions_that_depend_on_joints_or_on_each_other_are_refused_by_name(comm):
     lock = Rigid("lock", None, A, (0, 0, 0))
-    twin = Cylindrical("twin", None, A, (0.2, 0, 0), N)
+    twin = Cylindrical("twin", None, A, point=(0.2, 0, 0), axis=N)
     motions = [PrescribedMotion(f"{j}.angle", Ramp(1.0, 1.0)) for j in ("screw", "twin")]
     words = "'motion of {}.angle' depends on the joints and the other relations"
     with pytest.raises(ValueError, match=words.format("screw")):

@@ -33,8 +33,8 @@ AXES = {"slow": E3, "fast": (E1 + 2.0 * E2) / np.sqrt(5.0)}
 
 def rotor(name, J, axis, place, spin=0.0):
     """A body that can only turn about an axis through its centre; all its axes are principal."""
-    body = RigidBody(name, 2.0, (0.5 * J,) * 3, place, angular_velocity=spin * axis)
-    return [body, Revolute(name.upper(), None, body, place, axis)]
+    body = RigidBody(name, 2.0, (0.5 * J,) * 3, position=place, angular_velocity=spin * axis)
+    return [body, Revolute(name.upper(), None, body, point=place, axis=axis)]
 
 
 def two_rotors(spin=0.0, ratio=0.0):
@@ -123,7 +123,7 @@ def test_rotors_that_turn_at_the_ratio_go_on_as_if_there_were_no_gear():
 def test_a_screw_moves_by_its_lead_in_one_turn():
     lead = -0.05
     body = RigidBody("nut", 2.0, (0.1, 0.1, 0.1))
-    parts = [body, Cylindrical("j", None, body, (0, 0, 0), E3)]
+    parts = [body, Cylindrical("j", None, body, point=(0, 0, 0), axis=E3)]
     parts += [screw("thread", "j.angle", "j.displacement", lead), Gravity((0.0, 0.0, -9.81))]
     start = None
     for report, energy, state, _, _ in run(parts, 500):

@@ -12,8 +12,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about, unit
 from turbine_fenicsx.joints import Joint, Revolute
 
 POINT, AXIS = np.array([0.5, -1.0, 2.0]), np.array([1.0, 2.0, -0.5])
-A = RigidBody("a", 2.0, (1, 2, 3), (1, 2, 3), rotation_about((1, 0, 2), 0.7))
-B = RigidBody("b", 3.0, (4, 2, 3), (-1, 0, 2), rotation_about((0, 1, 2), -1.9))
+A = RigidBody("a", 2.0, (1, 2, 3), position=(1, 2, 3), directors=rotation_about((1, 0, 2), 0.7))
+B = RigidBody("b", 3.0, (4, 2, 3), position=(-1, 0, 2), directors=rotation_about((0, 1, 2), -1.9))
 TURN, SHIFT = rotation_about((1.0, -0.3, 0.4), 2.2), np.array([3.0, -5.0, 4.0])
 ROUND_OFF = 2e-14
 """Sums of a dozen products of numbers up to about five."""

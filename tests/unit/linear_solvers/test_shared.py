@@ -164,10 +164,10 @@ def rotor(comm):
         mesh, n = loaded.mesh, loaded.mesh.topology.index_map(3).size_local
         shear, cells = np.full(n, 1e9), loaded.cells("blade_2")
         shear[cells[cells < n][::7]] *= 1.0 - softer
-        hub = RigidBody("hub", 1e4, (1e5,) * 3, ROTOR.centre, angular_velocity=spin * E3)
+        hub = RigidBody("hub", 1e4, (1e5,) * 3, position=ROTOR.centre, angular_velocity=spin * E3)
         blades = FlexibleBody("b", mesh, StVenantKirchhoff(1e9, cell_field(mesh, shear)), 1500.0)
         roots = [Coupling(f"root {k}", blades, loaded.facets(f"root_{k}"), hub) for k in (1, 2, 3)]
-        axis = Revolute("axis", None, hub, ROTOR.centre, E3)
+        axis = Revolute("axis", None, hub, point=ROTOR.centre, axis=E3)
         return MultibodySystem(comm, [hub, axis, blades, *roots, Gravity()])
 
     return make

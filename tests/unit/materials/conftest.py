@@ -38,7 +38,11 @@ def laws(comm, cells):
     return {
         "svk": Law(comm, cells, lambda _: StVenantKirchhoff(LAMBDA, MU)),
         "neo_hooke": Law(comm, cells, lambda _: NeoHooke(LAMBDA, MU)),
-        "orthotropic": Law(comm, cells, lambda a: OrthotropicSVK(YOUNG, SHEAR, POISSON, tuple(a))),
+        "orthotropic": Law(
+            comm,
+            cells,
+            lambda a: OrthotropicSVK(young=YOUNG, shear=SHEAR, poisson=POISSON, frame=tuple(a)),
+        ),
         "mooney_rivlin": Law(comm, cells, lambda _: MooneyRivlin(C10, C01, KAPPA)),
         "composite": Law(comm, cells, lambda a: TransverselyIsotropic(*COMPOSITE, a[0])),
         "soft_fibre": Law(comm, cells, lambda a: TransverselyIsotropic(*SOFT_FIBRE, a[0])),

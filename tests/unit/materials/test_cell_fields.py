@@ -30,7 +30,10 @@ LAWS = {
     "mooney_rivlin": lambda c: MooneyRivlin(c(2e3), c(5e2), c(2e4)),
     "kelvin_voigt": lambda c: KelvinVoigt(StVenantKirchhoff(c(1e4), c(5e3)), c(20.0), c(10.0)),
     "orthotropic": lambda c: OrthotropicSVK(
-        (c(2e4), c(1.2e4), c(1e4)), (c(4e3), c(5e3), c(6e3)), (c(0.2), c(0.3), c(0.25)), E
+        young=(c(2e4), c(1.2e4), c(1e4)),
+        shear=(c(4e3), c(5e3), c(6e3)),
+        poisson=(c(0.2), c(0.3), c(0.25)),
+        frame=E,
     ),
     "transversely_isotropic": lambda c: TransverselyIsotropic(
         c(4e4), c(1e4), c(5e3), c(0.3), c(0.4), E[0]
@@ -130,7 +133,7 @@ def test_constants_are_combined_cell_by_cell(comm, law, same_as):
         for i in range(4)
     )
     if law == "orthotropic":
-        general = OrthotropicSVK((young,) * 3, (mu,) * 3, (nu,) * 3, E)
+        general = OrthotropicSVK(young=(young,) * 3, shear=(mu,) * 3, poisson=(nu,) * 3, frame=E)
     else:
         general = TransverselyIsotropic(young, young, mu, nu, nu, E[0])
     energies = []
@@ -195,7 +198,7 @@ def test_mistakes_are_refused_in_a_sentence(comm):
     with pytest.raises(ValueError, match=r"not positive definite: shear modulus -0.75 to 0.75 Pa"):
         NeoHooke(1.0, mixed)
     with pytest.raises(ValueError, match="not positive definite: Young's moduli"):
-        OrthotropicSVK((1.0, mixed, 1.0), (1.0,) * 3, (0.0,) * 3, E)
+        OrthotropicSVK(young=(1.0, mixed, 1.0), shear=(1.0,) * 3, poisson=(0.0,) * 3, frame=E)
     with pytest.raises(ValueError, match="not positive definite: bulk modulus"):
         MooneyRivlin(1.0, 1.0, mixed)
     with pytest.raises(ValueError, match=r"shear viscosity must not be negative, got -0\.75 to"):

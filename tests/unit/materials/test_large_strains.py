@@ -44,8 +44,12 @@ def test_resistance_to_compression_grows_without_end(laws, law, axis):
 def test_st_venant_kirchhoff_gives_way_in_compression(comm, cells):
     """The same constants as the law above: the force is largest at 1/sqrt(3) of the length."""
     E1, E2, G, n12, n23 = COMPOSITE
-    data = ((E1, E2, E2), (G, G, E2 / (2 * (1 + n23))), (n12, n12, n23))
-    law = Law(comm, cells, lambda a: OrthotropicSVK(*data, tuple(a)))
+    data = {
+        "young": (E1, E2, E2),
+        "shear": (G, G, E2 / (2 * (1 + n23))),
+        "poisson": (n12, n12, n23),
+    }
+    law = Law(comm, cells, lambda a: OrthotropicSVK(**data, frame=tuple(a)))
     forces = [force(law, (s, 1.0, 1.0)) for s in STRETCHES]
     assert STRETCHES[np.argmin(forces)] == pytest.approx(3**-0.5, rel=0.07)
     assert forces[-1] > 0.15 * min(forces)

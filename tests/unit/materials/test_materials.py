@@ -240,7 +240,10 @@ def test_frame_and_fibre_may_be_fields(comm, cells, laws, rng):
     formula = ufl.as_vector([ufl.conditional(first, a[k], b[k]) for k in range(3)])
     _, C = deformation(rng)
     for name, make in (
-        ("orthotropic", lambda: OrthotropicSVK(YOUNG, SHEAR, POISSON, tuple(axes))),
+        (
+            "orthotropic",
+            lambda: OrthotropicSVK(young=YOUNG, shear=SHEAR, poisson=POISSON, frame=tuple(axes)),
+        ),
         ("composite", lambda: TransverselyIsotropic(*COMPOSITE, axes[0])),
         ("composite", lambda: TransverselyIsotropic(*COMPOSITE, formula)),
     ):

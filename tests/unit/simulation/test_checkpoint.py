@@ -231,11 +231,14 @@ def test_one_of_the_same_names_but_other_joints_is_refused(comm, shared_tmp_path
     """Three parallel hinges have one more redundant constraint than two and one across."""
 
     def simulation(axis):
-        a, b = (RigidBody(n, 1.0, (1, 1, 1), x) for n, x in (("a", (1, 0, 0)), ("b", (3, 0, 0))))
+        a, b = (
+            RigidBody(n, 1.0, (1, 1, 1), position=x)
+            for n, x in (("a", (1, 0, 0)), ("b", (3, 0, 0)))
+        )
         hinges = [
-            Revolute("first", None, a, (0, 0, 0), (0, 0, 1)),
-            Revolute("second", a, b, (2, 0, 0), (0, 0, 1)),
-            Revolute("third", b, None, (4, 0, 0), axis),
+            Revolute("first", None, a, point=(0, 0, 0), axis=(0, 0, 1)),
+            Revolute("second", a, b, point=(2, 0, 0), axis=(0, 0, 1)),
+            Revolute("third", b, None, point=(4, 0, 0), axis=axis),
         ]
         system = MultibodySystem(comm, [a, b, *hinges])
         checkpoints = Checkpoints(system, shared_tmp_path)

@@ -195,7 +195,14 @@ def test_numerical_dissipation_must_not_be_negative(comm, machine, chi):
 def test_dampers_dissipate_by_name_and_the_balance_closes(comm, machine):
     m = machine(spin=3.0)
     hinge = JointDamper("bearing", "rotor", 0.3)
-    strut = PointDamper("strut", m.nacelle, None, (0.5, 0.5, 0.0), (2.0, 1.0, 1.0), 0.4)
+    strut = PointDamper(
+        "strut",
+        m.nacelle,
+        None,
+        first_point=(0.5, 0.5, 0.0),
+        second_point=(2.0, 1.0, 1.0),
+        damping=0.4,
+    )
     system = MultibodySystem(comm, [m.nacelle, m.hub, m.yaw, m.rotor, hinge, strut, Gravity()])
     state = system.initial_state()
     last, taken = system.balance(state).total, np.zeros(2)

@@ -157,7 +157,10 @@ def loads(body):
     """A pressure that follows the end, and a force on a corner."""
     end = mesh.locate_entities_boundary(body.mesh, 2, lambda x: np.isclose(x[0], SIZE[0]))
     pressure = Pressure("p", body, end, 0.7, Ramp(1.0, 1.0))
-    return [pressure, NodeForce("f", body, SIZE, (0.1, -0.3, 0.2), Ramp(2.0, 1.0))]
+    return [
+        pressure,
+        NodeForce("f", body, point=SIZE, force=(0.1, -0.3, 0.2), function=Ramp(2.0, 1.0)),
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -21,10 +21,14 @@ ROUND_OFF = 1e-14  # of velocities of order one
 
 def rods(comm, *more, **options):
     """Two rods in a row along e1, turning about e3 at the origin and at e1."""
-    upper = RigidBody("upper", 2.0, EULER, 0.5 * E1, rotation_about(E1 + E2, 0.4))
-    lower = RigidBody("lower", 1.0, EULER, 1.5 * E1, rotation_about(E3, 0.3), **options)
-    shoulder = Revolute("shoulder", None, upper, np.zeros(3), E3)
-    elbow = Revolute("elbow", upper, lower, E1, E3)
+    upper = RigidBody(
+        "upper", 2.0, EULER, position=0.5 * E1, directors=rotation_about(E1 + E2, 0.4)
+    )
+    lower = RigidBody(
+        "lower", 1.0, EULER, position=1.5 * E1, directors=rotation_about(E3, 0.3), **options
+    )
+    shoulder = Revolute("shoulder", None, upper, point=np.zeros(3), axis=E3)
+    elbow = Revolute("elbow", upper, lower, point=E1, axis=E3)
     return MultibodySystem(comm, [upper, lower, shoulder, elbow, *more])
 
 
@@ -73,8 +77,8 @@ def test_joints_without_a_rate_take_the_motion_of_least_energy(comm):
 def test_momentum_of_what_is_free_stays(comm):
     """As impulses in the joint alone make the motion."""
     a = RigidBody("a", 2.0, EULER, velocity=E2, angular_velocity=0.3 * E1)
-    b = RigidBody("b", 1.0, EULER, E1, velocity=E2 + 0.3 * E1, angular_velocity=E3)
-    system = MultibodySystem(comm, [a, b, Revolute("r", a, b, E1, E3)])
+    b = RigidBody("b", 1.0, EULER, position=E1, velocity=E2 + 0.3 * E1, angular_velocity=E3)
+    system = MultibodySystem(comm, [a, b, Revolute("r", a, b, point=E1, axis=E3)])
     state = initial_motion(system, {"r": 3.0})
     before, after = system.balance(system.initial_state()), system.balance(state)
     assert np.allclose(after.linear, before.linear, rtol=0, atol=1e-14)
@@ -89,16 +93,19 @@ def test_velocities_that_fit_are_kept(comm):
 
 def test_a_displacement_has_a_rate_too(comm):
     slider = RigidBody("slider", 2.0, EULER)
-    system = MultibodySystem(comm, [slider, Prismatic("guide", None, slider, E2, E1 + E2)])
+    system = MultibodySystem(
+        comm, [slider, Prismatic("guide", None, slider, point=E2, axis=E1 + E2)]
+    )
     state = initial_motion(system, {"guide": -3.0})
     v, w = rates_of(state, system, "slider")
     assert np.allclose([v, w], [-3.0 * (E1 + E2) / 2**0.5, 0 * E1], rtol=0, atol=ROUND_OFF)
 
 
 def test_a_rod_without_thickness_turns(comm):
-    rod = RigidBody("rod", 1.0, (0.1, 0.1, 0.0), 0.5 * E1)
+    rod = RigidBody("rod", 1.0, (0.1, 0.1, 0.0), position=0.5 * E1)
     state = initial_motion(
-        system := MultibodySystem(comm, [rod, Revolute("j", None, rod, 0 * E1, E2)]), {"j": 2.0}
+        system := MultibodySystem(comm, [rod, Revolute("j", None, rod, point=0 * E1, axis=E2)]),
+        {"j": 2.0},
     )
     assert np.allclose(rates_of(state, system, "rod"), [-E3, 2 * E2], rtol=0, atol=ROUND_OFF)
 
@@ -106,9 +113,14 @@ def test_a_rod_without_thickness_turns(comm):
 def four_bar(comm):
     """A parallelogram: crank and rocker are parallel, the coupler does not turn."""
     points = [0 * E1, E2, 2 * E1 + E2, 2 * E1]
-    bars = [RigidBody(f"bar_{k}", 1.0, EULER, 0.5 * (points[k] + points[k + 1])) for k in range(3)]
+    bars = [
+        RigidBody(f"bar_{k}", 1.0, EULER, position=0.5 * (points[k] + points[k + 1]))
+        for k in range(3)
+    ]
     ends = [None, *bars, None]
-    joints = [Revolute(f"pin_{k}", ends[k], ends[k + 1], points[k], E3) for k in range(4)]
+    joints = [
+        Revolute(f"pin_{k}", ends[k], ends[k + 1], point=points[k], axis=E3) for k in range(4)
+    ]
     return MultibodySystem(comm, [*bars, *joints])
 
 
@@ -166,14 +178,19 @@ def test_mass_of_flexible_bodies_counts(machine):
 
 def linkage(comm, tie):
     """A flexible coupler between two rockers, or between one and the ground."""
-    left, right = (RigidBody(n, 1.0, EULER, x * E1 + 0.5 * E2) for n, x in (("l", 0), ("r", 3)))
+    left, right = (
+        RigidBody(n, 1.0, EULER, position=x * E1 + 0.5 * E2) for n, x in (("l", 0), ("r", 3))
+    )
     box = mesh.create_box(comm, [[0, 1, 0], [3, 1.2, 0.2]], [6, 1, 1], mesh.CellType.hexahedron)
     ends = [
         mesh.locate_entities_boundary(box, 2, lambda x, at=at: np.isclose(x[0], at))
         for at in (0.0, 3.0)
     ]
     bar = FlexibleBody("bar", box, StVenantKirchhoff(0.0, 1e5), 100.0)
-    pins = [Revolute(f"pin_{b.name}", None, b, b.position - 0.5 * E2, E3) for b in (left, right)]
+    pins = [
+        Revolute(f"pin_{b.name}", None, b, point=b.position - 0.5 * E2, axis=E3)
+        for b in (left, right)
+    ]
     to = right if tie else None
     couplings = [Coupling("a", bar, ends[0], left), Coupling("b", bar, ends[1], to)]
     return MultibodySystem(comm, [left, right, bar, *pins, *couplings])

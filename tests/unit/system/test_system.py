@@ -50,9 +50,9 @@ def test_names_must_be_unique_across_all_kinds(comm, machine):
 def test_a_joint_or_coupling_to_a_body_outside_the_system_is_refused(comm, machine):
     m, stranger = machine(), RigidBody("stranger", 1.0, (1, 1, 1))
     for part in (
-        Revolute("loose", m.hub, stranger, (0, 0, 0), E3),
-        Revolute("loose", stranger, m.hub, (0, 0, 0), E3),
-        Revolute("loose", None, stranger, (0, 0, 0), E3),
+        Revolute("loose", m.hub, stranger, point=(0, 0, 0), axis=E3),
+        Revolute("loose", stranger, m.hub, point=(0, 0, 0), axis=E3),
+        Revolute("loose", None, stranger, point=(0, 0, 0), axis=E3),
         Coupling("loose", m.beam, m.facets(1.5), stranger),
     ):
         message = "'loose' refers to body 'stranger', which is not among the parts"
@@ -63,7 +63,7 @@ def test_a_joint_or_coupling_to_a_body_outside_the_system_is_refused(comm, machi
 
 def test_a_joint_to_a_flexible_body_is_refused(comm, machine):
     m = machine()
-    joint = Revolute("bad", m.beam, m.hub, (0, 0, -1), E3)
+    joint = Revolute("bad", m.beam, m.hub, point=(0, 0, -1), axis=E3)
     refused(
         comm,
         TypeError,
@@ -133,7 +133,15 @@ def test_initial_state_is_what_the_bodies_say_and_fulfils_all_constraints(machin
 def test_a_coupled_body_starts_with_the_velocity_of_its_carrier(comm, machine):
     """So that the coupling constraints hold for the velocities as well."""
     m, R = machine(), rotation_about((1, 1, 0), 0.4)
-    carrier = RigidBody("moving", 1.0, (1, 2, 3), (0.3, 0, 0), R, (1, 2, 3), (4, 5, 6))
+    carrier = RigidBody(
+        "moving",
+        1.0,
+        (1, 2, 3),
+        position=(0.3, 0, 0),
+        directors=R,
+        velocity=(1, 2, 3),
+        angular_velocity=(4, 5, 6),
+    )
     free = FlexibleBody("free", m.beam.mesh, m.beam.material, 1.0)
     parts = [carrier, m.beam, free, Coupling("root", m.beam, m.facets(0.5), carrier)]
     system = MultibodySystem(comm, parts)
@@ -169,7 +177,7 @@ def test_balance_of_rigid_bodies_equals_classical_mechanics(comm):
     R, w = rotation_about((1, 2, 3), 0.7), np.array([0.3, -1.0, 2.0])
     x, v, E = np.array([1.0, -2.0, 0.5]), np.array([3.0, 1.0, -1.0]), np.diag([3.0, 5.0, 0.5])
     bodies = [
-        RigidBody("a", 2.0, np.diag(E), x, R, v, w),
+        RigidBody("a", 2.0, np.diag(E), position=x, directors=R, velocity=v, angular_velocity=w),
         RigidBody("b", 3.0, (1, 1, 1), position=(0, 4, 0)),
     ]
     system = MultibodySystem(comm, [*bodies, Gravity((0, -9.81, 1.0))])

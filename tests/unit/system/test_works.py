@@ -39,7 +39,7 @@ def loaded(comm, m):
     parts = [m.nacelle, m.hub, m.yaw, m.rotor, Gravity()]
     parts += [
         JointTorque("torque on rotor", "rotor", 4.0),
-        PointForce("gust", m.hub, (0, 1, -1), (2, 0, 1)),
+        PointForce("gust", m.hub, point=(0, 1, -1), force=(2, 0, 1)),
     ]
     parts += [Torque("brake", m.hub, (0, 0, -1.0)), PrescribedMotion("yaw", lambda t: t**3)]
     parts += [JointSpring("spring", "rotor", 3.0), JointDamper("rotor damper", "rotor", 0.5)]
@@ -113,7 +113,9 @@ def test_history_has_a_column_for_each_work_and_dissipation(comm, machine, share
 
 def test_what_a_system_does_not_have_has_no_column(comm, machine):
     m = machine()
-    spring = PointSpring("s", m.hub, None, (0, 1, 0), (0, 2, 0), 1.0)
+    spring = PointSpring(
+        "s", m.hub, None, first_point=(0, 1, 0), second_point=(0, 2, 0), stiffness=1.0
+    )
     for part, columns in ((Gravity(), ()), (spring, ("spring_energy_[J]",))):
         stepper = EnergyMomentum(m.system(part))
         assert work_channel(stepper).columns == columns
@@ -124,6 +126,6 @@ def test_displacements_and_angles_have_units_of_their_own(comm):
     from turbine_fenicsx.joints import Cylindrical
 
     body = RigidBody("a", 1.0, (1, 1, 1))
-    joint = Cylindrical("j", None, body, (0, 0, 0), (0, 0, 1))
+    joint = Cylindrical("j", None, body, point=(0, 0, 0), axis=(0, 0, 1))
     columns = angle_channel(MultibodySystem(comm, [body, joint])).columns
     assert columns == ("angle_j.angle_[rad]", "displacement_j.displacement_[m]")

@@ -42,7 +42,10 @@ class Step:
             "svk": lambda: StVenantKirchhoff(10.0, 5.0),
             "neo_hooke": lambda: NeoHooke(10.0, 5.0),
             "orthotropic": lambda: OrthotropicSVK(
-                (20.0, 8.0, 7.0), (4.0, 3.0, 2.5), (0.3, 0.25, 0.3), [constant(a) for a in FRAME.T]
+                young=(20.0, 8.0, 7.0),
+                shear=(4.0, 3.0, 2.5),
+                poisson=(0.3, 0.25, 0.3),
+                frame=[constant(a) for a in FRAME.T],
             ),
         }[law]()
         if stress is None:

@@ -96,7 +96,7 @@ def pendulum(comm, *loads):
     """A pendulum of 2 m that starts horizontally."""
     bob = RigidBody("bob", 3.0, (0.1, 0.2, 0.3), position=(2.0, 0.0, 0.0))
     return MultibodySystem(
-        comm, [bob, Revolute("hinge", None, bob, (0, 0, 0), E3), Gravity(), *loads]
+        comm, [bob, Revolute("hinge", None, bob, point=(0, 0, 0), axis=E3), Gravity(), *loads]
     )
 
 

@@ -45,8 +45,8 @@ def loaded(machine, driven=False):
         Gravity(),
         JointSpring("spring", "yaw", 3.0),
         JointDamper("damper", "yaw", 0.3),
-        PointSpring("rope", m.hub, None, at, to, 4.0),
-        PointDamper("strut", m.hub, None, at, to, 0.4),
+        PointSpring("rope", m.hub, None, first_point=at, second_point=to, stiffness=4.0),
+        PointDamper("strut", m.hub, None, first_point=at, second_point=to, damping=0.4),
         Pressure("blast", beam, m.facets(1.5), 2.0, Hat(2.0)),
         PrescribedMotion("rotor", lambda t: 2.0 * t + t**2)
         if driven
@@ -173,7 +173,7 @@ def test_works_and_losses_explain_the_energy_to_second_order(machine):
 def test_a_step_leaves_rho_of_a_mode_that_it_cannot_follow(comm, rho):
     """A rotor on a spring with w dt = 2000 swings with an amplitude that falls by rho per step."""
     rotor = RigidBody("rotor", 1.0, (0.5, 0.5, 0.5), angular_velocity=(0.0, 0.0, 1e-4))
-    spin = Revolute("spin", None, rotor, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    spin = Revolute("spin", None, rotor, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     system = MultibodySystem(comm, [rotor, spin, JointSpring("stiff", "spin", (2000.0 / DT) ** 2)])
     stepper, state = GeneralisedAlpha(system, rho), system.initial_state()
     spare, energies = state.copy(), []

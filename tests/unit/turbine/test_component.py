@@ -51,8 +51,8 @@ class Disc(Component):
     def parts(self, assembly):
         hub = assembly.part("hub")
         half = 0.5 * self.inertia
-        disc = RigidBody("disc", 1e3, (half, half, half), hub.position)
-        shaft = Revolute("shaft", hub, disc, hub.position, E3)
+        disc = RigidBody("disc", 1e3, (half, half, half), position=hub.position)
+        shaft = Revolute("shaft", hub, disc, point=hub.position, axis=E3)
         return [disc, shaft, JointSpring("torsion", "shaft", self.stiffness)]
 
     def channels(self, turbine):
@@ -73,7 +73,7 @@ class Spring(Component):
 
     def parts(self, assembly):
         top = RigidBody("tower_top", 1e4, (1e4, 1e4, 1e4))
-        guide = Prismatic("heave", None, top, (0, 0, 0), (0, 1, 0))
+        guide = Prismatic("heave", None, top, point=(0, 0, 0), axis=(0, 1, 0))
         return [top, guide, JointSpring("pile", "heave", 1e8)]
 
 

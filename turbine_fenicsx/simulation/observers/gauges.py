@@ -10,7 +10,7 @@ and it reads |F t| - 1, which knows nothing of rotations.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import cos, inf, sin
 
 import numpy as np
@@ -47,6 +47,7 @@ class Gauge:
 
     name: str
     body: FlexibleBody
+    _: KW_ONLY
     point: npt.ArrayLike
     outward: npt.ArrayLike
     along: npt.ArrayLike

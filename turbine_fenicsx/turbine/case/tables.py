@@ -277,7 +277,9 @@ class MaterialCase(Section):
         from turbine_fenicsx import materials as m
 
         if self.law == "transversely_isotropic":
-            return m.OrthotropicSVK(self.young, self.shear, self.poisson, frame)
+            return m.OrthotropicSVK(
+                young=self.young, shear=self.shear, poisson=self.poisson, frame=frame
+            )
         if self.law == "transversely_isotropic_finite":
             for name, i, j in (("young", 1, 2), ("shear", 0, 1), ("poisson", 0, 1)):
                 values = getattr(self, name)

@@ -52,9 +52,11 @@ def run(system, *functions, steps=4, start=None):
 
 def pendulum(comm, first=None, second=None, more=()):
     """A body 0.5 m below a hinge at (0.3, 1, 0), whose directors are turned; ends as given."""
-    body = RigidBody("body", 2.0, EULER, 0.3 * E1 + 0.5 * E2, rotation_about(E1 + E2, 0.4))
+    body = RigidBody(
+        "body", 2.0, EULER, position=0.3 * E1 + 0.5 * E2, directors=rotation_about(E1 + E2, 0.4)
+    )
     ends = (None, body) if second is None else (body, None)
-    hinge = Revolute("hinge", *ends, 0.3 * E1 + E2, E3)
+    hinge = Revolute("hinge", *ends, point=0.3 * E1 + E2, axis=E3)
     return MultibodySystem(comm, [body, hinge, Gravity(tuple(G)), *more]), hinge
 
 
@@ -81,8 +83,8 @@ def test_what_acts_on_the_ground_has_the_opposite_sign(comm):
 
 
 def test_a_spinning_arm_is_held_by_the_centripetal_force(comm):
-    arm = RigidBody("arm", 2.0, EULER, 0.5 * E1)
-    hinge = Revolute("hinge", None, arm, 0 * E1, E3)
+    arm = RigidBody("arm", 2.0, EULER, position=0.5 * E1)
+    hinge = Revolute("hinge", None, arm, point=0 * E1, axis=E3)
     system = MultibodySystem(comm, [arm, hinge])
     reactions = JointReactions(system, [JointReaction(hinge, axes=np.eye(3))])
     start = initial_motion(system, {"hinge": 3.0})
@@ -100,14 +102,16 @@ def four_bar(comm):
     """A linkage out of plane symmetry, driven, with a spring and a damper; no redundant rows."""
     points = [0 * E1, E2, 2 * E1 + 1.5 * E2, 2 * E1]
     bars = [
-        RigidBody(f"bar_{k}", 1.0 + k, EULER, 0.5 * (points[k] + points[k + 1]) + 0.1 * k * E3)
+        RigidBody(
+            f"bar_{k}", 1.0 + k, EULER, position=0.5 * (points[k] + points[k + 1]) + 0.1 * k * E3
+        )
         for k in range(3)
     ]
     joints = [
-        Revolute("crank", None, bars[0], points[0], E3),
-        Revolute("knee", bars[0], bars[1], points[1], E3),
+        Revolute("crank", None, bars[0], point=points[0], axis=E3),
+        Revolute("knee", bars[0], bars[1], point=points[1], axis=E3),
         Spherical("ball", bars[1], bars[2], points[2]),
-        Cylindrical("rocker", bars[2], None, points[3], E3),
+        Cylindrical("rocker", bars[2], None, point=points[3], axis=E3),
     ]
     more = [
         Gravity(tuple(G)),
@@ -171,7 +175,7 @@ def test_axes_turn_with_the_second_body(comm):
 
 def test_a_body_that_is_held_twice_tells_of_the_joint_that_counts(comm):
     """The second of two clamps has no multiplier left: its load is zero, the first has it all."""
-    body = RigidBody("body", 2.0, EULER, 0.5 * E1)
+    body = RigidBody("body", 2.0, EULER, position=0.5 * E1)
     clamps = [Rigid("one", None, body, 0 * E1), Rigid("two", None, body, E1)]
     system = MultibodySystem(comm, [body, *clamps, Gravity(tuple(G))])
     assert system.redundant == {"two": 6}
@@ -182,7 +186,7 @@ def test_a_body_that_is_held_twice_tells_of_the_joint_that_counts(comm):
 
 
 def test_columns_of_the_history(comm, shared_tmp_path):
-    guide = Prismatic("guide", None, body := RigidBody("body", 2.0, EULER), 0 * E1, E1)
+    guide = Prismatic("guide", None, body := RigidBody("body", 2.0, EULER), point=0 * E1, axis=E1)
     system = MultibodySystem(comm, [body, guide, Gravity(tuple(G))])
     reactions = JointReactions(system, [JointReaction(guide)])
     path = shared_tmp_path / "history.csv"
