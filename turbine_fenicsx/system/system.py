@@ -18,6 +18,7 @@ from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
+from turbine_fenicsx.system.far_points import tell_far_points
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.initial_velocity import initial_velocity
 from turbine_fenicsx.system.numbering import number_parts
@@ -96,8 +97,9 @@ class MultibodySystem:
             numbering.joint_coordinate_names,
         )
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
+        warnings = [*numbering.warnings, *tell_far_points(found)]
         if comm.rank == 0:
-            for warning in numbering.warnings:
+            for warning in warnings:
                 log.warning(warning)
         self.flexible_models = tuple(
             FlexibleModel(b, [x for x in found.on_bodies if x.flexible is b])
