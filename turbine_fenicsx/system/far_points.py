@@ -33,6 +33,8 @@ def tell_far_points(parts: Parts) -> list[str]:
     sizes = _measure_bodies(parts)
     told = []
     for name, body, point in _list_points(parts):
+        if body not in sizes:
+            continue  # the force itself says that it is not among the parts
         distance = np.linalg.norm(np.asarray(point, dtype=float) - np.asarray(body.position))
         if distance > FAR * sizes[body]:
             told.append(
