@@ -11,6 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.files import open_regular
 
 
 @dataclass(frozen=True)
@@ -218,7 +219,8 @@ class Table:
             OSError: if the file cannot be read.
         """
         try:
-            lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+            with open_regular(path) as file:
+                lines = file.read().decode("utf-8-sig").splitlines()
         except UnicodeDecodeError as error:
             raise ModelError(f"{path}: this is no text file ({error})") from None
         rows: list[tuple[float, float]] = []

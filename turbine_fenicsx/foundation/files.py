@@ -1,11 +1,16 @@
-"""Files that are whole at any moment, on the disk when it matters, and named when they fail."""
+"""Files that are whole at any moment, on the disk when it matters, and named when they fail.
+
+What others have written is opened by `open_regular`, which does not wait for a pipe.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import FileError
@@ -27,8 +32,38 @@ def name_file_in_errors(act: str, path: str | os.PathLike[str]) -> Iterator[None
     except FileError:
         raise
     except OSError as error:
-        reason = error.strerror or error
-        raise FileError(f"cannot {act} {os.fspath(path)}: {reason}") from None
+        name = os.fspath(path)
+        name = name if name.isprintable() else repr(name)
+        raise FileError(f"cannot {act} {name}: {error.strerror or error}") from None
+
+
+def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
+    """Open a file from outside to read its bytes.
+
+    Pipes and devices are refused: to read them would not end.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OSError: with the reason in words, if it cannot be read, is no regular file, or its name is
+            not valid.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except ValueError:  # a null byte, half a character
+        raise OSError(errno.EINVAL, "its name is not valid", os.fspath(path)) from None
+    except OSError as error:
+        if error.errno != errno.ENXIO:  # a socket
+            raise
+        raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path)) from None
+    mode = os.fstat(descriptor).st_mode
+    if stat.S_ISREG(mode):
+        return os.fdopen(descriptor, "rb")
+    os.close(descriptor)
+    if stat.S_ISDIR(mode):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
 
 
 def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> None:

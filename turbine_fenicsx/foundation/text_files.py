@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 import os
-import stat
 from collections.abc import Iterable
-from pathlib import Path
+from io import TextIOWrapper
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import open_regular
 
 LARGEST = 10_000_000
 """Bytes of a file; cases and studies have a few thousand, turbines of windIO a million."""
@@ -27,23 +27,18 @@ def read_text(path: str | os.PathLike[str], kind: str) -> str:
     """
     name = quote(str(path))
     try:
-        status = os.stat(path)
-        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):  # would not end
-            raise InputError(f"cannot read the {kind} {name}: it is not a regular file")
-        if status.st_size > LARGEST:
-            raise InputError(
-                f"cannot read the {kind} {name}: it has {status.st_size} bytes, expected at most "
-                f"{LARGEST}"
-            )
-        return Path(path).read_text(encoding="utf-8-sig")
+        with open_regular(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > LARGEST:
+                raise InputError(
+                    f"cannot read the {kind} {name}: it has {size} bytes, expected at most "
+                    f"{LARGEST}"
+                )
+            return TextIOWrapper(file, encoding="utf-8-sig").read()
     except UnicodeDecodeError:
         raise InputError(f"cannot read the {kind} {name}: it is not UTF-8 text") from None
     except OSError as error:
         raise InputError(f"cannot read the {kind} {name}: {error.strerror}") from None
-    except InputError:
-        raise
-    except ValueError:  # a null byte, half a character
-        raise InputError(f"cannot read the {kind} {name}: its name is not valid") from None
 
 
 def quote(value: Any) -> str:

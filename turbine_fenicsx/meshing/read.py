@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.block import face_keys
 from turbine_fenicsx.meshing.cell_data import pick_cell_data
@@ -79,12 +80,10 @@ def check_header(path: Path) -> None:
     Anything else gmsh would run as a script.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             start = file.read(64)
     except OSError as error:
-        raise MeshError(f"cannot read the mesh file '{path}': {error.strerror}") from error
-    except ValueError as error:  # a null byte, half a character
-        raise MeshError(f"cannot read the mesh file {str(path)!r}: no valid name") from error
+        raise MeshError(f"cannot read the mesh file {str(path)!r}: {error.strerror}") from error
     if path.suffix != ".msh" or not start.startswith((b"$MeshFormat", b"$Comments")):
         raise MeshError(f"'{path}' is not a mesh in gmsh's .msh format")
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.postprocessing import names
 
 Row = Mapping[str, float | str]
@@ -36,7 +37,7 @@ def read_table(path: str | os.PathLike[str]) -> list[dict[str, float | str]]:
     """
     path = Path(path)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with io.TextIOWrapper(open_regular(path), encoding="utf-8", newline="") as file:
             lines = list(csv.DictReader(file))
         rows = [
             {key: x if key == names.MODE_NAME else float(x) for key, x in line.items()}

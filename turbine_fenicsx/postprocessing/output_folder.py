@@ -9,6 +9,7 @@ import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import TextIOWrapper
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.postprocessing.names import TIME, Family
 from turbine_fenicsx.postprocessing.parts import Parts
 
@@ -72,7 +73,7 @@ def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeS
     """
     path = Path(path)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with TextIOWrapper(open_regular(path), encoding="utf-8", newline="") as file:
             lines = [line for line in csv.reader(file) if line]
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
@@ -132,7 +133,8 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, Any] | None:
         InputError: if there is one that does not hold tables.
     """
     try:
-        tables = json.loads(Path(path).read_text(encoding="utf-8"))
+        with open_regular(path) as file:
+            tables = json.loads(file.read())
     except FileNotFoundError:
         return None
     except OSError as error:

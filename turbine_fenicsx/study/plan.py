@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
@@ -104,7 +105,8 @@ def format_case(case: Case) -> str:
     for key, value in _make_portable(case.model_dump()):
         digest.update(f"{key} = {json.dumps(value)}\n".encode())
         if _is_file(key, value):
-            digest.update(Path(value).read_bytes())
+            with open_regular(value) as file:
+                digest.update(file.read())
     lines = [
         f"{key} = {json.dumps(value, ensure_ascii=False)}\n"  # JSON values are TOML values
         for key, value in _make_portable(case.model_dump(exclude_unset=True))

@@ -10,7 +10,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.files import open_regular, replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.postprocessing.output_folder import holds_modes, read_tables
 from turbine_fenicsx.turbine.aero_blade import find_aero_file
@@ -54,7 +54,7 @@ def _hash_file(path: str | None, otherwise: str) -> str:
     """What tells the contents of a file from others; a word without one."""
     if not path:
         return otherwise
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
 

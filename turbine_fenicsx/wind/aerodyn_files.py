@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
 from turbine_fenicsx.wind.polar import Polar
@@ -85,7 +85,7 @@ def read_aerodyn_blade(
 
 def read_lines(path: str | os.PathLike[str]) -> list[str]:
     """Lines of a text file of sensible size."""
-    with name_file_in_errors("read", path), open(path, "rb") as file:
+    with name_file_in_errors("read", path), open_regular(path) as file:
         content = file.read(LARGEST + 1)
     if len(content) > LARGEST:
         raise InputError(f"{os.fspath(path)} is larger than {LARGEST // 1_000_000} MB, so no table")

@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from turbine_fenicsx.foundation.checks import check_array
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.inflow import FASTEST, SteadyWind
-from turbine_fenicsx.wind.turbulence import LARGEST, TurbulenceField
+from turbine_fenicsx.wind.turbulence import LARGEST, SPACING, TurbulenceField
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +103,11 @@ def _check_box(
     if np.any(n != np.round(n)) or np.any(n < 2.0):
         raise ModelError(f"points of a turbulence box must be whole, two or more, got {points!r}")
     d = check_array("spacing of a turbulence box", spacing, (3,), "three distances")
-    if np.any(d <= 0.0):
-        raise ModelError(f"spacing of a turbulence box must be positive, got {spacing!r}")
+    least, most, _ = SPACING
+    if not np.all((d >= least) & (d <= most)):
+        raise ModelError(
+            f"spacing of a turbulence box must be between {least:g} and {most:g} m, got {spacing!r}"
+        )
     factors = check_array("scale of a turbulence box", scale, (3,), "three factors")
     if not mean.speed > 0.0 or mean.direction != 0.0 or mean.inclination != 0.0:
         raise ModelError(
@@ -123,7 +126,7 @@ def _read_component(
 ) -> npt.NDArray[np.float32]:
     """One component of the fluctuations, (n_x, n_y, n_z) [m/s]."""
     name, count = os.fspath(path), int(np.prod(shape))
-    with name_file_in_errors("read", path), open(path, "rb") as file:
+    with name_file_in_errors("read", path), open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size != 4 * count:
             n_x, n_y, n_z = shape

@@ -7,9 +7,9 @@ import os
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.wind.inflow import FASTEST
-from turbine_fenicsx.wind.turbulence import LARGEST, TurbulenceField
+from turbine_fenicsx.wind.turbulence import LARGEST, SENSIBLE, TurbulenceField
 
 NOT_PERIODIC, PERIODIC = 7, 8
 """First number of a file."""
@@ -40,7 +40,7 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
         FileError: if it cannot be read.
     """
     name = os.fspath(path)
-    with name_file_in_errors("read", path), open(path, "rb") as file:
+    with name_file_in_errors("read", path), open_regular(path) as file:
         start = file.read(HEADER.itemsize)
         if len(start) < HEADER.itemsize:
             raise InputError(f"{name} is no full-field file of TurbSim: it is too short")
@@ -48,12 +48,14 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
         _check_header(name, head)
         n_t, n_z, n_y, n_tower = (int(head[k]) for k in ("n_t", "n_z", "n_y", "n_tower"))
         row = 3 * (n_z * n_y + n_tower)
-        file.seek(int(head["n_text"]), os.SEEK_CUR)
+        begin = HEADER.itemsize + int(head["n_text"])
+        there = max(0, os.fstat(file.fileno()).st_size - begin) // (2 * row)
+        if there < n_t:
+            raise InputError(
+                f"{name} is cut off: it has {there} of the {n_t} planes that it announces"
+            )
+        file.seek(begin)
         raw = np.fromfile(file, "<i2", n_t * row)
-    if raw.size < n_t * row:
-        raise InputError(
-            f"{name} is cut off: it has {raw.size // row} of the {n_t} planes that it announces"
-        )
     # without the tower's points each lookup would copy the field to make it contiguous
     planes = np.ascontiguousarray(raw.reshape(n_t, row)[:, : 3 * n_z * n_y])
     planes = planes.reshape(n_t, n_z, n_y, 3)
@@ -77,16 +79,17 @@ def _check_header(name: str, head: np.void) -> None:
             f"{name} is no full-field file of TurbSim: it begins with {int(head['kind'])}, "
             f"expected {NOT_PERIODIC} or {PERIODIC}"
         )
-    for word, least in (("n_z", 2), ("n_y", 2), ("n_tower", 0), ("n_t", 2), ("n_text", 0)):
-        if int(head[word]) < least:
-            raise InputError(f"{name}: {word} must be at least {least}, got {int(head[word])}")
-    for word in ("dz", "dy", "dt", "u_hub"):
-        if not 0.0 < float(head[word]) < np.inf:
-            raise InputError(f"{name}: {word} must be positive, got {float(head[word]):g}")
+    for word, fewest in (("n_z", 2), ("n_y", 2), ("n_tower", 0), ("n_t", 2), ("n_text", 0)):
+        if int(head[word]) < fewest:
+            raise InputError(f"{name}: {word} must be at least {fewest}, got {int(head[word])}")
+    for word, (least, most, unit) in SENSIBLE.items():
+        if not least <= float(head[word]) <= most:
+            raise InputError(
+                f"{name}: {word} must be between {least:g} and {most:g} {unit}, got "
+                f"{float(head[word]):g}"
+            )
     if not np.all(np.isfinite(head["scales"])) or not np.all(head["scales"][:, 0]):
         raise InputError(f"{name}: slopes of its velocities must be finite and not zero")
-    if not np.isfinite(head["z_bottom"]):
-        raise InputError(f"{name}: z_bottom must be finite")
-    size = 6 * int(head["n_t"]) * int(head["n_z"]) * int(head["n_y"])
+    size = 6 * int(head["n_t"]) * (int(head["n_z"]) * int(head["n_y"]) + int(head["n_tower"]))
     if size > LARGEST:
         raise InputError(f"{name} needs {size / 2**30:.3g} GiB, at most 4 are read")

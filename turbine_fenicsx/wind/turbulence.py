@@ -13,9 +13,23 @@ import numpy.typing as npt
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.wind.inflow import FASTEST
 
 LARGEST = 2**32
 """Larger fields than 4 GiB are refused before they are read."""
+
+SPACING = (1e-3, 1e5, "m")
+"""Least and largest distance of the points of a field that is not damaged, and its unit."""
+
+SENSIBLE = {
+    "dz": SPACING,
+    "dy": SPACING,
+    "dt": (1e-6, 1e6, "s"),
+    "u_hub": (1e-2, FASTEST, "m/s"),
+    "z_hub": (0.0, 1e4, "m"),
+    "z_bottom": (-1e4, 1e4, "m"),
+}
+"""The same for the other numbers of a field, under TurbSim's names."""
 
 
 @dataclass(frozen=True, eq=False)

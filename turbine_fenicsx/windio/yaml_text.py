@@ -10,7 +10,7 @@ import yaml
 DEEPEST = 30
 """Lists and tables in lists and tables; a windIO file has ten."""
 
-LARGEST = 2_000_000
+LARGEST = 500_000
 """Values of a file, each alias counted as what it stands for; IEA-22 has fifty thousand."""
 
 _NUMBER = re.compile(r"[-+]?(\d+|(\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)")

@@ -78,7 +78,11 @@ def test_fluctuations_can_be_scaled(paths):
         ({"points": (64, 8, 1)}, "points of a turbulence box must be whole, two or more"),
         ({"points": (64.5, 8, 6)}, "points of a turbulence box must be whole, two or more"),
         ({"points": (10**5, 10**4, 6)}, r"a turbulence box of 67.1 GiB is too large, at most 4"),
-        ({"spacing": (5.0, 0.0, 1.0)}, "spacing of a turbulence box must be positive"),
+        (
+            {"spacing": (5.0, 0.0, 1.0)},
+            r"spacing of a turbulence box must be between 0.001 and 100000 m, got \(5",
+        ),
+        ({"spacing": (5.0, 1e-30, 1.0)}, "spacing of a turbulence box must be between"),
         ({"spacing": (5.0, 1.0)}, "spacing of a turbulence box must be three distances"),
         ({"scale": 2.0}, "scale of a turbulence box must be three factors, got 2.0"),
         ({"mean": SteadyWind(10.0, 100.0, direction=0.1)}, "must blow along x with a positive"),
