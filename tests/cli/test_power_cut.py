@@ -92,6 +92,12 @@ def cut(path, n_lines, what):
     path.write_bytes(b"".join(lines[:-n_lines]) + zeros)
 
 
+def assert_begins_at_the_checkpoint(mine, whole):
+    """Rows of a history whose rows up to the sixth were lost: the sixth is that of a start."""
+    assert [mine[0], *mine[2:]] == [whole[0], *whole[7:]]
+    assert mine[1].split(",")[:5] == whole[6].split(",")[:5]  # time and energies
+
+
 @pytest.mark.parametrize("name", ["history.csv", "history.out"])
 @pytest.mark.parametrize("what", ["cut", "zeros"])
 def test_rows_behind_the_newest_checkpoint_take_the_run_to_the_one_before(
@@ -154,7 +160,9 @@ def test_a_series_that_is_lost_does_not_take_the_checkpoints_with_it(out, whole,
     kept, lost = int(found[1]), int(found[2]) - int(found[1])
     assert kept == 0 or what == "begin"
     expected = rows(whole)
-    if name == "history.csv":
+    if name == "history.csv" and kept == 0:
+        assert_begins_at_the_checkpoint(rows(out), expected)
+    elif name == "history.csv":
         assert rows(out) == [*expected[: 1 + kept], *expected[1 + kept + lost :]]
     else:
         assert rows(out) == expected
@@ -172,6 +180,34 @@ def test_a_series_that_is_lost_does_not_take_the_checkpoints_with_it(out, whole,
     assert restart(out, capfd) == []  # what is lost is not told again
 
 
+@pytest.mark.parametrize("what", ["missing", "shortened", "a column removed"])
+def test_a_finished_run_without_its_history_is_restarted_and_the_loss_is_said(
+    whole, tmp_path, capfd, what
+):
+    """There are no steps left to make, and the page of the run can still be drawn."""
+    out = tmp_path / "finished"
+    shutil.copytree(whole, out)
+    lines = (out / "history.csv").read_text().splitlines(keepends=True)
+    (out / "history.csv").unlink()
+    if what == "shortened":
+        (out / "history.csv").write_text("".join(lines[:4]))
+    elif what == "a column removed":
+        (out / "history.csv").write_text("".join(line.partition(",")[2] for line in lines))
+    (said,) = restart(out, capfd)
+    there = 3 if what == "shortened" else 0
+    assert f"history.csv holds {there} of its {len(lines) - 1} rows up to t = 0.2 s" in said
+    mine = (out / "history.csv").read_text().splitlines()
+    if what == "shortened":
+        assert mine == [line.rstrip() for line in lines[:4]]
+    else:
+        assert [row.split(",")[:5] for row in mine] == [
+            row.split(",")[:5] for row in (lines[0], lines[-1])
+        ]
+    assert main(["restart", str(out)]) == 0  # with its table and picture
+    assert main(["plot", str(out)]) == 0
+    assert main(["report", str(out)]) == 0
+
+
 @pytest.mark.parametrize("what", ["removed", "swapped", "renamed"])
 def test_columns_changed_by_hand_are_noticed_and_the_file_is_kept(out, whole, capfd, what):
     path = out / "history.csv"
@@ -186,8 +222,7 @@ def test_columns_changed_by_hand_are_noticed_and_the_file_is_kept(out, whole, ca
     (said,) = restart(out, capfd)
     assert "history.csv holds 0 of its 6 rows up to t = 0.1 s; the others are lost" in said
     assert (out / "history.csv.damaged").read_text() == mine
-    expected = rows(whole)
-    assert rows(out) == [expected[0], *expected[7:]]
+    assert_begins_at_the_checkpoint(rows(out), rows(whole))
 
 
 def test_a_case_of_absurd_depth_is_one_sentence(out, capfd):

@@ -70,7 +70,8 @@ class History:
     Note:
         A run that goes on keeps the rows of the file up to its first state, and its columns:
         channels that are new are left out. A file whose head was changed since is kept under
-        another name, ``history.csv.damaged``.
+        another name, ``history.csv.damaged``. A file whose rows are all lost begins with a row of
+        the state that the run goes on from.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class History:
             if self._path.exists() and not _has_head(self._path, head):
                 os.replace(self._path, f"{self._path}.damaged")
             rows = read_history_rows(self._path, self._columns)
-            return [head, *select_rows(rows, snapshot.state.time, ",")]
+            return [head, *(select_rows(rows, snapshot.state.time, ",") or [row])]
 
         self._file = RowFile(self._comm, self._path, make_first_lines)
 
