@@ -1,31 +1,63 @@
-"""Controllers of others, whose memory cannot be looked into.
+"""Controllers of others: whatever they do ends in a sentence, and a run with them can go on.
 
-They run on rank 0 alone. After a restart such a controller is shown again all that it has seen, so
-that it comes to be in the state in which it was; it must do the same whenever it sees the same.
+They run on rank 0 alone. A checkpoint holds what such a controller has saved of itself, if it can,
+and all that it has seen and commanded since. When the run goes on it is given back the one and
+shown the other, so that it comes to be in the state in which it was; if it commands something else
+than before, it depends on what nobody has saved, and the run ends with a sentence.
 """
 
 from __future__ import annotations
 
+import logging
+import zlib
+from array import array
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.control.interface import Commands, Measurements, check_commands
+from turbine_fenicsx.control.command_check import check_commands
+from turbine_fenicsx.control.interface import Commands, Measurements
+from turbine_fenicsx.foundation.errors import ForeignError, InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.types import Array
+
+log = logging.getLogger(__name__)
+
+LAYOUT = 2
+"""Of what a checkpoint holds; 1 was a table of what the controller had seen."""
+
+WINDOW = 10_000
+"""Calls after which a controller is asked for its state, also where no checkpoint is due."""
+
+SAME = 1e-6
+"""Commands that differ by less than this share are the same, rounded on another computer."""
+
+COMMANDED = ("generator torque", *(f"pitch of blade {k}" for k in (1, 2, 3)), "yaw rate", "brake")
 
 
 class Responder(Protocol):
     """What somebody else's controller is on rank 0."""
 
     def respond(self, measured: Measurements) -> Commands:
-        """Commands for the next step; raises InputError if there are none."""
+        """Commands for the next step; raises ForeignError if there are none."""
 
     def finish(self) -> None:
-        """The run has ended."""
+        """The run has ended; raises ForeignError if something of it fails."""
+
+
+@runtime_checkable
+class RestartableResponder(Responder, Protocol):
+    """One that may be able to save its own state."""
+
+    def save(self) -> RestartData:
+        """Its state, of rank 0; nothing if it cannot. Raises ForeignError if that fails."""
+
+    def restore(self, data: RestartData) -> None:
+        """Go on from that state. Raises ForeignError if that fails."""
 
 
 class ForeignController:
@@ -46,7 +78,10 @@ class ForeignController:
     def __init__(self, comm: MPI.Intracomm, make: Callable[[], Responder], who: str) -> None:
         self._comm, self._who = comm, who
         self._responder: Responder | None = None
-        self._seen: list[list[float]] = []
+        self._state = RestartData()
+        self._calls = array("d")  # since that state; empty on other ranks
+        self._width = 0
+        self._saves = True
 
         def keep() -> None:
             self._responder = make()
@@ -54,35 +89,95 @@ class ForeignController:
         on_rank0(comm, keep)
 
     def command(self, measured: Measurements) -> Commands:
-        """What it answers on rank 0. Collective."""
-        self._seen.append(measured.to_row())
+        """What it answers on rank 0. Collective.
+
+        Raises:
+            ForeignError: if it fails, on all ranks.
+        """
         return on_rank0(self._comm, lambda: self._respond(measured))
 
     def _respond(self, measured: Measurements) -> Commands:
-        """What it answers, checked; on rank 0."""
+        """What it answers, checked and kept; on rank 0."""
         assert self._responder is not None
-        return check_commands(self._responder.respond(measured), self._who, measured.time)
+        commands = check_commands(self._responder.respond(measured), self._who, measured.time)
+        row = measured.to_row() + commands.to_row()
+        self._width = len(row)
+        self._calls.extend(row)
+        if len(self._calls) >= WINDOW * self._width:
+            self._keep_state()
+        return commands
+
+    def _keep_state(self) -> None:
+        """Let it save its state in place of all calls so far, if it can; on rank 0."""
+        if not self._saves or not isinstance(self._responder, RestartableResponder):
+            return
+        try:
+            state = self._responder.save()
+        except ForeignError:
+            self._saves = False  # the last state and the calls since then are as good
+            raise
+        self._saves = bool(state)
+        if state:
+            self._state, self._calls = state, array("d")
 
     def save(self) -> RestartData:
-        """All that it has seen."""
-        return RestartData(arrays={"seen": np.array(self._seen)})
+        """What it has saved of itself, and its calls since then. Collective; data of rank 0."""
+        on_rank0(self._comm, self._keep_state)
+        data = RestartData({"layout": LAYOUT, "width": self._width})
+        data.add("state", self._state)
+        table = np.array(self._calls).reshape(-1, self._width or 1)
+        packed = zlib.compress(table.T.tobytes(), level=1)  # whole columns may hold one number
+        data.arrays["calls"] = np.frombuffer(packed, np.uint8)
+        return data
 
     def restore(self, data: RestartData) -> None:
-        """Show it all again. Collective."""
-        rows = data.arrays["seen"]
+        """Give it back its state and show it all again that it has seen since. Collective.
 
-        def show() -> None:
-            for row in rows:
-                self._respond(Measurements.from_row(row))
+        Raises:
+            InputError: for data of another layout.
+            ForeignError: if it fails, or commands something else than it did.
+        """
+        found = data.numbers.get("layout", 1)
+        if found != LAYOUT:
+            raise InputError(
+                f"cannot go on: the checkpoint holds data of {self._who} in layout {found}, and "
+                f"this version reads layout {LAYOUT}; go on with the version that wrote it"
+            )
 
-        self._seen = rows.tolist()
-        on_rank0(self._comm, show)
+        def go_on() -> None:
+            self._state = data.part("state")
+            if self._state:
+                assert isinstance(self._responder, RestartableResponder)
+                self._responder.restore(self._state)
+            packed, width = data.arrays["calls"], data.numbers["width"]
+            table = np.frombuffer(zlib.decompress(packed.tobytes())).reshape(width or 1, -1).T
+            for row in table:
+                self._show_again(row)
+
+        on_rank0(self._comm, go_on)
+
+    def _show_again(self, row: Array) -> None:
+        """Show it what it has seen, and compare what it commands."""
+        n = len(COMMANDED)
+        measured = Measurements.from_row(row[:-n])
+        new = self._respond(measured).to_row()
+        for what, a, b in zip(COMMANDED, new, row[-n:].tolist(), strict=True):
+            if abs(a - b) > SAME * max(abs(a), abs(b), SAME):
+                raise ForeignError(
+                    f"cannot go on: {self._who} does not do the same again. Shown what it saw at "
+                    f"t = {measured.time:g} s, it commands {a:.9g} as {what} and not {b:.9g}: it "
+                    "depends on chance, a clock or a file, or must save its own state"
+                )
 
     def finish(self) -> None:
-        """Tell it that the run has ended. Collective."""
+        """Tell it that the run has ended; what fails then is a warning. Collective."""
 
         def end() -> None:
-            if self._responder is not None:
+            if self._responder is None:
+                return
+            try:
                 self._responder.finish()
+            except ForeignError as error:
+                log.warning("%s", error)
 
         on_rank0(self._comm, end)

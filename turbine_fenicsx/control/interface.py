@@ -9,7 +9,6 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 
@@ -90,11 +89,17 @@ class Commands(NamedTuple):
         generator_torque: On the fast shaft, positive if it brakes the rotor [N m].
         pitch: Of the blades [rad].
         yaw_rate: Of the nacelle, about the upward vertical [rad/s].
+        brake: Share of the torque of the shaft brake, from 0 (open) to 1.
     """
 
     generator_torque: float
     pitch: Angles
     yaw_rate: float = 0.0
+    brake: float = 0.0
+
+    def to_row(self) -> list[float]:
+        """All numbers in a list."""
+        return [self.generator_torque, *self.pitch, self.yaw_rate, self.brake]
 
 
 @runtime_checkable
@@ -112,37 +117,3 @@ class Controller(Protocol):
 
     def finish(self) -> None:
         """The run has ended. Collective."""
-
-
-def check_commands(commands: Any, who: str, time: float) -> Commands:
-    """Commands as finite numbers.
-
-    Args:
-        commands: What a controller has returned.
-        who: Its name, for the message.
-        time: When [s].
-
-    Raises:
-        InputError: for anything that is no command.
-    """
-    try:
-        torque, pitch, *rest = commands
-        yaw_rate = rest[0] if rest else 0.0
-        angles = [float(angle) for angle in pitch]
-        found = Commands(float(torque), tuple(angles), float(yaw_rate))  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{who} must return Commands(generator_torque, pitch, yaw_rate), got {commands!r} at "
-            f"t = {time:g} s"
-        ) from None
-    if len(angles) != BLADES or len(rest) > 1:
-        raise InputError(
-            f"{who} must command the pitch of {BLADES} blades, got {commands!r} at t = {time:g} s"
-        )
-    values = {"generator torque": [found[0]], "pitch": found[1], "yaw rate": [found[2]]}
-    wrong = [name for name, value in values.items() if not np.all(np.isfinite(value))]
-    if wrong:
-        raise InputError(
-            f"{who} commands no number as {' and '.join(wrong)} at t = {time:g} s: {found}"
-        )
-    return found

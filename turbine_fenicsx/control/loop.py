@@ -10,10 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.drives import PitchDrive, YawDrive
 from turbine_fenicsx.control.events import Event, Orders, supervise
 from turbine_fenicsx.control.held import HeldBrake, HeldTorque
-from turbine_fenicsx.control.interface import Controller, Measurements, check_commands
+from turbine_fenicsx.control.interface import Controller, Measurements
+from turbine_fenicsx.foundation.errors import ForeignError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
@@ -113,26 +115,40 @@ class ControlLoop:
         a, b, c = pitch
         self.orders = Orders(0.0, (a, b, c))
         self._time = 0.0
+        self._unanswered: Measurements | None = None
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Ask for the first commands, unless a run goes on."""
+        """Ask for the first commands, unless a run goes on that has them."""
         if not resumed:
-            self._ask(snapshot, self._dt, first=True)
-        elif isinstance(self._sensors, RestartableSensors):
+            self._ask(self._sensors(snapshot, self._dt, True))
+            return
+        if isinstance(self._sensors, RestartableSensors):
             self._sensors.resume(snapshot)
+        if self._unanswered is not None:
+            self._ask(self._unanswered)
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Ask for the next commands."""
-        self._ask(snapshot, snapshot.state.time - self._time, first=False)
+        """Ask for the next commands.
+
+        Raises:
+            ForeignError: if the controller fails; a run that goes on from here asks it again.
+        """
+        self._ask(self._sensors(snapshot, snapshot.state.time - self._time, False))
 
     def finish(self) -> None:
         """Tell the controller that the run has ended."""
         self._controller.finish()
 
-    def _ask(self, snapshot: Snapshot, dt: float, first: bool) -> None:
-        """Measure, ask, and hold what is commanded."""
-        measured, time = self._sensors(snapshot, dt, first), snapshot.state.time
-        commands = check_commands(self._controller.command(measured), "the controller", time)
+    def _ask(self, measured: Measurements) -> None:
+        """Ask for commands and hold them."""
+        time = measured.time
+        try:
+            commands = check_commands(self._controller.command(measured), "the controller", time)
+        except ForeignError:
+            self._unanswered = measured
+            self._actuators.generator.hold(self._actuators.generator.torque)
+            raise
+        self._unanswered = None
         self.orders = supervise(self._events, measured, commands, self.orders)
         self._actuators.hold(self.orders, time)
         self._time = time
@@ -141,6 +157,8 @@ class ControlLoop:
         """Orders, states of the drives and of the controller."""
         data = RestartData({"time": self._time, "orders": list(self.orders)})
         data.numbers["actuators"] = self._actuators.save()
+        if self._unanswered is not None:
+            data.numbers["unanswered"] = self._unanswered.to_row()
         data.add("controller", self._controller.save())
         if isinstance(self._sensors, RestartableSensors):
             data.add("sensors", self._sensors.save())
@@ -151,6 +169,8 @@ class ControlLoop:
         self._time = data.numbers["time"]
         self.orders = _read_orders(data.numbers["orders"])
         self._actuators.restore(data.numbers["actuators"], self.orders)
+        if row := data.numbers.get("unanswered"):
+            self._unanswered = Measurements.from_row(row)
         self._controller.restore(data.part("controller"))
         if isinstance(self._sensors, RestartableSensors):
             self._sensors.restore(data.part("sensors"))

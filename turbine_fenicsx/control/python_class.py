@@ -1,21 +1,35 @@
 """A controller that is a class in a Python file of the user.
 
 The file is run as it is, with all rights of the user: naming it in a case is a decision to run it.
+Whatever its code raises becomes a sentence with its name, file and line.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import signal
 import traceback
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.interface import Commands, Measurements
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.control.plain_data import copy_plain
+from turbine_fenicsx.foundation.errors import ForeignError, InputError
+from turbine_fenicsx.foundation.restart_data import RestartData
+
+T = TypeVar("T")
+
+_LONGEST = 300
+"""Letters of an error's text."""
 
 
 class PythonClass:
     """An object of a class in a file, which is called with `Measurements` and returns `Commands`.
+
+    It may have ``finish()``, called at the end of the run, and ``save()`` with ``restore(data)``,
+    which return and take its state: numbers, text, None, and lists and dictionaries of them.
 
     Args:
         path: The file.
@@ -33,43 +47,77 @@ class PythonClass:
         spec = importlib.util.spec_from_file_location("controller_of_a_case", path)
         if spec is None or spec.loader is None:
             raise InputError(f"'{path}' is no Python file: its name must end with .py")
-        module = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except Exception as error:
-            raise InputError(f"'{path}' cannot be run: {self._describe(error)}") from error
-        kind = getattr(module, name, None)
+        module, loader = importlib.util.module_from_spec(spec), spec.loader
+        self._guard(f"'{path}' cannot be run", lambda: loader.exec_module(module))
+        kind = vars(module).get(name)
         if not isinstance(kind, type):
             raise InputError(f"'{path}' has no class {name!r}")
-        try:
-            self._controller: Any = kind()
-        except Exception as error:
-            raise InputError(f"the {self._who} cannot be made: {self._describe(error)}") from error
+        self._controller: Any = self._guard(f"the {self._who} cannot be made", kind)
         if not callable(self._controller):
             raise InputError(f"the {self._who} cannot be called: it has no method __call__")
+        methods = [m for m in ("save", "restore") if callable(getattr(kind, m, None))]
+        self._saves = len(methods) == 2
+        if len(methods) == 1:
+            raise InputError(f"the {self._who} has {methods[0]}, but save and restore need both")
 
     def respond(self, measured: Measurements) -> Commands:
-        """What it returns, unchecked."""
-        try:
-            found: Commands = self._controller(measured)
-        except Exception as error:
-            raise InputError(
-                f"the {self._who} failed at t = {measured.time:g} s: {self._describe(error)}"
-            ) from error
-        return found
+        """What it returns.
+
+        Raises:
+            ForeignError: if it fails, or returns no commands.
+        """
+        time = measured.time
+        return self._guard(
+            f"the {self._who} failed at t = {time:g} s",
+            lambda: check_commands(self._controller(measured), f"the {self._who}", time),
+        )
+
+    def save(self) -> RestartData:
+        """What its ``save`` returns; nothing without one."""
+        if not self._saves:
+            return RestartData()
+        what = f"save() of the {self._who} failed"
+        state = self._guard(what, lambda: copy_plain(self._controller.save()))
+        return RestartData({"returned": state})
+
+    def restore(self, data: RestartData) -> None:
+        """Give its ``restore`` what ``save`` has returned."""
+        what = f"restore() of the {self._who} failed"
+        state = copy_plain(data.numbers["returned"])  # which it may change
+        self._guard(what, lambda: self._controller.restore(state))
 
     def finish(self) -> None:
         """Call its ``finish``, if it has one."""
-        finish = getattr(self._controller, "finish", None)
-        if callable(finish):
-            finish()
+        what = f"finish() of the {self._who} failed, the results are complete"
+        if callable(getattr(type(self._controller), "finish", None)):
+            self._guard(what, lambda: self._controller.finish())
 
-    def _describe(self, error: Exception) -> str:
-        """Kind and text of an error, and its line in the file."""
+    def _guard(self, what: str, function: Callable[[], T]) -> T:
+        """Call foreign code; whatever it raises becomes a ForeignError.
+
+        Ctrl-C stays what it is, unless signals are caught elsewhere, so that the code itself has
+        raised it.
+        """
+        try:
+            return function()
+        except ForeignError:
+            raise
+        except BaseException as error:
+            typed = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+            if isinstance(error, KeyboardInterrupt) and typed:
+                raise
+            raise ForeignError(f"{what}: {self._describe(error)}") from error
+
+    def _describe(self, error: BaseException) -> str:
+        """Kind and text of an error on one line, and its line in the file."""
+        try:
+            text = " ".join(str(error).split())[:_LONGEST]
+        except BaseException:
+            text = "its text cannot be had"
         lines = [
             frame.lineno
             for frame in traceback.extract_tb(error.__traceback__)
             if Path(frame.filename) == self._path
         ]
         where = f" (line {lines[-1]})" if lines else ""
-        return f"{type(error).__name__}: {error}{where}"
+        return f"{type(error).__name__}{': ' if text else ''}{text}{where}"

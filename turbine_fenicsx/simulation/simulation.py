@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.errors import ForeignError, ModelError, StepFailure
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.threads import one_thread
@@ -119,6 +119,8 @@ class Simulation:
             ModelError: if a joint coordinate does not start where its prescribed motion begins.
             StepFailure: if a step fails at the smallest size; all earlier steps were observed, and
                 a checkpoint was written.
+            ForeignError: if code of a user fails in an observer, on all ranks; the others have
+                observed the step, and a checkpoint was written.
         """
         start = time.perf_counter()
         run = self._restore(data) if data else self._begin()
@@ -132,20 +134,20 @@ class Simulation:
             while not (run.grid.done or self.stopped):
                 try:
                     report = self._make_step(run, spare)
-                except StepFailure:
+                    if report is None:
+                        continue
+                    run.state, spare = spare, run.state
+                    run.works = run.works + report.works
+                    run.dissipated = run.dissipated + report.dissipated
+                    run.index += 1
+                    snapshot = self._take_snapshot(run, report, start)
+                    self._notify(snapshot)
+                    due = self._after_step(snapshot)
+                    if due or self.stopped or run.grid.done:
+                        self._write_checkpoint(run, snapshot)
+                except (StepFailure, ForeignError):
                     self._write_checkpoint(run, snapshot)
                     raise
-                if report is None:
-                    continue
-                run.state, spare = spare, run.state
-                run.works = run.works + report.works
-                run.dissipated = run.dissipated + report.dissipated
-                run.index += 1
-                snapshot = self._take_snapshot(run, report, start)
-                self._notify(snapshot)
-                due = self._after_step(snapshot)
-                if due or self.stopped or run.grid.done:
-                    self._write_checkpoint(run, snapshot)
         return snapshot
 
     def resume(self) -> Snapshot:
@@ -302,10 +304,16 @@ class Simulation:
                 ending.callback(observer.finish)
 
     def _notify(self, snapshot: Snapshot) -> None:
-        """Show a step to all observers."""
+        """Show a step to all observers; the first whose foreign code fails raises at the end."""
+        failure: ForeignError | None = None
         with timing.event("output"):
             for observer in self.observers:
-                observer.observe(snapshot)
+                try:
+                    observer.observe(snapshot)
+                except ForeignError as error:
+                    failure = failure or error
+        if failure is not None:
+            raise failure
 
     def _take_snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
         """Collect what observers see."""

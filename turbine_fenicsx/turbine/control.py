@@ -97,7 +97,8 @@ def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Co
         return PIController(torque, law, c.filter_frequency, c.torque.rate)
     if c.python_class:
         path, name = c.python_class
-        return ForeignController(comm, lambda: PythonClass(path, name), f"the controller {name!r}")
+        who = f"the controller {name!r} of '{path}'"
+        return ForeignController(comm, lambda: PythonClass(path, name), who)
     assert c.library and c.input
     library, infile = Path(c.library), Path(c.input)
     limits = (c.pitch.fine, c.pitch.largest)

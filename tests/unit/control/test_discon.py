@@ -128,9 +128,9 @@ def test_records_are_those_of_bladed(tmp_path):
         swap[47] = swap[3] + swap[32] + swap[33];
     """
     controller = Discon(*make_library(tmp_path, body), tmp_path)
-    torque, pitch, rate = controller.respond(measure(2.0, first=True))
+    torque, pitch, rate, brake = controller.respond(measure(2.0, first=True))
     assert np.isclose(torque, 2.0 + 0.05 + RATED + RATED / 97.0 + 3.0, rtol=1e-6)
-    assert pitch == (0.0, 0.0, 0.0) and np.isclose(rate, 0.21)
+    assert pitch == (0.0, 0.0, 0.0) and np.isclose(rate, 0.21) and brake == 0.0
     assert controller.respond(measure(2.05)).pitch == (1.0, 1.0, 1.0)
     controller.finish()
 

@@ -18,7 +18,7 @@ from turbine_fenicsx.control.held import HeldTorque
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.loop import Actuators, ControlLoop
 from turbine_fenicsx.control.pi import PIController, PitchLaw
-from turbine_fenicsx.foundation.errors import InputError, StepFailure
+from turbine_fenicsx.foundation.errors import ForeignError, InputError, StepFailure
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
@@ -178,3 +178,35 @@ def test_commands_that_are_no_numbers_end_the_run_with_a_sentence(comm):
     machine = Machine(comm)
     with pytest.raises(InputError, match=r"no number as generator torque at t = 0.15 s"):
         run(machine, machine.loop(Wild()), 0.5)
+
+
+class Failing(Steps):
+    """It fails at a time, once."""
+
+    at = 0.5
+
+    def respond(self, measured):
+        if np.isclose(measured.time, self.at):
+            raise ForeignError("the controller 'Failing' fails")
+        return super().respond(measured)
+
+
+def test_a_controller_that_fails_leaves_a_checkpoint_and_all_rows(comm, shared_tmp_path):
+    """The run goes on from the step that it was asked about, with nothing lost."""
+    whole = Machine(comm)
+    _, rows = run(whole, whole.loop(ForeignController(comm, Steps, "steps")), 1.0)
+    first = Machine(comm)
+    recorder = Recorder()
+    checkpoints = Checkpoints(first.system, shared_tmp_path)
+    loop = first.loop(ForeignController(comm, Failing, "steps"))
+    observers = [loop, recorder]
+    simulation = Simulation(
+        first.system, DT, 1.0, observers, checkpoints=checkpoints, start=first.start
+    )
+    with pytest.raises(ForeignError, match="'Failing' fails"):
+        simulation.run()
+    assert np.array_equal(recorder.rows, rows[:11])
+    second = Machine(comm)
+    loop = second.loop(ForeignController(comm, Steps, "steps"))
+    _, again = run(second, loop, 1.0, shared_tmp_path, resume=True)
+    assert np.array_equal(again, rows[10:])
