@@ -235,6 +235,7 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     rotor = tfx.MultibodySystem(comm, [wheel, axle])
     turning = assert_type(tfx.turning_modes(rotor, "axle", 2.0, 1, blades=3), tfx.Modes)
     whirl = assert_type(turning.modes[0].whirl, tfx.Whirl | None)
+    print(assert_type(tfx.system_matrices(rotor), tfx.SystemMatrices))
     diagram = assert_type(tfx.campbell(rotor, "axle", [0.0, 2.0], 1), tfx.Campbell)
     print(whirl, diagram.frequencies[0], diagram.names)
     assert_type(tfx.turning_equilibrium(system, "hinge", 2.0, periodic=True), tfx.State)
@@ -312,6 +313,7 @@ def main(folder: Path) -> None:
     case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
     turbine(comm, folder)
+    print(tfx.read_run(folder / "out").shape)
     try:
         tfx.JointSpring("spring", "hinge", -1.0)
     except tfx.ModelError as error:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.analysis.campbell import Campbell as Campbell
     from turbine_fenicsx.analysis.campbell import campbell as campbell
     from turbine_fenicsx.analysis.damped_modes import damped_modes as damped_modes
+    from turbine_fenicsx.analysis.matrices import SystemMatrices as SystemMatrices
+    from turbine_fenicsx.analysis.matrices import system_matrices as system_matrices
     from turbine_fenicsx.analysis.mode import Mode as Mode
     from turbine_fenicsx.analysis.mode import Modes as Modes
     from turbine_fenicsx.analysis.mode import Motion as Motion
@@ -79,6 +81,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.materials import TransverselyIsotropic as TransverselyIsotropic
     from turbine_fenicsx.materials.cell_fields import cell_field as cell_field
     from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
+    from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
     from turbine_fenicsx.simulation.checkpoint import Checkpoints as Checkpoints
     from turbine_fenicsx.simulation.observer import Observer as Observer
     from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver
@@ -213,6 +216,9 @@ _PUBLIC = {
     "campbell": "analysis.campbell",
     "damped_modes": "analysis.damped_modes",
     "turning_modes": "analysis.turning_modes",
+    "SystemMatrices": "analysis.matrices",
+    "system_matrices": "analysis.matrices",
+    "read_run": "postprocessing.data_frame",
     "gauge_channel": "simulation.observers.gauges",
     "gear_pair": "joints.relation",
     "initial_motion": "system.start",
