@@ -23,6 +23,9 @@ from turbine_fenicsx.foundation.types import Array
 LARGEST_PART = 1e-9
 """A constraint may be open by this part of the sum of its terms, which are lengths or cosines."""
 
+ROUND_OFF = 1e-14
+"""And by this part of the largest vector among the coordinates, where all its terms are zero."""
+
 CURVATURE = 1e-6
 """A curvature beyond this part of its terms is no round-off."""
 
@@ -36,7 +39,10 @@ def check_closed(constraints: Sequence[Quadratic], owners: Sequence[str], q: Arr
         q: Initial coordinates of all rigid bodies, shape (n_q,).
     """
     gaps = QuadraticMap(constraints, q.size).value(q)
-    allowed = LARGEST_PART * np.array([_sum_terms(c, np.abs(q)) for c in constraints])
+    lengths = np.linalg.norm(q.reshape(-1, 3), axis=1)  # of centres and directors
+    sizes = np.repeat(lengths, 3)  # a component may be zero up to round-off of the others
+    allowed = LARGEST_PART * np.array([_sum_terms(c, sizes) for c in constraints])
+    allowed += ROUND_OFF * np.max(lengths, initial=0.0)
     worst: dict[str, int] = {}
     for k in np.flatnonzero(np.abs(gaps) > allowed).tolist():
         best = worst.setdefault(owners[k], k)
@@ -84,7 +90,7 @@ def find_singular_rows(
 
 
 def _sum_terms(function: Quadratic, q: Array) -> float:
-    """Sum of the absolute values of all terms of a function, for the absolute values of q."""
+    """Sum of the absolute values of all terms of a function, for q without negative values."""
     total = abs(function.constant) + sum(abs(b) * q[i] for i, b in function.linear)
     return float(total + sum(abs(a) * q[i] * q[j] for i, j, a in function.bilinear))
 

@@ -98,6 +98,14 @@ def test_what_may_be_open_is_a_part_of_the_lengths(comm, shift, part):
             MultibodySystem(comm, [body, joint])
 
 
+@pytest.mark.parametrize("place", [(6e-17, 1.0, 0.0), (6e-17, 0.0, 0.0)])
+def test_round_off_of_a_component_that_should_be_zero_leaves_a_joint_closed(comm, place):
+    """As of a sine and a cosine, beside which all terms of the row are as small."""
+    body = RigidBody("b", 1.0, INERTIA, position=place)
+    joint = Pin("pin", None, body, ((0.0, place[1], 0.0), place))
+    MultibodySystem(comm, [body, joint])
+
+
 def test_a_product_of_parallel_directions_is_told_as_what_it_is(comm, caplog):
     joint = Pin("pin", None, B, directions=(E1, E1), cosine=1.0)
     (told,) = warnings(comm, [B, joint], caplog)
