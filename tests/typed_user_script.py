@@ -212,6 +212,13 @@ def functions_of_coordinates() -> tfx.Quadratic:
     return assert_type(tfx.dot(first, second) - 1.0, tfx.Quadratic)
 
 
+def strain(system: tfx.MultibodySystem, body: tfx.FlexibleBody) -> tfx.Channel:
+    """A gauge on the side of the beam."""
+    gauge = tfx.Gauge("side", body, point=(0.05, 0.05, 0.4), outward=(1, 0, 0), along=(0, 0, 1))
+    gauges = assert_type(tfx.Gauges(system, [assert_type(gauge, tfx.Gauge)]), tfx.Gauges)
+    return assert_type(tfx.gauge_channel(gauges), tfx.Channel)
+
+
 def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     """A soft beam on a swinging arm."""
     body, foot = beam(comm)
@@ -235,7 +242,6 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     rotor = tfx.MultibodySystem(comm, [wheel, axle])
     turning = assert_type(tfx.turning_modes(rotor, "axle", 2.0, 1, blades=3), tfx.Modes)
     whirl = assert_type(turning.modes[0].whirl, tfx.Whirl | None)
-    print(assert_type(tfx.system_matrices(rotor), tfx.SystemMatrices))
     diagram = assert_type(tfx.campbell(rotor, "axle", [0.0, 2.0], 1), tfx.Campbell)
     print(whirl, diagram.frequencies[0], diagram.names)
     assert_type(tfx.turning_equilibrium(system, "hinge", 2.0, periodic=True), tfx.State)
@@ -251,13 +257,7 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     reactions = assert_type(tfx.JointReactions(system, [reaction]), tfx.JointReactions)
     point = assert_type(tfx.Point("tip", arm, (0.0, 0.0, 0.0)), tfx.Point)
     points = assert_type(tfx.Points(system, [point]), tfx.Points)
-    gauge = assert_type(
-        tfx.Gauge("side", body, point=(0.05, 0.05, 0.4), outward=(1, 0, 0), along=(0, 0, 1)),
-        tfx.Gauge,
-    )
-    gauges = assert_type(tfx.Gauges(system, [gauge]), tfx.Gauges)
-    channels = [tfx.joint_channel(reactions), tfx.point_channel(points)]
-    channels.append(tfx.gauge_channel(gauges))
+    channels = [tfx.joint_channel(reactions), tfx.point_channel(points), strain(system, body)]
     channels.append(tfx.Channel(("angle_[rad]",), lambda s: [float(s.state.joint_coordinates[0])]))
     assert_type(channels, list[tfx.Channel])
     largest = Largest()
@@ -314,6 +314,7 @@ def main(folder: Path) -> None:
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
     turbine(comm, folder)
     print(tfx.read_run(folder / "out").shape)
+    print(assert_type(tfx.system_matrices(tfx.MultibodySystem(comm, [a])), tfx.SystemMatrices))
     try:
         tfx.JointSpring("spring", "hinge", -1.0)
     except tfx.ModelError as error:

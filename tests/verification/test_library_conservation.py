@@ -118,6 +118,35 @@ def test_inner_forces_keep_the_momenta_and_what_they_do_is_balanced(joint, names
 # --- everything
 
 
+def outer_parts(base, bob, beam, side, top):
+    """What ties the mechanism to the ground, and the loads from outside."""
+    return [
+        Planar("floor", None, base, point=(0, 0, 0), normal=E2),
+        Spherical("leash end", None, post := body("post", (3.0, 1.2, 0)), (3.0, 1.5, 0)),
+        post,
+        Cylindrical(
+            "sleeve", post, pin := body("pin", (3.0, 1.0, 0), 0.1), point=(3, 1, 0), axis=E2
+        ),
+        pin,
+        JointSpring("sleeve spring", "sleeve.displacement", 30.0),
+        PointSpring(
+            "leash",
+            pin,
+            bob,
+            first_point=(3.0, 1.0, 0),
+            second_point=(2.7, 1.0, 0),
+            stiffness=20.0,
+        ),
+        PointForce("push", base, point=(0, 0, 0.1), force=(1.0, 0.0, 2.0), function=Hat(2.0, 0.4)),
+        FollowerForce("jet", bob, point=(2.6, 1.0, 0), force=(0.2, 0.5, 0.1)),
+        Torque("motor", post, (0.1, 0.4, 0.0)),
+        Torque("gyro", pin, (0.0, 0.01, 0.0), follower=True),
+        SurfaceTraction("wind", beam, side, (0.3, 0.5, -1.0), Hat(3.0, 0.5)),
+        Pressure("blast", beam, np.append(side, top), 2.0, Hat(2.0, 0.5)),
+        NodeForce("hook", beam, point=(1.5, 1.2, 0.2), force=(0.2, -0.3, 0.5)),
+    ]
+
+
 def everything(comm=comm, free=False, viscosity=0.02):
     """A mechanism with a soft beam; without ground and outer loads if ``free``.
 
@@ -167,34 +196,8 @@ def everything(comm=comm, free=False, viscosity=0.02):
         Gravity(tuple(GRAVITY)),
     ]
     if not free:
-        side = facets(1, 0.8)
-        parts += [
-            Planar("floor", None, base, point=(0, 0, 0), normal=E2),
-            Spherical("leash end", None, post := body("post", (3.0, 1.2, 0)), (3.0, 1.5, 0)),
-            post,
-            Cylindrical(
-                "sleeve", post, pin := body("pin", (3.0, 1.0, 0), 0.1), point=(3, 1, 0), axis=E2
-            ),
-            pin,
-            JointSpring("sleeve spring", "sleeve.displacement", 30.0),
-            PointSpring(
-                "leash",
-                pin,
-                bob,
-                first_point=(3.0, 1.0, 0),
-                second_point=(2.7, 1.0, 0),
-                stiffness=20.0,
-            ),
-            PointForce(
-                "push", base, point=(0, 0, 0.1), force=(1.0, 0.0, 2.0), function=Hat(2.0, 0.4)
-            ),
-            FollowerForce("jet", bob, point=(2.6, 1.0, 0), force=(0.2, 0.5, 0.1)),
-            Torque("motor", post, (0.1, 0.4, 0.0)),
-            Torque("gyro", pin, (0.0, 0.01, 0.0), follower=True),
-            SurfaceTraction("wind", beam, side, (0.3, 0.5, -1.0), Hat(3.0, 0.5)),
-            Pressure("blast", beam, np.append(side, facets(2, 0.2)), 2.0, Hat(2.0, 0.5)),
-            NodeForce("hook", beam, point=(1.5, 1.2, 0.2), force=(0.2, -0.3, 0.5)),
-        ]
+        blown = facets(1, 0.8), facets(2, 0.2)
+        parts += outer_parts(base, bob, beam, *blown)
     return MultibodySystem(comm, parts)
 
 
