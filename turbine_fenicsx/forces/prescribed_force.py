@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.surface_point import SurfacePoint
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -50,7 +51,10 @@ class PrescribedForce(Protocol):
 
 @runtime_checkable
 class SurfaceForce(Protocol):
-    """A force on a part of the surface of a flexible body."""
+    """A force on a part of the surface of a flexible body, whose work counts as external.
+
+    That of a `SurfacePotential` counts as energy.
+    """
 
     @property
     def name(self) -> str:
@@ -70,3 +74,36 @@ class SurfaceForce(Protocol):
 
     def traction(self, at: SurfacePoint) -> Any:
         """Force per reference area [N/m^2] at a point of the surface, as a UFL vector."""
+
+
+@runtime_checkable
+class SurfacePotential(SurfaceForce, Protocol):
+    """A force on a surface with a potential energy, which counts in `Balance.spring`.
+
+    Its traction t must be the discrete gradient of the energy V, t . (x1 - x0) = V(x0) - V(x1), or
+    the balance of energy shows what is missing.
+    """
+
+    @property
+    def kind(self) -> Literal["conservative"]:
+        """Where its work goes: into its own energy."""
+
+    def energy(self, at: SurfacePoint) -> Any:
+        """Potential energy per reference area [J/m^2] at the position x, as a UFL scalar."""
+
+
+def has_energy(force: SurfaceForce) -> bool:
+    """Whether the work of a force on a surface is that of an energy of its own.
+
+    Raises:
+        ModelError: for a conservative force without an energy, or another kind of force.
+    """
+    kind = getattr(force, "kind", "external")
+    if kind not in ("external", "conservative"):
+        raise ModelError(
+            f"kind of {force.name!r} must be 'external' or 'conservative' for a force on a "
+            f"surface, got {kind!r}"
+        )
+    if kind == "conservative" and not callable(getattr(force, "energy", None)):
+        raise ModelError(f"{force.name!r} is conservative and needs the method energy(at)")
+    return bool(kind == "conservative")

@@ -92,7 +92,7 @@ class FlexibleModel:
         self.parameter = parameters_on(mesh, body.name)
         self.density = self.parameter(body.density)
         self.dx_mass, self.dx_stress = make_measures(body)
-        self.surface = SurfaceIntegrals(mesh, surface_forces, self.parameter, 2 * body.degree + 1)
+        self.surface = SurfaceIntegrals(V, surface_forces, self.parameter, 2 * body.degree + 1)
         index_map = V.dofmap.index_map
         self._work = PETSc.Vec().createGhost(
             index_map.ghosts.astype(PETSc.IntType),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 from petsc4py import PETSc
@@ -14,9 +15,10 @@ from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.facets import check_facets
-from turbine_fenicsx.forces.prescribed_force import SurfaceForce
+from turbine_fenicsx.forces.prescribed_force import SurfaceForce, SurfacePotential, has_energy
 from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.kinematics import deformation_gradient
 
 
@@ -27,16 +29,18 @@ class SurfaceIntegrals:
     numbers only.
 
     Args:
-        mesh: The mesh.
+        space: Space of the displacement.
         forces: The forces.
         parameter: Turns numbers and arrays into UFL constants.
         quadrature_degree: Degree of the quadrature.
 
     Attributes:
         forces: The forces.
+        has_energy: Which of them have an energy of their own.
 
     Raises:
-        ModelError: if a force has no facet on any rank, or one inside the body.
+        ModelError: if a force has no facet on any rank, or one inside the body, and for a
+            conservative force without an energy.
 
     Note:
         Collective.
@@ -44,14 +48,17 @@ class SurfaceIntegrals:
 
     def __init__(
         self,
-        mesh: Any,
+        space: Any,
         forces: Sequence[SurfaceForce],
         parameter: Callable[[Any], Any],
         quadrature_degree: int,
     ) -> None:
-        self._mesh, self.forces, self._parameter = mesh, tuple(forces), parameter
+        self._space, mesh = space, space.mesh
+        self.forces, self._parameter = tuple(forces), parameter
+        self.has_energy = tuple(has_energy(force) for force in forces)
         self._factors = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in forces]
         self._time = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self._tags_of_force: list[tuple[int, ...]] = []
         if forces:
             facets, tags, self._tags_of_force = _number_facets(mesh, forces)
             ds = _compat.facet_measure(mesh, facets, tags)
@@ -63,25 +70,51 @@ class SurfaceIntegrals:
         for factor, force in zip(self._factors, self.forces, strict=True):
             factor.value = force.function(time)
 
-    def integrals(self, u: Any, v: Any, w: Any) -> list[Any]:
+    def integrals(self, u: Any, v: Any, w: Any, ends: tuple[Any, Any] | None = None) -> list[Any]:
         """One form per force: the integral of its traction times w.
 
         Args:
             u: Displacement, a UFL expression.
             v: Velocity, a UFL expression.
             w: Test function or virtual displacement.
+            ends: Displacements at the ends of the step; those of u if None.
         """
-        if not self.forces:
-            return []
-        X, N = ufl.SpatialCoordinate(self._mesh), ufl.FacetNormal(self._mesh)
-        F = deformation_gradient(u)
-        forms = []
-        for force, factor, mine in zip(
-            self.forces, self._factors, self._tags_of_force, strict=True
-        ):
-            at = SurfacePoint(X, X + u, v, F, N, self._time, factor, self._parameter)
-            forms.append(ufl.dot(force.traction(at), w) * self._ds(mine))
-        return forms
+        return [
+            ufl.dot(force.traction(self._point(k, u, v, ends or (u, u))), w) * self._ds(mine)
+            for k, (force, mine) in enumerate(zip(self.forces, self._tags_of_force, strict=True))
+        ]
+
+    def energy(self, displacements: Array, time: float) -> float:
+        """This rank's part of the energies of all forces that have one [J]. Collective.
+
+        Args:
+            displacements: Those of the owned nodes, shape (3 n_owned,) [m].
+            time: Time [s].
+        """
+        if not any(self.has_energy):
+            return 0.0
+        u, form = self._energy
+        u.x.array[: displacements.size] = displacements
+        u.x.scatter_forward()
+        self.set_time(time)
+        return float(fem.assemble_scalar(form))
+
+    @cached_property
+    def _energy(self) -> tuple[Any, Any]:
+        """The displacement and the integral of all energies for it; compiled on first use."""
+        u = fem.Function(self._space)
+        total = 0
+        for k, (force, mine) in enumerate(zip(self.forces, self._tags_of_force, strict=True)):
+            if isinstance(force, SurfacePotential) and self.has_energy[k]:
+                total += force.energy(self._point(k, u, ufl.zero(3), (u, u))) * self._ds(mine)
+        return u, _compat.compile_form(total)
+
+    def _point(self, k: int, u: Any, v: Any, ends: tuple[Any, Any]) -> SurfacePoint:
+        """A point of the surface as the force number k sees it."""
+        X, N = ufl.SpatialCoordinate(self._space.mesh), ufl.FacetNormal(self._space.mesh)
+        x0, x1 = (X + end for end in ends)
+        F, factor = deformation_gradient(u), self._factors[k]
+        return SurfacePoint(X, X + u, x0, x1, v, F, N, self._time, factor, self._parameter)
 
 
 Facets = npt.NDArray[np.int32]

@@ -13,7 +13,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
-from turbine_fenicsx.forces.prescribed_force import ForceSum
+from turbine_fenicsx.forces.prescribed_force import ForceSum, has_energy
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
@@ -36,7 +36,8 @@ class Balance:
         kinetic: Kinetic energy [J].
         strain: Strain energy [J].
         potential: Potential energy of gravity, zero at the origin [J].
-        spring: Energy of springs on rigid bodies and joint coordinates [J].
+        spring: Energy of springs on rigid bodies and joint coordinates, and of forces on surfaces
+            that have one, such as contact [J].
         linear: Linear momentum, shape (3,) [kg m/s].
         angular: Angular momentum about the origin, shape (3,) [N m s].
     """
@@ -121,7 +122,8 @@ class MultibodySystem:
         self.gravity = self.sum_prescribed_forces(0.0).acceleration
         prescribed = [getattr(f, "name", type(f).__name__) for f in self.prescribed_forces]
         external = [e.name for e in self.motion_forces if e.kind == "external"]
-        on_bodies = [force.name for m in self.flexible_models for force in m.forces]
+        forces: list[Any] = [f for m in self.flexible_models for f in m.forces]
+        on_bodies = [f.name for f in forces if not has_energy(f)]
         driven = [r.name for r in self.relations if r.motion is not None]
         self.work_names = number_names([*prescribed, *external, *on_bodies, *driven])
 
@@ -204,11 +206,12 @@ class MultibodySystem:
     def balance(self, state: State) -> Balance:
         """Energies and momenta. Collective."""
         g = self.gravity
-        partial = np.zeros(9)  # kinetic energy, momenta, strain energy, potential energy
+        partial = np.zeros(10)  # kinetic energy, momenta, strain, potential and surface energy
         for block, u, v in zip(self.flexible_models, state.u, state.v, strict=True):
             x = block.positions + u.array_r.reshape(-1, 3)
             partial[:8] += block.integrals(u, v)
             partial[8] -= block.nodal_mass @ (x @ g)
+            partial[9] += block.surface.energy(u.array_r, state.time)
         total = sum_over_ranks(self.comm, partial) if self.flexible_models else partial
         p = self.rigid_model.masses * state.q_dot
         q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
@@ -216,7 +219,9 @@ class MultibodySystem:
             kinetic=float(total[0] + 0.5 * np.dot(state.q_dot, p)),
             strain=float(total[7]),
             potential=float(total[8] - self.gravity_force(g) @ state.q),
-            spring=self.rigid_model.spring_energy(state.q, state.joint_coordinates),
+            spring=float(
+                total[9] + self.rigid_model.spring_energy(state.q, state.joint_coordinates)
+            ),
             linear=total[1:4] + momentum[::4].sum(axis=0),
             angular=total[4:7] + _moment(q, momentum),
         )

@@ -93,7 +93,8 @@ class FlexibleStep:
         inertia = self._du - self._dt_v - h * self._gravity
         R = model.density * ufl.dot(inertia, w) * model.dx_mass
         R += h * ufl.inner(F_mid * S, ufl.grad(w)) * model.dx_stress
-        for integral in model.surface.integrals(u_mid, self._du / self._dt, w):
+        ends = (self._u_n, self._u_n + self._du)
+        for integral in model.surface.integrals(u_mid, self._du / self._dt, w, ends):
             R -= h * integral
         self._residual = LinearForm(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))

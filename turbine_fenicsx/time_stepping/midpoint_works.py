@@ -45,8 +45,12 @@ class MidpointWorks:
             stress = model.body.material.viscous_stress(dE / dt, model.parameter)
             self.stresses["viscosity"] = stress
         self.stresses.update(more)
-        works = model.surface.integrals(u_mid, du / dt, du)
-        self._works = [_compat.compile_form(work) for work in works]
+        works = model.surface.integrals(u_mid, du / dt, du, (u_n, u_n + du))
+        self._works = [
+            _compat.compile_form(work)
+            for work, stored in zip(works, model.surface.has_energy, strict=True)
+            if not stored
+        ]
         losses = [ufl.inner(S, dE) * model.dx_stress for S in self.stresses.values()]
         self._losses = [_compat.compile_form(loss) for loss in losses]
 

@@ -223,7 +223,9 @@ def work_channel(stepper: Stepper) -> Channel:
     minus everything dissipated.
     """
     system = stepper.system
-    springs = any(e.kind == "conservative" for e in system.motion_forces)
+    springs = any(e.kind == "conservative" for e in system.motion_forces) or any(
+        any(model.surface.has_energy) for model in system.flexible_models
+    )
     gravity = [isinstance(force, Gravity) for force in system.prescribed_forces]
     places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]
     works = [system.work_names[k] for k in places]
