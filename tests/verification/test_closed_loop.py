@@ -78,7 +78,8 @@ def settle(controller, wind, table):
             power,
             wind,
         )
-        generator_torque, (pitch, _, _), _ = controller.command(measured)
+        commands = controller.command(measured)
+        generator_torque, pitch = commands.generator_torque, commands.pitch[0]
         power = EFFICIENCY * generator_torque * RATIO * w
         Q = float(torque_of(w / RPM, np.degrees(pitch))[0, 0])
         w += DT * (Q - RATIO * generator_torque) / INERTIA
