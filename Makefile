@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo demo-iea quick test attack lint docs reference gallery verification bench bench-peers clean
+.PHONY: help setup demo demo-iea quick test test-all attack lint docs reference gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -26,8 +26,11 @@ FORMULAS = tests/test_layers.py $(addprefix tests/unit/,foundation materials bod
 quick: lint ## before every commit: ruff, mypy, tests of formulas on one rank; below two minutes
 	$(VENV)/bin/python -m pytest -q -n 2 --dist worksteal $(FORMULAS)
 
-test: setup ## run all tests on 1 and on 2 MPI ranks
+test: setup ## run the tests without the slow ones on 1 rank, the parallel ones on 2 ranks too
 	scripts/test.sh
+
+test-all: setup ## the same with the slow ones
+	scripts/test.sh --all
 
 attack: setup ## damaged files and killed processes at full size, hours; ATTACK=... chooses
 	$(VENV)/bin/python -m tests.attack $(ATTACK)

@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
-# Run all tests on one rank, several at a time, then on two ranks. Arguments go to pytest, e.g.
-# scripts/test.sh -k joints. Ctrl-C ends it at once; a test that hangs ends after five minutes, more
-# on a busy machine (tests/progress.py). There is no limit for all tests together.
+# Run the tests on one rank, several at a time, and those marked "parallel" again on two ranks.
+# Tests marked "slow" are left out but for --all, which comes first. Other arguments go to pytest, as in
+# scripts/test.sh -k joints. An -m of yours takes the place of all this: -m "" runs every test on one and
+# on two ranks. --slowest [N] lists the longest tests of the last run and runs none.
+# Ctrl-C ends it at once; a test that hangs ends after five minutes, more on a busy machine
+# (tests/progress.py). There is no limit for all tests together.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -66,13 +69,21 @@ stop() {
 trap 'stop INT 130' INT
 trap 'stop TERM 143' TERM
 
+if [ "${1:-}" = --slowest ]; then
+    exec python tests/progress.py "${@:2}"
+fi
+on_one="not slow" on_two="parallel and not slow"
+if [ "${1:-}" = --all ]; then
+    on_one="" on_two=parallel
+    shift
+fi
 options=(-o console_output_style=classic)
 workers=$(env -u OMP_NUM_THREADS nproc)
 [ "$workers" -le 8 ] || workers=8
 [ $# -gt 0 ] || set -- tests
 
 echo "== tests on 1 rank, $workers at a time"
-run_group python -m pytest -n "$workers" --dist worksteal --progress=build/tests_1 "${options[@]}" "$@" || {
+run_group python -m pytest -n "$workers" --dist worksteal --progress=build/tests_1 "${options[@]}" -m "$on_one" "$@" || {
     rc=$?
     show_failures
     exit $rc
@@ -87,7 +98,7 @@ color=no # under mpirun everything looks like a terminal
 run_group "$mpirun" -n 2 bash -o pipefail -c '
     [ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 0 ] || exec >"$0" 2>&1
     "$@" 2>&1 | cat' "$other" \
-    python -m pytest --color=$color -p no:cacheprovider --progress=build/tests_2 "${options[@]}" "$@" || {
+    python -m pytest --color=$color -p no:cacheprovider --progress=build/tests_2 "${options[@]}" -m "$on_two" "$@" || {
     rc=$?
     show_failures
     echo "== failed on 2 ranks (code $rc); rank 1 wrote in $other:"

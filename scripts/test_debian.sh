@@ -7,7 +7,7 @@ usage() {
 scripts/test_debian.sh [OPTION]... [SUITE]... [-- COMMAND...]
 
 Suites are trixie and sid (default: both), or bookworm. Each gets a minimal root made by
-mmdebstrap, in which scripts/setup.sh and then scripts/test.sh run (the whole suite on one and on two
+mmdebstrap, in which scripts/setup.sh and then scripts/test.sh -m "" run (all tests on one and on two
 ranks), entered by bubblewrap. Needs root or sudo. A table at the end says what passed. Roots are
 kept for a week, with what was installed and with compiled forms.
 Exit code 1: something failed; 3: nothing failed, but a root could not be made or entered here.
@@ -26,7 +26,7 @@ checkout=$PWD
 place=/turbine_fenicsx # where the checkout is in a root, so that any checkout finds the same .venv
 roots=${XDG_CACHE_HOME:-$HOME/.cache}/turbine_fenicsx/roots
 suites=()
-command=(scripts/test.sh)
+command=(scripts/test.sh -m "")
 live=
 fresh=
 while [ $# -gt 0 ]; do

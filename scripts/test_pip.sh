@@ -12,7 +12,7 @@ demos with their pictures, one of them on two ranks. The environment is kept for
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
   --fresh        make the environment anew
-  --subset       only the tests of scripts/test_subset.sh
+  --subset       only the tests of scripts/test_subset.sh, without slow ones
 Exit code 3: not tested, because there is no such Python or no network.
 EOF
 }
@@ -78,10 +78,13 @@ fi
 
 turbine-fenicsx info
 echo "== pip: tests on 1 rank"
+tests=(tests)
+if [ -n "$subset" ]; then
+    mapfile -t tests < <(scripts/test_subset.sh --list)
+    tests+=(-m "not slow")
+fi
 # The command, which does not import the checkout's package.
-# shellcheck disable=SC2046 # several words
-pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic \
-    $([ -z "$subset" ] && echo tests || scripts/test_subset.sh --list)
+pytest -n 2 --dist worksteal --progress=build/tests_pip -o console_output_style=classic "${tests[@]}"
 
 echo "== pip: demos and pictures"
 out=$(mktemp -d)

@@ -1,18 +1,24 @@
 #!/usr/bin/env bash
-# What shows in a quarter of the time whether all holds with another DOLFINx: a demo with its
-# pictures, a test file for each part of the package, the published benchmarks; on one and two ranks.
-# --list prints the test files.
+# What shows in some minutes whether all holds with another DOLFINx: a demo with its pictures, and the
+# test files that call all of _compat.py, PETSc, SLEPc, gmsh, PyVista and Matplotlib; what is parallel
+# of them on two ranks too. --list prints the test files.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 shopt -s globstar failglob # a name that no file has is an error
 tests=(
-    tests/unit/**/test_{checkpoint,coupling,energy_momentum,flexible_body,forces,frozen,joints,linear}.py
-    tests/unit/**/test_{large_strains,materials,meshing,meshing_tower,modes,openfast,pictures}.py
-    tests/unit/**/test_{plots,reactions,report,statics,statics_of_beams,turning,turning_modes}.py
-    tests/unit/**/test_{hollow_blades,laminate,turbine_gauges,wall_cells,windio_blade}.py
-    tests/unit/**/test_{study_plan,surface_loads,turbine_channels,turbine_tower,xdmf}.py
-    tests/cli/test_{command_line,demos,modes_command,restart}.py
-    tests/verification/test_{published_flexible,published_hybrid,published_rigid,root_loads}.py
+    tests/unit/analysis/test_{modes,statics_of_beams,turning}.py
+    tests/unit/{forces/test_surface_loads,foundation/test_compiled_forms}.py
+    tests/unit/linear_solvers/test_{factor,frames,frozen,linear}.py
+    tests/unit/materials/test_{cell_fields,laminate}.py
+    tests/unit/meshing/test_{gmsh_process,meshing,users_meshes}.py
+    tests/unit/postprocessing/test_{pictures,plots,report}.py
+    tests/unit/simulation/{test_checkpoint,observers/test_{fields,gauges,openfast,points,xdmf}}.py
+    tests/unit/system/test_{body_fields,cell_numbers,coupling,linear_form,skin,system}.py
+    tests/unit/time_stepping/test_{newton,newton_failures}.py
+    tests/unit/turbine/{case/test_case,test_hollow_blades,test_turbine_gauges,test_turbine_tower}.py
+    tests/unit/windio/test_windio_blade.py
+    tests/cli/test_{command_line,restart}.py
+    tests/verification/test_root_loads.py
 )
 if [ "${1:-}" = --list ]; then printf '%s\n' "${tests[@]}" && exit; fi
 PATH=$PWD/.venv/bin:$PATH

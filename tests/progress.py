@@ -1,12 +1,16 @@
 """What ``pytest --progress FOLDER`` adds: how far the tests are, and an end to those that hang.
 
 The folder keeps the duration of each test, from which the next run estimates its time.
+``scripts/test.sh --slowest`` lists the longest of them: run as a program, this file does it.
 """
 
 import faulthandler
 import json
 import os
+import sys
 import time
+from collections import Counter
+from pathlib import Path
 
 import pytest
 from patience import patience
@@ -126,3 +130,19 @@ class Progress:
 def clock(seconds):
     """Minutes and seconds."""
     return "{}:{:02d} min".format(*divmod(round(seconds), 60))
+
+
+def list_slowest(number=30):
+    """Print the longest tests of the last run on each number of ranks, and the longest files."""
+    for file in sorted(Path("build").glob("tests_*/durations.json")):
+        tests = Counter(json.loads(file.read_text()))
+        files = Counter()
+        for name, seconds in tests.items():
+            files[name.partition("::")[0]] += seconds
+        print(f"{file.parent}: {clock(tests.total())} of {len(tests)} tests")
+        for seconds in (tests, files):
+            print(*(f"{t:8.1f} s  {name}" for name, t in seconds.most_common(number)), sep="\n")
+
+
+if __name__ == "__main__":
+    list_slowest(*map(int, sys.argv[1:2]))

@@ -20,8 +20,10 @@ def test_fails():
 """
 HANGS = """
 import os, subprocess, time
+import pytest
 from mpi4py import MPI
 
+@pytest.mark.parallel
 def test_hangs():
     if MPI.COMM_WORLD.size == RANKS:
         child = subprocess.Popen(["sleep", "1000"])
@@ -40,7 +42,7 @@ def start(tmp_path, command_line):
     started = []
 
     def run(ranks, *arguments, hang=300.0):
-        for name in ("scripts/test.sh", "tests/conftest.py", "tests/patience.py"):
+        for name in ("pyproject.toml", "scripts/test.sh", "tests/conftest.py", "tests/patience.py"):
             (tmp_path / name).parent.mkdir(exist_ok=True)
             shutil.copy(ROOT / name, tmp_path / name)
         progress = (ROOT / "tests" / "progress.py").read_text()
