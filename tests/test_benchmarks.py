@@ -54,6 +54,7 @@ def test_smallest_run_agrees_and_writes_all_files(tmp_path):
     assert (tmp_path / "scaling.png").exists()
 
 
+@pytest.mark.slow
 def test_hollow_blades_bend_alike_in_all_codes():
     """A table with a line for each, and the units of a step only for this package."""
     find_turbine(IEA_22)

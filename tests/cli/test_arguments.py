@@ -48,6 +48,7 @@ def test_argument_that_is_no_text_is_refused(arguments, tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_locale_of_ascii_shows_an_umlaut_in_its_own_way(command_line, demo, tmp_path, monkeypatch):
     for name, value in {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}.items():
         monkeypatch.setenv(name, value)

@@ -48,6 +48,10 @@ def blocks(text):
 
 
 WITH_CODE = [name for name, text in PAGES.items() if {b.language for b in blocks(text)} - {"text"}]
+QUICK = {README, os.path.join("howto", "fatigue.md"), os.path.join("reference", "case_file.md")}
+PAGES_WITH_CODE = [
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in WITH_CODE
+]
 
 
 def test_there_is_no_kind_of_block_that_is_not_run():
@@ -118,7 +122,7 @@ sys.exit(subprocess.run(["sh", "-ec", " ".join([recipe, *more])]).returncode)
 """
 
 
-@pytest.mark.parametrize("name", WITH_CODE)
+@pytest.mark.parametrize("name", PAGES_WITH_CODE)
 def test_blocks_of_a_page_run(name, sandbox, tmp_path):
     for block in blocks(PAGES[name]):
         is_file = re.fullmatch(r"[\w.]+\.(toml|py|sh)", block.caption)
@@ -180,6 +184,7 @@ def test_the_gallery_shows_every_demo_and_its_page_is_up_to_date():
         assert 10_000 < (DOCS / entry.path).stat().st_size < 500_000, entry.path
 
 
+@pytest.mark.slow
 def test_a_picture_of_the_gallery_is_drawn(sandbox, tmp_path):
     pytest.importorskip("pyvista")
     result = sandbox("python demos/gallery four_bar -o drawn")

@@ -149,6 +149,7 @@ def test_a_signal_while_the_run_starts_is_not_lost(demo, tmp_path):
     assert holds_run(tmp_path) == steps
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_at_any_moment_can_go_on(demo, tmp_path, comm):
     """Twenty kills, one after another: some while the program starts, some in the run."""
     random, out = np.random.default_rng(20), tmp_path / "out"
@@ -211,6 +212,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_before_any_change_of_a_file_can_go_on(
     demo, tmp_path, reference, comm
 ):

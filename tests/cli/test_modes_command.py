@@ -266,6 +266,7 @@ def test_render_says_what_modes_do_not_have(out, capfd, options, pattern):
     is_refused(["render", str(out), *options], capfd, pattern)
 
 
+@pytest.mark.slow
 def test_a_mode_moves_in_a_movie(out, tmp_path, capfd):
     pytest.importorskip("imageio_ffmpeg")
     pytest.importorskip("pyvista")

@@ -43,6 +43,7 @@ def runs(folders):
     return {ranks: read(out) for ranks, out in folders.items()}
 
 
+@pytest.mark.slow
 def test_channels_and_units_are_those_of_openfast(runs):
     out, _, units = runs[1]
     assert list(out) == ["Time", *ANGLES, *TIPS, *LOADS]

@@ -27,6 +27,7 @@ def figures(command_line):
     return lambda *arguments: command_line(*arguments, program=program, timeout=300.0)
 
 
+@pytest.mark.slow
 @needs_pictures
 def test_one_command_runs_the_cases_and_draws_all_figures(figures, tmp_path):
     from PIL import Image

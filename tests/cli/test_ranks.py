@@ -28,7 +28,10 @@ def history(folder):
     return dict(zip(header, np.array(values, dtype=float).T, strict=True))
 
 
-@pytest.mark.parametrize("name", ["rigid", "hybrid_stiff", "hybrid_soft"])
+@pytest.mark.parametrize(
+    "name",
+    ["hybrid_stiff", *(pytest.param(x, marks=pytest.mark.slow) for x in ("rigid", "hybrid_soft"))],
+)
 def test_ranks_agree(command_line, demo, tmp_path, name):
     found = {}
     for ranks in (1, 2, 3):

@@ -213,6 +213,7 @@ def runs(folder, demo, command_line):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "then"), [(1, 1), (2, 2), (1, 2), (2, 1)])
 def test_a_run_goes_on_with_any_number_of_ranks(runs, command_line, first, then):
     out = runs / f"{first}then{then}"

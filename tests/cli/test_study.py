@@ -178,6 +178,7 @@ def interrupted(command_line, tmp_path_factory):
     return path, out, reached
 
 
+@pytest.mark.slow
 def test_interrupted_runs_go_on(interrupted, command_line):
     path, out, reached = interrupted
     command = [sys.executable, "-m", "turbine_fenicsx", "study", str(path), "-o", str(out)]

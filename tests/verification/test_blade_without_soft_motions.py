@@ -1,6 +1,7 @@
 """Walls of a whole blade: few points of quadrature leave no soft motions."""
 
 import numpy as np
+import pytest
 from walls import load_wall
 from windio_files import IEA_22, load_turbine
 
@@ -10,6 +11,8 @@ from turbine_fenicsx.materials.laminate_theory import tabulate_walls
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.model import MeshArrays
+
+pytestmark = pytest.mark.slow
 
 
 def clamped_blade(comm):

@@ -31,7 +31,12 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=CASES)
+KINDS = [
+    pytest.param(name, marks=pytest.mark.slow) if "quadratic" in name else name for name in CASES
+]
+
+
+@pytest.fixture(scope="module", params=KINDS)
 def hybrid(request):
     """Record of a run of 0.64 s, of which the first half is loaded, and its loads."""
     material, loads, mesh, blade = CASES[request.param]

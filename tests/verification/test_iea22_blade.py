@@ -34,6 +34,7 @@ def test_references_are_those_of_a_beam_with_the_matrices_of_the_file(published,
         assert found[name] == pytest.approx(reference.value, rel=5e-4), name
 
 
+@pytest.mark.slow
 def test_coarse_solid_moves_like_the_beam(published, blade):
     found = blade.solve((20, 24), moments=True, comm=comm)
     for name, reference in published.references("iea22_blade").items():
@@ -49,6 +50,7 @@ def test_coarse_sections_and_layers_agree_with_the_file(blade):
     assert max(abs(row.error / row.reference) for row in edgewise[1:]) < 0.01
 
 
+@pytest.mark.slow
 def test_the_free_rotor_keeps_energy_and_momentum(blade, published, shared_tmp_path):
     compute = published.load("spinning_rotor", "compute")
     found = compute.simulate(shared_tmp_path, end=2.0, comm=comm)

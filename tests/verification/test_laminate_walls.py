@@ -68,6 +68,7 @@ def test_a_tube_twists_as_a_shaft(comm, walls):
     assert np.log(coarse / fine) / np.log(8 / 6) == pytest.approx(4.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_thin_tubes_become_oval(comm, walls):
     """With 16 cells around, as with 40; fully integrated the section is five times too stiff."""
     few = walls.pull_oval(16, comm)

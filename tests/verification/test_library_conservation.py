@@ -270,6 +270,7 @@ def test_without_ground_and_outer_loads_the_momenta_follow_from_the_weight():
     )
 
 
+@pytest.mark.parallel
 def test_everything_is_the_same_on_all_ranks_together_and_on_each_alone():
     from mpi4py import MPI
 
@@ -293,6 +294,7 @@ class Keeper:
         self.saved[index] = copy.deepcopy(data)
 
 
+@pytest.mark.parallel
 def test_everything_goes_on_bit_for_bit_after_a_restart():
     keeper = Keeper()
     whole, last = simulate(everything(), 0.2, checkpoints=keeper)

@@ -13,6 +13,8 @@ from turbine_fenicsx.meshing import MeshOptions
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("slepc4py")
 FOLDER = Path(__file__).parents[2] / "demos" / "refinement"
 
@@ -131,6 +133,7 @@ def test_deflection_grows_less_than_a_large_weight(demo):
     assert blade.deflection(1e-3) == pytest.approx(small, rel=1e-8)
 
 
+@pytest.mark.parallel
 def test_number_of_ranks_does_not_matter(demo, solved):
     from mpi4py import MPI
 

@@ -271,6 +271,7 @@ def test_tower_bends_and_sways_like_a_beam(poisson, tolerance):
     assert np.max(np.abs(r.energy_error)) < 1e-10 * scale
 
 
+@pytest.mark.parallel
 def test_a_run_on_one_rank_gives_the_same():
     results = []
     for group in (MPI.COMM_SELF, comm):
@@ -287,6 +288,7 @@ def test_a_run_on_one_rank_gives_the_same():
         assert np.max(np.abs(a - b)) < 1e-10 * np.max(np.abs(a)), name
 
 
+@pytest.mark.parallel
 def test_a_run_that_goes_on_equals_one_that_never_ended(shared_tmp_path):
     whole, halves = shared_tmp_path / "whole", shared_tmp_path / "halves"
     data = BOTH.model_dump(mode="json") | {"output": {"fields_every": 0.0}}

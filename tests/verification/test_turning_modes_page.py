@@ -19,6 +19,7 @@ def published():
     sys.path.remove(str(FOLDER))
 
 
+@pytest.mark.slow
 def test_all_rows_hold(published):
     rows = published.load("turning_modes").main()
     assert {row.quantity: row.error for row in rows if not row.holds} == {}

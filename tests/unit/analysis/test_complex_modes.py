@@ -12,6 +12,8 @@ from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 
 @contextmanager
 def thin_plate(comm, round_off=0.0, rate=0.0):

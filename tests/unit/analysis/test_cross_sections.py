@@ -11,6 +11,8 @@ from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.modal_sums import Piece
 from turbine_fenicsx.foundation.rotations import rotation_about
 
+pytestmark = pytest.mark.parallel
+
 LENGTH, WIDTH, HEIGHT, DENSITY = 10.0, 0.4, 0.8, 2.0
 MASS = DENSITY * LENGTH * WIDTH * HEIGHT
 R = rotation_about((1.0, -2.0, 0.5), 0.7)

@@ -13,6 +13,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.model import build_turbine
 
+pytestmark = pytest.mark.parallel
+
 
 def blades_of_the_paper(comm, cell="hexahedron", azimuth=0.0):
     """The paper's turbine, turned, its shift, and its matrices."""

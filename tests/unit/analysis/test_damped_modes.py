@@ -21,6 +21,8 @@ from turbine_fenicsx.joints import Prismatic, Revolute
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 LAMBDA, MU, DENSITY, TAU = 6e4, 4e4, 3.0, 2e-3
 BODY = RigidBody("a", 2.0, (1.0, 2.0, 3.0))
 HINGE = Revolute("hinge", None, BODY, point=(0, 0, 0), axis=(0, 0, 1))

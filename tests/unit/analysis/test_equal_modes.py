@@ -11,6 +11,8 @@ from turbine_fenicsx import MultibodySystem, RigidBody
 from turbine_fenicsx.analysis.equal_modes import separate_equal_modes
 from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
 
+pytestmark = pytest.mark.parallel
+
 MASSES = np.array([2.0, 1.0, 1.0, 4.0])
 
 

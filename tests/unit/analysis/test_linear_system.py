@@ -23,6 +23,8 @@ from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 LAME = (4e4, 3e4)
 
 

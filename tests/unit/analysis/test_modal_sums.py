@@ -19,6 +19,8 @@ from turbine_fenicsx import (
 from turbine_fenicsx.analysis.modal_sums import ModalSums, Piece
 from turbine_fenicsx.analysis.mode import Motion
 
+pytestmark = pytest.mark.parallel
+
 DENSITY, SIZE, SPRING = 3.0, np.array([2.0, 0.5, 0.4]), 70.0
 MASS = DENSITY * np.prod(SIZE)
 

@@ -25,6 +25,8 @@ from turbine_fenicsx.joints import Prismatic, Revolute, Spherical
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 pytest.importorskip("slepc4py")
 
 PLAIN = Path(__file__).parents[3] / "demos" / "verification" / "small_vibrations" / "plain.py"

@@ -24,6 +24,8 @@ from turbine_fenicsx.joints import Cylindrical, PrescribedMotion, Revolute, Sphe
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 N = np.array([0.3, 0.2, 1.0]) / np.linalg.norm([0.3, 0.2, 1.0])
 
 

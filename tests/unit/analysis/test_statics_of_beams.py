@@ -28,6 +28,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.parallel
+
 YOUNG = 1e4
 
 

@@ -17,6 +17,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 EULER = (0.2, 0.1, 0.05)
 HUB = RigidBody("hub", 1.0, EULER)
 ROTOR = Revolute("rotor", None, HUB, point=(0, 0, 0), axis=E3)

@@ -20,6 +20,8 @@ from turbine_fenicsx.joints import (
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 POINT, AXIS = np.array([0.3, -2.0, 5.0]), unit([1.0, 2.0, -0.5])
 A = RigidBody(
     "a", 2.0, (1, 2, 3), position=(3.0, 5.0, 2.0), directors=rotation_about((1, 0, 2), 0.7)

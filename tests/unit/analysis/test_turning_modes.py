@@ -20,6 +20,8 @@ from turbine_fenicsx.joints import PrescribedMotion, Revolute, Spherical
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 SPEEDS = (0.0, 3.0, -7.0)
 
 

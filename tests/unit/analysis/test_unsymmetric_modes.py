@@ -14,6 +14,8 @@ from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 pytest.importorskip("slepc4py")
 
 

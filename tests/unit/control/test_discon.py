@@ -67,6 +67,7 @@ def test_rosco_pitches_when_the_rotor_is_too_fast(nrel, tmp_path):
     assert not list(Path.cwd().glob("*.RO.*"))
 
 
+@pytest.mark.parallel
 def test_a_controller_that_was_shown_all_again_goes_on_bit_for_bit(nrel, comm, shared_tmp_path):
     def make(name):
         return ForeignController(comm, lambda: Discon(*nrel, shared_tmp_path / name), "ROSCO")

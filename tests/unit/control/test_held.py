@@ -14,6 +14,8 @@ from turbine_fenicsx import (
 from turbine_fenicsx.control.held import HeldBrake, HeldTorque
 from turbine_fenicsx.system.start import initial_motion
 
+pytestmark = pytest.mark.parallel
+
 J1, J2 = 50.0, 8.0
 
 

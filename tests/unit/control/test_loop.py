@@ -22,6 +22,8 @@ from turbine_fenicsx.foundation.errors import ForeignError, InputError, StepFail
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 DT, RATIO = 0.05, 97.0
 
 

@@ -49,6 +49,7 @@ def test_measurements_survive_a_list_of_numbers():
     assert Measurements.from_row(np.array(measured.to_row())) == measured
 
 
+@pytest.mark.parallel
 def test_a_class_is_called_on_rank_0_and_goes_on_after_a_restart(comm, shared_tmp_path):
     if comm.rank == 0:
         write(shared_tmp_path, GOOD)

@@ -22,6 +22,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha
 
+pytestmark = pytest.mark.parallel
+
 TURN = rotation_about((0.3, -0.5, 0.8), 0.4)
 
 

@@ -25,6 +25,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha
 
+pytestmark = pytest.mark.parallel
+
 SIZE = (6.0, 0.6, 0.4)
 STATIONS = np.array([0.5, 2.0, 3.5, 5.5])
 

@@ -24,6 +24,8 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.parallel
+
 KINDS = [("hexahedron", 1), ("tetrahedron", 2)]
 SIZE, DT = np.array([1.0, 0.5, 0.4]), 0.6
 HALF_DT2 = 0.5 * DT**2

@@ -20,6 +20,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.initial_velocity import initial_velocity
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 SVK = StVenantKirchhoff(1.0, 1.0)
 
 

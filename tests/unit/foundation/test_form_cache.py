@@ -19,6 +19,8 @@ from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.form_cache import compile_on_all
 from turbine_fenicsx.foundation.interrupts import catch_signals
 
+pytestmark = pytest.mark.parallel
+
 HOLDER = """
 import fcntl, os, sys
 lock = os.open(sys.argv[1], os.O_RDWR | os.O_CREAT, 0o666)

@@ -11,6 +11,8 @@ from turbine_fenicsx.foundation.interrupts import SIGNALS, catch_signals, end_at
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 
 def handlers():
     return [signal.getsignal(number) for number in SIGNALS]

@@ -16,6 +16,8 @@ from turbine_fenicsx.joints import Prismatic, Revolute, Rigid
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 EULER = (0.1, 0.2, 0.3)
 
 

@@ -14,6 +14,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 DT = 0.02
 N = np.array([0.3, 1.0, 0.2]) / np.linalg.norm([0.3, 1.0, 0.2])
 START = rotation_about((1, 0, 2), 0.7)

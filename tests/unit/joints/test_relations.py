@@ -195,6 +195,7 @@ def test_equilibrium_knows_of_gears():
     assert -state.multipliers[-1] == pytest.approx(c * state.joint_coordinates[1], rel=1e-12)
 
 
+@pytest.mark.parallel
 def test_flexible_bodies_may_hang_on_geared_ones_on_any_number_of_ranks(comm, machine):
     """The machine's rotor drives a wheel; on all ranks together and on each alone."""
     found = []

@@ -19,6 +19,8 @@ from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 
 @pytest.fixture
 def memory(monkeypatch):

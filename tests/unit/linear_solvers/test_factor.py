@@ -8,6 +8,8 @@ import pytest
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 
+pytestmark = pytest.mark.parallel
+
 ACCURACY = 1e-10
 """Condition numbers are some 1e4."""
 

@@ -10,6 +10,8 @@ from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.meshing.cells import reference_cell
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
+pytestmark = pytest.mark.parallel
+
 RADIUS, WALL, LENGTH, ARC = 1.5, 1e-3, 3.0, np.pi / 4
 
 

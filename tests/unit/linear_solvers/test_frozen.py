@@ -13,6 +13,8 @@ from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiN
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 DT = 0.05
 
 

@@ -23,6 +23,8 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 
 def bar(comm, width=4, layers=64, poisson=0.3):
     """A clamped bar: body, coupling, A_II, free degrees of freedom and positions of free nodes."""

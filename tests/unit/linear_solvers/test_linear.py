@@ -16,6 +16,8 @@ from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
+pytestmark = pytest.mark.parallel
+
 EXACT = [Elimination, MonolithicLU]
 all_exact = pytest.mark.parametrize("solver", EXACT)
 DT = 0.05

@@ -6,6 +6,8 @@ import pytest
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
 
+pytestmark = pytest.mark.parallel
+
 
 @pytest.fixture
 def make(comm):

@@ -28,6 +28,8 @@ from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 CUBE = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="a matrix of one rank")
 

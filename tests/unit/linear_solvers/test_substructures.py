@@ -16,6 +16,8 @@ from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.parallel
+
 
 def stiffness(comm, layers=32, width=2, length=8.0):
     """Tangent of a free bar, symmetric positive definite, its nodes and which of them are shared.

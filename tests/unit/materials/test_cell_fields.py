@@ -23,6 +23,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 E = tuple(ufl.as_vector(row) for row in np.eye(3).tolist())
 LAWS = {
     "svk": lambda c: StVenantKirchhoff(c(1e4), c(5e3)),

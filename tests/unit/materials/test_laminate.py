@@ -17,6 +17,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 THICKNESS = 0.05
 LAYUPS = [
     laminate((CARBON, 0.03, 30), (GLASS, 0.02, 0)),

@@ -12,6 +12,8 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, gmsh_child, gmsh_process, read_msh
 from turbine_fenicsx.meshing.quality import examine
 
+pytestmark = pytest.mark.parallel
+
 ROTOR = Path(__file__).parents[3] / "meshes" / "blade_rotor_2x2x12.msh"
 BLADES, ROOTS = ["blade_1", "blade_2", "blade_3"], ["root_1", "root_2", "root_3"]
 

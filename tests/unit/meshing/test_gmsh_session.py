@@ -9,6 +9,8 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError
 from turbine_fenicsx.meshing.session import gmsh_session, is_open
 
+pytestmark = pytest.mark.parallel
+
 
 def test_rank0_alone_works_and_all_ranks_get_the_result():
     calls = []

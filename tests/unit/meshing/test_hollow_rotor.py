@@ -13,6 +13,8 @@ from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.rotor import write_msh
 from turbine_fenicsx.meshing.session import gmsh_session
 
+pytestmark = pytest.mark.parallel
+
 comm = MPI.COMM_WORLD
 SHAPE = webbed_ellipse()
 LAYOUT = RotorLayout(centre=(0.0, 1.0, -5.0), pitch=0.3)

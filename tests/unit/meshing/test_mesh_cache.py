@@ -19,6 +19,8 @@ from turbine_fenicsx.meshing import (
     rotor,
 )
 
+pytestmark = pytest.mark.parallel
+
 
 def test_a_failed_write_leaves_nothing_behind(monkeypatch, shared_tmp_path):
     def full(*_):

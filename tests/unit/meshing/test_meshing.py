@@ -11,6 +11,8 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, MeshOptions, build_rotor, load_arrays, load_msh
 from turbine_fenicsx.meshing.rotor import mesh_rotor
 
+pytestmark = pytest.mark.parallel
+
 READY_MESH = Path(__file__).parents[3] / "meshes" / "blade_rotor_2x2x12.msh"
 
 

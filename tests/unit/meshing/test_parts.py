@@ -11,6 +11,8 @@ from turbine_fenicsx.meshing.parts import count_parts, share_equal_components
 from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.meshing.size import MeshSize
 
+pytestmark = pytest.mark.parallel
+
 LAYERS = 24
 
 

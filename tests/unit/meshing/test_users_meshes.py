@@ -9,6 +9,8 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, MeshOptions, build_rotor, load_msh
 from turbine_fenicsx.meshing.session import gmsh_session
 
+pytestmark = pytest.mark.parallel
+
 
 def gmsh_file(file, make, **options):
     """Let gmsh make and write a mesh, on rank 0."""

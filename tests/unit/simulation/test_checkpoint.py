@@ -21,6 +21,8 @@ from turbine_fenicsx.simulation.checkpoint_file import (
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 
 def test_everything_comes_back_bit_for_bit(system, example, shared_tmp_path):
     Checkpoints(system, shared_tmp_path / "new" / "folder").write(7, 0.3, 1.0, example)

@@ -13,6 +13,8 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.checkpoint import Checkpoints, write_restart_data
 from turbine_fenicsx.simulation.checkpoint_file import list_checkpoints
 
+pytestmark = pytest.mark.parallel
+
 
 def test_what_another_program_left_half_written_is_removed(system, example, shared_tmp_path):
     """A program that was killed while it wrote cannot tidy up; a later one can."""

@@ -10,6 +10,8 @@ import pytest
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.simulation.folder_lock import lock_folder
 
+pytestmark = pytest.mark.parallel
+
 HOLDER = """
 import fcntl, os, sys, time
 lock = os.open(sys.argv[1], os.O_RDWR)

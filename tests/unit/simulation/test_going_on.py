@@ -15,6 +15,8 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
+pytestmark = pytest.mark.parallel
+
 
 @pytest.fixture
 def flexible(machine):

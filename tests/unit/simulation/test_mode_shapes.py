@@ -19,6 +19,8 @@ from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
 from turbine_fenicsx.simulation.mode_shapes import LARGEST, write_mode_shapes
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
 
+pytestmark = pytest.mark.parallel
+
 E3 = np.array([0.0, 0.0, 1.0])
 PIVOT = np.array([1.0, 0.0, 0.0])
 

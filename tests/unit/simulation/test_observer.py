@@ -10,6 +10,8 @@ from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.parallel
+
 
 class Caller:
     """Writes down what it is called for."""

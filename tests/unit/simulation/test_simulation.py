@@ -14,6 +14,8 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.turbine.summary import Statistics
 
+pytestmark = pytest.mark.parallel
+
 
 class Recorder:
     """An observer that writes down what it sees, and may raise."""

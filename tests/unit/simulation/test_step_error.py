@@ -14,6 +14,8 @@ from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 END = 1.2
 TOLERANCES = (4e-4, 5e-5, 6.25e-6)
 

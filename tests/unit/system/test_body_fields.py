@@ -19,6 +19,8 @@ from turbine_fenicsx import (
     cell_field,
 )
 
+pytestmark = pytest.mark.parallel
+
 LAM, MU = 3e7, 2e7
 CELLS = {"tetrahedron": mesh.CellType.tetrahedron, "hexahedron": mesh.CellType.hexahedron}
 SHIFT = np.array([[0.1, 0.25, -0.05], [-0.3, 0.2, 0.15], [0.05, -0.1, -0.15]])

@@ -12,6 +12,8 @@ from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient
 from turbine_fenicsx.system.cell_numbers import CellNumbers, PointValues, at_centres
 
+pytestmark = pytest.mark.parallel
+
 
 def interpolated_norms(model, u):
     """Norms of the stress and of its deviator in all local cells by DOLFINx' interpolation."""

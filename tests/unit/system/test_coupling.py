@@ -10,6 +10,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
+pytestmark = pytest.mark.parallel
+
 KINDS = [("hexahedron", 1, 4), ("hexahedron", 2, 9), ("tetrahedron", 1, 4), ("tetrahedron", 2, 9)]
 """Cell, degree, and nodes on a face of the beam, which is one cell (or two triangles) wide."""
 RIGID_SIZE, FIRST = 40, 12

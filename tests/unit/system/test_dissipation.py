@@ -16,6 +16,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.parallel
+
 LAMBDA, MU = 1200.0, 800.0
 ELASTIC = StVenantKirchhoff(LAMBDA, MU)
 DT = 0.02

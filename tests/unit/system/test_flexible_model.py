@@ -28,6 +28,8 @@ from turbine_fenicsx.forces import NodeForce, Pressure
 from turbine_fenicsx.forces.time_functions import Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 
+pytestmark = pytest.mark.parallel
+
 
 @pytest.fixture(scope="module")
 def make():

@@ -21,6 +21,8 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.time_stepping.discrete_gradients import discrete_gradient_stress
 
+pytestmark = pytest.mark.parallel
+
 ROUND_OFF = {"svk": 1e-13, "neo_hooke": 1e-10}
 """Relative to the largest: sums of some hundred products; and Gonzalez' correction, which divides
 the round-off of energies by increments dC of which some are hardly larger than 2e-3."""

@@ -10,6 +10,8 @@ from turbine_fenicsx.materials.laminate_theory import tabulate_walls, total_thic
 from turbine_fenicsx.materials.ply_table import PlyTable
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 
+pytestmark = pytest.mark.parallel
+
 PLIES = laminate((GLASS, 0.002, 45), (FOAM, 0.016, 0), (CARBON, 0.002, 10))
 OTHER = laminate((CARBON, 0.02, -30))
 

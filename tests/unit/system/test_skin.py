@@ -11,6 +11,8 @@ from turbine_fenicsx.meshing.tower import mesh_tower
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.skin import Skin
 
+pytestmark = pytest.mark.parallel
+
 SECOND = np.pi / 24.0  # angle between the nodes of 24 curved cells around
 
 

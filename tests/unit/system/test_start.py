@@ -15,6 +15,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 EULER = (0.2, 0.1, 0.05)
 ROUND_OFF = 1e-14  # of velocities of order one
 

@@ -1,8 +1,11 @@
 """Claims about the state of a system."""
 
 import numpy as np
+import pytest
 
 from turbine_fenicsx.system.state import State
+
+pytestmark = pytest.mark.parallel
 
 ARRAYS = ("q", "q_dot", "joint_coordinates", "joint_rates", "multipliers")
 FIELDS = ("u", "v", "coupling")

@@ -15,6 +15,8 @@ from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 BEAM_SIZE, BEAM_MASS, BEAM_CENTRE = np.array([1.0, 0.5, 0.4]), 3.0 * 0.2, np.array([1.0, 0, -1])
 
 

@@ -26,6 +26,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
+pytestmark = pytest.mark.parallel
+
 WORKS = (
     "work_of_torque_on_rotor_[J]",
     "work_of_gust_[J]",

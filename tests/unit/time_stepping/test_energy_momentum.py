@@ -18,6 +18,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.time_stepping.turning_guess import mean_turns
 
+pytestmark = pytest.mark.parallel
+
 HALF_DT2 = 0.5 * DT**2
 EPS = np.finfo(float).eps
 KINDS = [

@@ -203,6 +203,7 @@ def test_a_step_that_fails_leaves_no_past(comm):
     assert not run.solver.save().part("past")
 
 
+@pytest.mark.parallel
 def test_flexible_bodies_are_not_extrapolated(machine):
     run = Run(machine(spin=3.0).system())
     run.steps(N)

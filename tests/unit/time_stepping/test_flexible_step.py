@@ -33,6 +33,8 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.discrete_gradients import SMALL_INCREMENT, mean_stress
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
+pytestmark = pytest.mark.parallel
+
 DT = 0.6
 HALF_DT2 = 0.5 * DT**2
 

@@ -14,6 +14,8 @@ from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.time_stepping.guess_errors import TERMS, GuessErrors
 
+pytestmark = pytest.mark.parallel
+
 N = TERMS + 1
 EPS = np.finfo(float).eps
 

@@ -9,6 +9,8 @@ from newton_steps import DT, all_solvers, equal, loaded, options, spinning_top, 
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.linear_solvers import FrozenElimination
 
+pytestmark = pytest.mark.parallel
+
 
 @all_solvers
 def test_a_failed_step_says_why_in_words_and_changes_nothing(solve, machine, name):

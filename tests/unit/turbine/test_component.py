@@ -30,6 +30,8 @@ from turbine_fenicsx.turbine.case.tower import TowerCase
 from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.scheme import make_stepper
 
+pytestmark = pytest.mark.parallel
+
 RIGID = {"turbine": {"model": "rigid"}, "loads": {"rotor_torque": 1e7}}
 SHORT = {"time": {"end": 0.1}, "output": {"fields_every": 0.05}}
 E3 = np.array([0.0, 0.0, 1.0])

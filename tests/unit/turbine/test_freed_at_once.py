@@ -4,6 +4,8 @@ on different ranks, and to free such objects is collective."""
 import gc
 import weakref
 
+import pytest
+
 from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
@@ -11,6 +13,8 @@ from turbine_fenicsx.turbine.channels import turbine_channels
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import Statistics
+
+pytestmark = pytest.mark.parallel
 
 CASE = {
     "mesh": {"elements": [1, 1, 4]},

@@ -17,6 +17,8 @@ from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.wind import RotorLoads, find_loads
 
+pytestmark = pytest.mark.parallel
+
 RPM = np.pi / 30.0
 PITCH = {"bearings": True, "drive": "actuator"}
 TURNING = {"rotor_speed": "11 rpm", "tilt": "-5 deg", "precone": "-2.5 deg"}

@@ -3,10 +3,13 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from test_turbine_control import TRAIN, read
 
 from turbine_fenicsx import Case, build_turbine, run_case
 from turbine_fenicsx.turbine.summary import rotor_inertia
+
+pytestmark = pytest.mark.parallel
 
 CONSTANT = """
 class Constant:

@@ -26,6 +26,8 @@ from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.start import list_held
 from turbine_fenicsx.turbine.summary import list_masses
 
+pytestmark = pytest.mark.parallel
+
 MESH = {"span": 5, "around": 16}
 OPEN = {**MESH, "tip": "open"}
 STANDING = {"tower": {"flexible": False}}

@@ -15,6 +15,8 @@ from turbine_fenicsx.turbine.load_sensors import RootMoments, TopAcceleration
 from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.wind import find_loads
 
+pytestmark = pytest.mark.parallel
+
 PITCH = np.radians(4.0)
 WATCH = """
 from turbine_fenicsx.control.interface import Commands

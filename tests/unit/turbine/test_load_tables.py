@@ -112,11 +112,13 @@ def test_torques_act_on_free_bearings_once(write, column, tables, sentence):
     assert mistakes({**data, "loads": {**data.get("loads", {}), "file": file}}) == [sentence]
 
 
+@pytest.mark.parallel
 def test_a_missing_file_is_one_sentence():
     (found,) = mistakes({**RIGID, "loads": {"file": "nowhere.csv"}})
     assert found.startswith("loads.file: cannot read the table 'nowhere.csv': No such file")
 
 
+@pytest.mark.parallel
 def test_torques_of_a_file_do_their_work_and_survive_a_restart(comm, write, tmp_path_factory):
     loads = {"file": write(TORQUE), "gravity": 0}
     given = {**RIGID, "loads": loads, "time": {"step": 0.01, "end": 0.2}}

@@ -71,6 +71,7 @@ def test_the_frame_of_a_blade_is_that_of_openfast(comm):
         assert np.cross(SHAFT, z) @ y < 0.0  # the tip moves to -y when the rotor turns clockwise
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_bodies_and_joints_stand_where_the_case_says(comm, model):
     turbine = build_turbine(parse({"model": model}, pitch={"bearings": True}), comm)
@@ -110,6 +111,7 @@ def test_pictures_lean_with_the_rotor(comm):
         assert ((blade.points - CENTRE) @ span).max() == pytest.approx(56.25, rel=1e-12)
 
 
+@pytest.mark.parallel
 def test_inertia_about_the_shaft_is_that_of_the_parts(comm):
     turbine = build_turbine(parse({"model": "rigid"}), comm)
     expected = 0.0

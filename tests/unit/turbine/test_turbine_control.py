@@ -21,6 +21,8 @@ from turbine_fenicsx.turbine.sensors import Sensors
 from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.summary import rotor_inertia
 
+pytestmark = pytest.mark.parallel
+
 PITCH = np.radians(20.0)
 ACTUATOR = {"drive": "actuator", "initial": "20 deg"}
 TRAIN = {

@@ -173,6 +173,7 @@ def test_turbines_that_cannot_be_built_are_refused(folder, change, sentence):
     assert len(str(caught.value).splitlines()) == 1  # nothing that only follows from it
 
 
+@pytest.mark.parallel
 def test_a_case_of_an_output_folder_is_the_same_again(comm, shared_tmp_path):
     if comm.rank == 0:
         write_turbine(small_turbine(), shared_tmp_path)

@@ -16,6 +16,8 @@ from turbine_fenicsx.turbine.gauges import make_gauges
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.run import run_case
 
+pytestmark = pytest.mark.parallel
+
 SPAR, FACE = "spar cap, pressure side", "trailing edge"
 PLACES = ["suction side", "pressure side", "leading edge", FACE, 0.1, 0.35, 0.7]
 ELLIPSES = {"chord": [2, 3, 1], "thickness": [2, 2, 0.6], "twist": ["20 deg", "10 deg", 0]}

@@ -91,6 +91,7 @@ def test_pitch_torque_is_positive_to_feather():
     ]
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 @pytest.mark.parametrize("drive", ["free", "spring", "prescribed"])
 def test_unknowns_are_estimated_exactly(comm, model, drive):
@@ -104,6 +105,7 @@ def test_unknowns_are_estimated_exactly(comm, model, drive):
     assert estimate(case, size).unknowns == count_unknowns(build_turbine(case, comm))
 
 
+@pytest.mark.parallel
 def test_rings_carry_the_blades_and_belong_to_the_rotor(comm):
     mesh = {"mesh": {"elements": [1, 1, 2]}}
     without = build_turbine(Case.parse(mesh), comm)

@@ -25,6 +25,8 @@ from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.start import list_held, make_start
 
+pytestmark = pytest.mark.parallel
+
 RPM = np.pi / 30.0
 SMALL = {"elements": [1, 1, 4]}
 TOWER = {"flexible": True, "elements": [4, 1, 2]}

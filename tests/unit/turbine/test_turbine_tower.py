@@ -17,6 +17,8 @@ from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.summary import count_unknowns, list_masses, rotor_inertia
 from turbine_fenicsx.turbine.tower import tower_geometry
 
+pytestmark = pytest.mark.parallel
+
 MESH = {"elements": [1, 1, 2]}
 SMALL = {"flexible": True, "elements": [4, 1, 2], "degree": 1}
 

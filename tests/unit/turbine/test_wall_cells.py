@@ -20,6 +20,8 @@ from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run import run_case
 from turbine_fenicsx.turbine.wall_cells import WallCells
 
+pytestmark = pytest.mark.parallel
+
 NOISE = ("energy_error_[J]", "constraint_error_[-]", "newton_iterations", "wall_time_[s]")
 """Columns of round-off, of what it decides (residuals of 1.3e-10 to 1e-10) and of the clock."""
 BLADES = ("blade_1", "blade_2", "blade_3")
@@ -76,6 +78,7 @@ def test_what_the_command_mesh_writes_can_be_read_again(arrays, comm, shared_tmp
     assert told[0].report == told[1].report
 
 
+@pytest.mark.slow
 def test_a_run_on_a_mesh_that_was_written_has_the_same_seven_digits(arrays, comm, shared_tmp_path):
     """Layup, axes of the blades, panels, gauges: all columns of the time series."""
     path = shared_tmp_path / "blades.msh"

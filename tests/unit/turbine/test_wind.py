@@ -28,6 +28,8 @@ from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.wind import find_loads
 from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
 
+pytestmark = pytest.mark.parallel
+
 RPM = np.pi / 30.0
 QUIET = {"output": {"fields_every": 0}, "pitch": {"drive": "prescribed"}}
 

@@ -131,6 +131,7 @@ def test_a_table_of_wind_needs_a_speed_and_numbers_that_fit():
         TabulatedWind(times[::-1], {"speed": times}, 90.0, 120.0)
 
 
+@pytest.mark.parallel
 def test_a_run_in_a_table_of_wind_keeps_its_balance(comm, write, tmp_path_factory):
     given = Case.parse(write(CSV, "w.csv"))
     assert (

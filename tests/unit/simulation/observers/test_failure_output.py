@@ -29,6 +29,8 @@ from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 
+pytestmark = pytest.mark.parallel
+
 comm = MPI.COMM_WORLD
 
 STRENGTHS = Strengths((1500e6,) * 3, (900e6,) * 3, (70e6,) * 3)

@@ -29,6 +29,8 @@ from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import History, angle_channel, energy_channel
 
+pytestmark = pytest.mark.parallel
+
 comm = MPI.COMM_WORLD
 
 

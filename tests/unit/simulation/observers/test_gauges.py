@@ -8,6 +8,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges, gauge_channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
+pytestmark = pytest.mark.parallel
+
 KINDS = [("hexahedron", 1), ("hexahedron", 2), ("tetrahedron", 1), ("tetrahedron", 2)]
 INSIDE = np.array([0.93, 0.11, -1.05])
 """A point of the beam, which is 1 m x 0.5 m x 0.4 m."""

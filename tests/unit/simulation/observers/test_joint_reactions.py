@@ -26,6 +26,8 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 EULER = (0.2, 0.1, 0.05)
 DT = 0.01
 G = np.array([0.0, -9.81, 0.0])

@@ -10,6 +10,8 @@ from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput, read_o
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 CHANNELS = [
     Channel(("RotSpeed_[rpm]", "RootMyb1_[kN-m]"), lambda s: [1.0 / 3.0, -1.5e4 * s.index]),
     Channel(("Wave1Elev_[m]",), lambda s: [-(s.state.time**2)]),

@@ -13,6 +13,8 @@ from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 
+pytestmark = pytest.mark.parallel
+
 INSIDE = [(0.93, 0.11, -1.05), (1.5, 0.25, -0.8), (1.0, 0.0, -1.0), (0.5, -0.25, -0.9)]
 """Points of the beam: in a cell, a corner, between two cells, on an edge."""
 

@@ -12,6 +12,8 @@ from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 POINT = np.array([0.3, 0.2, -0.7])
 AXES = rotation_about((1.0, 2.0, -1.0), 0.8)
 DT = 0.02

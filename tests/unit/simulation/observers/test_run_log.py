@@ -12,6 +12,8 @@ from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 PACKAGE = logging.getLogger("turbine_fenicsx")
 
 

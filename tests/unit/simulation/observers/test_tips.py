@@ -11,6 +11,8 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.system.system import MultibodySystem
 
+pytestmark = pytest.mark.parallel
+
 CORNER = np.array([1.5, 0.25, -0.8])
 AXES = rotation_about((1.0, 2.0, -1.0), 0.8)
 

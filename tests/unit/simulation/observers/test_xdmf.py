@@ -27,6 +27,8 @@ from turbine_fenicsx.simulation.observers.mixed_topology import CELL_KINDS
 from turbine_fenicsx.simulation.observers.stored_grids import read_grids
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 
+pytestmark = pytest.mark.parallel
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
