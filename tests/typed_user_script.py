@@ -200,6 +200,11 @@ def relations() -> list[tfx.JointRelation]:
     ]
 
 
+def led(x: tfx.Quadratic) -> tfx.Rheonomic:
+    """A constraint of a joint of one's own that follows time."""
+    return assert_type(tfx.Rheonomic(x, math.sin), tfx.Rheonomic)
+
+
 def duration(times: tfx.StepTimes) -> float:
     """What a force of one's own sees of a step."""
     return assert_type(times.half_dt2, float)

@@ -67,6 +67,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.joints import PrescribedMotion as PrescribedMotion
     from turbine_fenicsx.joints import Prismatic as Prismatic
     from turbine_fenicsx.joints import Revolute as Revolute
+    from turbine_fenicsx.joints import Rheonomic as Rheonomic
     from turbine_fenicsx.joints import Rigid as Rigid
     from turbine_fenicsx.joints import Spherical as Spherical
     from turbine_fenicsx.joints import Universal as Universal
@@ -181,6 +182,7 @@ _PUBLIC = {
     "RestartData": "foundation.restart_data",
     "RestartableObserver": "simulation.observer",
     "Revolute": "joints",
+    "Rheonomic": "joints",
     "Rigid": "joints",
     "RigidBody": "bodies.rigid_body",
     "RigidSectionLoads": "forces",

@@ -240,7 +240,8 @@ class EquilibriumBlocks(NestedBlocks):
         return np.concatenate(
             [
                 lacking,
-                model.constraint_values(state.q, state.joint_coordinates)[:n],
+                model.constraint_values(state.q, state.joint_coordinates)[:n]
+                - system.paths.values(self.time),
                 model.S @ state.joint_coordinates - system.relation_values(self.time),
             ]
         )

@@ -29,6 +29,7 @@ from turbine_fenicsx.foundation.rotations import rotation_about, skew
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.coordinates import Angle
+from turbine_fenicsx.joints.rheonomic import function_of
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -267,7 +268,8 @@ def _axis(system: MultibodySystem, joint: Joint, q: Array) -> tuple[str, Array, 
     if len(angles) != 1:
         raise refusal
     q = np.concatenate([system.coordinates_of(q)[body] for body in bodies])
-    rows = [QuadraticMap(joint.constraints(a, b), q.size).jacobian(q)]
+    constraints = [function_of(c) for c in joint.constraints(a, b)]
+    rows = [QuadraticMap(constraints, q.size).jacobian(q)]
     for c in coordinates.values():
         functions = QuadraticMap(list(c), q.size)
         J, values = functions.jacobian(q), functions.value(q)

@@ -8,6 +8,7 @@ from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.joints.prismatic import Prismatic
 from turbine_fenicsx.joints.relation import JointRelation, Relation, gear_pair, screw
 from turbine_fenicsx.joints.revolute import Revolute
+from turbine_fenicsx.joints.rheonomic import Rheonomic
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.joints.spherical import Spherical
 from turbine_fenicsx.joints.universal import Universal
@@ -24,6 +25,7 @@ __all__ = [
     "Prismatic",
     "Relation",
     "Revolute",
+    "Rheonomic",
     "Rigid",
     "Spherical",
     "Universal",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.quadratic import Quadratic
 from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.joints.rheonomic import Rheonomic
 
 
 @runtime_checkable
@@ -28,8 +29,8 @@ class Joint(Protocol):
     def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
         """The two partners; None is the ground."""
 
-    def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
-        """Functions that vanish, one per locked degree of freedom."""
+    def constraints(self, a: BodyFrame, b: BodyFrame) -> Sequence[Quadratic | Rheonomic]:
+        """Functions that vanish, or follow time, one per locked degree of freedom."""
 
     def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
         """Joint coordinates by unique name; the name of the joint itself if there is one."""

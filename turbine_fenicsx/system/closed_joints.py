@@ -30,15 +30,18 @@ CURVATURE = 1e-6
 """A curvature beyond this part of its terms is no round-off."""
 
 
-def check_closed(constraints: Sequence[Quadratic], owners: Sequence[str], q: Array) -> None:
+def check_closed(
+    constraints: Sequence[Quadratic], owners: Sequence[str], values: Array, q: Array
+) -> None:
     """Raise a ModelError for joints that are open.
 
     Args:
-        constraints: Constraints of joints.
+        constraints: Constraints of bodies and joints.
         owners: Name of the joint of each.
+        values: What each of them must be at t = 0, shape (constraints,).
         q: Initial coordinates of all rigid bodies, shape (n_q,).
     """
-    gaps = QuadraticMap(constraints, q.size).value(q)
+    gaps = QuadraticMap(constraints, q.size).value(q) - values
     lengths = np.linalg.norm(q.reshape(-1, 3), axis=1)  # of centres and directors
     sizes = np.repeat(lengths, 3)  # a component may be zero up to round-off of the others
     allowed = LARGEST_PART * np.array([_sum_terms(c, sizes) for c in constraints])

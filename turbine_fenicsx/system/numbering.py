@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,8 +18,10 @@ from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.coordinates import JointCoordinate
 from turbine_fenicsx.joints.relation import Relation
+from turbine_fenicsx.joints.rheonomic import Rheonomic, function_of
 from turbine_fenicsx.system.closed_joints import check_closed, find_singular_rows
 from turbine_fenicsx.system.parts import Parts
+from turbine_fenicsx.system.paths import Paths, refuse_dependent_paths
 from turbine_fenicsx.system.rigid_model import RigidModel
 
 log = logging.getLogger(__name__)
@@ -30,6 +33,7 @@ class Numbering:
 
     Args:
         model: The rigid part.
+        paths: What its constraints follow.
         joint_coordinate_names: Names of the joint coordinates.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
         redundant: Number of redundant constraints of each joint that has some, by its name.
@@ -37,6 +41,7 @@ class Numbering:
     """
 
     model: RigidModel
+    paths: Paths
     joint_coordinate_names: tuple[str, ...]
     joint_rows: Mapping[str, npt.NDArray[np.int64]]
     redundant: Mapping[str, int]
@@ -52,14 +57,16 @@ def number_parts(parts: Parts) -> Numbering:
     """
     bodies = parts.rigid_bodies
     frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}
-    constraints = [c for f in frames.values() for c in f.internal_constraints()]
-    n_internal, owners = len(constraints), []
+    given: list[Quadratic | Rheonomic] = [
+        c for f in frames.values() for c in f.internal_constraints()
+    ]
+    n_internal, owners = len(given), ["" for _ in given]
     coordinates: dict[str, JointCoordinate] = {}
     of_coordinates: dict[str, str] = {}
     for joint in parts.joints:
         a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
         mine = joint.constraints(a, b)
-        constraints += mine
+        given += mine
         owners += [joint.name] * len(mine)
         for name, coordinate in joint.coordinates(a, b).items():
             if name in coordinates:
@@ -71,11 +78,16 @@ def number_parts(parts: Parts) -> Numbering:
         {name: n_q + k for k, name in enumerate(coordinates)},
     )
     q = np.concatenate([np.zeros(0), *(b.coordinates for b in bodies)])
-    check_closed(constraints[n_internal:], owners, q)
+    constraints = [function_of(c) for c in given]
+    everything = Paths(given, owners, 0)
+    check_closed(constraints, owners, everything.values(0.0), q)
     redundant = find_redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
-    kept = [c for k, c in enumerate(constraints) if k not in redundant]
+    refuse_dependent_paths(given, redundant, owners)
+    kept = [k for k in range(len(constraints)) if k not in redundant]
     S = _relation_rows(parts.relations, layout, n_q, len(coordinates))
-    _check_relations(parts.relations, kept, list(coordinates.values()), S, q)
+    _check_relations(
+        parts.relations, [constraints[k] for k in kept], list(coordinates.values()), S, q
+    )
     model = RigidModel(
         np.concatenate([np.zeros(0), *(b.masses for b in bodies)]),
         constraints,
@@ -84,21 +96,18 @@ def number_parts(parts: Parts) -> Numbering:
         [e.bind(layout) for e in parts.motion_forces],
         redundant,
     )
-    of_rows = [*("" for _ in range(n_internal)), *owners]
-    of_rows = [name for k, name in enumerate(of_rows) if k not in redundant]
+    of_rows = [owners[k] for k in kept]
+    paths = Paths([given[k] for k in kept], of_rows, len(coordinates))
     of_rows += 2 * [of_coordinates[name] for name in coordinates]
     rows = {j.name: np.flatnonzero([name == j.name for name in of_rows]) for j in parts.joints}
-    counts: dict[str, int] = {}
-    for k in redundant:
-        name = owners[k - n_internal]
-        counts[name] = counts.get(name, 0) + 1
-    singular = [owners[k - n_internal] for k in find_singular_rows(constraints, redundant, q)]
+    counts = dict(Counter(owners[k] for k in redundant))
+    singular = [owners[k] for k in find_singular_rows(constraints, redundant, q)]
     warnings = [
         *_tell_singular(singular),
-        *_tell_redundant(counts, len(owners), singular),
-        *_tell_velocities(bodies, constraints[n_internal:], owners, q),
+        *_tell_redundant(counts, len(owners) - n_internal, singular),
+        *_tell_velocities(bodies, constraints, everything.rates(0.0), owners, q),
     ]
-    return Numbering(model, tuple(coordinates), rows, counts, tuple(warnings))
+    return Numbering(model, paths, tuple(coordinates), rows, counts, tuple(warnings))
 
 
 def _relation_rows(relations: Sequence[Relation], layout: Layout, n_q: int, n_T: int) -> Array:
@@ -160,13 +169,18 @@ def _tell_redundant(
 
 
 def _tell_velocities(
-    bodies: Sequence[RigidBody], constraints: list[Quadratic], owners: list[str], q: Array
+    bodies: Sequence[RigidBody],
+    constraints: list[Quadratic],
+    rates: Array,
+    owners: list[str],
+    q: Array,
 ) -> list[str]:
     """Warn of initial velocities that joints do not allow; they would make others alternate."""
     q_dot = np.concatenate([np.zeros(0), *(b.rates for b in bodies)])
     G = QuadraticMap(constraints, q.size).jacobian(q)
     terms = np.abs(G) @ np.abs(q_dot)
-    wrong = np.abs(G @ q_dot) > 1e-9 * np.max(terms, initial=0.0)
+    allowed = 1e-9 * np.max(terms, initial=0.0) + 1e-6 * np.abs(rates)
+    wrong = np.abs(G @ q_dot - rates) > allowed
     names = dict.fromkeys(owners[k] for k in np.flatnonzero(wrong))
     if not names:
         return []

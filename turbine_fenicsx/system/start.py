@@ -14,6 +14,7 @@ mass, and G ties the carriers of each together.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -64,7 +65,8 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
     ties = QuadraticMap(_list_ties(system), q.size).jacobian(q)
     G, T = system.rigid_model.velocity_rows(q)
     A = np.concatenate([G, ties, T[[system.joint_coordinate_names.index(name) for name in wanted]]])
-    b = np.concatenate([np.zeros(len(G) + len(ties)), list(wanted.values())])
+    follow = system.paths.rates(0.0)[: len(G)]
+    b = np.concatenate([follow, np.zeros(len(ties)), list(wanted.values())])
     kept = np.setdiff1d(np.arange(len(A)), find_redundant_rows(A, 0))
     state.q_dot = _find_nearest(_mass_matrix(system), A[kept], b[kept], state.q_dot)
     state.joint_rates = T @ state.q_dot
@@ -110,7 +112,7 @@ def check_start(system: MultibodySystem, state: State) -> None:
     mine.destroy()
     if system.comm.allreduce(int(given != needed)):
         raise ModelError("the start state belongs to another system, its sizes are different")
-    gap = system.constraint_error(state)
+    gap = system.constraint_error(replace(state, time=0.0))
     if not gap <= LARGEST_GAP:
         raise ModelError(
             f"the start state belongs to another system, it opens a constraint by {gap:.1e}"

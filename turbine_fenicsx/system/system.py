@@ -64,6 +64,7 @@ class MultibodySystem:
             forces, in any order. Bodies must be among the parts themselves.
 
     Attributes:
+        paths: What constraints of joints follow in time.
         rigid_model: Rigid bodies, joints and forces as functions of a configuration.
         flexible_models: The flexible bodies, each with mass, forces and stiffness.
         coupling_blocks: The couplings of each flexible body as matrices C and B.
@@ -97,6 +98,7 @@ class MultibodySystem:
             numbering.model,
             numbering.joint_coordinate_names,
         )
+        self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
         warnings = [*numbering.warnings, *tell_far_points(found)]
         if comm.rank == 0:
@@ -125,7 +127,9 @@ class MultibodySystem:
         forces: list[Any] = [f for m in self.flexible_models for f in m.forces]
         on_bodies = [f.name for f in forces if not has_energy(f)]
         driven = [r.name for r in self.relations if r.motion is not None]
-        self.work_names = number_names([*prescribed, *external, *on_bodies, *driven])
+        self.work_names = number_names(
+            [*prescribed, *external, *on_bodies, *driven, *self.paths.names]
+        )
 
     @property
     def section_loads(self) -> dict[str, LineSource]:
@@ -229,6 +233,8 @@ class MultibodySystem:
     def constraint_error(self, state: State) -> float:
         """Largest violation of any constraint [m, -]. Collective."""
         rigid = self.rigid_model.constraint_values(state.q, state.joint_coordinates)
+        p = self.paths.values(state.time)
+        rigid[: p.size] -= p
         coordinates = self.coordinates_of(state.q)
         gaps = (c.gap(coordinates, u) for c, u in zip(self.coupling_blocks, state.u, strict=True))
         worst = max((float(np.max(np.abs(x), initial=0.0)) for x in (rigid, *gaps)), default=0.0)

@@ -61,6 +61,7 @@ class EndData:
         p, w, s, r: Those of the scheme.
         applied: All prescribed forces at t_{n+1}, shape (n_y,).
         prescribed: p(t_{n+1}) of the relations.
+        paths: Right-hand sides of the constraints at t_{n+1}.
         times: Length and end of the step.
     """
 
@@ -72,6 +73,7 @@ class EndData:
     r: float
     applied: Array
     prescribed: Array
+    paths: Array
     times: StepTimes
 
 
@@ -93,7 +95,7 @@ class RigidEnd:
                 # equations of motion at t_{n+1}
                 inertia + multipliers @ D - data.s * data.applied,
                 # constraints at t_{n+1}
-                m.constraint_values(q1, T1)[: m.n_constraints + m.n_T],
+                m.constraint_values(q1, T1)[: m.n_constraints + m.n_T] - data.paths,
                 m.S @ T1 - data.prescribed,
             ]
         )
@@ -274,6 +276,7 @@ class EndStep(NestedStep):
             r=scheme.r,
             applied=np.concatenate([load_q + self._weight, load_T]),
             prescribed=system.relation_values(end),
+            paths=system.paths.values(end),
             times=times,
         )
         for f, u, p_k, w_k in zip(self._flexible, state.u, p_bodies, w_bodies, strict=True):
@@ -315,7 +318,7 @@ class EndStep(NestedStep):
 
         Args:
             velocities: Velocities at t_{n+1}, laid out like `EndScheme.p`.
-            drives: Multipliers of the relations of joint coordinates at t_n.
+            drives: Multipliers of what is `driven` at t_n.
             out: The state.
         """
         state, data, model = self.start.state, self.rigid_data, self.system.rigid_model
@@ -339,10 +342,10 @@ class EndStep(NestedStep):
         load_q, load_T = self.system.evaluate_prescribed_forces(middle.middle)
         for f in self._flexible:
             f.set_middle(middle)
-        drives_1 = out.multipliers[out.multipliers.size - drives.size :]
+        means = 0.5 * (drives + out.multipliers[self.driven])
         return self.sum_works(
             np.asarray(load_q @ dq + load_T @ dT),
             model.motion_works(data.y, data.y + r[:n], middle),
             du,
-            -0.5 * (drives + drives_1) * (model.S @ dT),
+            self.sum_drives(means, dq, dT),
         )

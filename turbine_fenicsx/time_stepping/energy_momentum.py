@@ -71,6 +71,7 @@ class EnergyMomentumStep(NestedStep):
             impulse_q=times.half_dt2 * (self._weight + load_q),
             impulse_T=times.half_dt2 * load_T,
             prescribed=system.relation_values(times.end),
+            paths=system.paths.values(times.end),
             times=times,
         )
         for f, u, v in zip(self._flexible, state.u, state.v, strict=True):
@@ -126,7 +127,7 @@ class EnergyMomentumStep(NestedStep):
             load_q @ dq + load_T @ dT,
             self.rigid.motion_works(self.rigid_data, r),
             du,
-            -2.0 / dt**2 * pi * (model.S @ dT),
+            self.sum_drives(out.multipliers[self.driven], dq, dT),
         )
 
 

@@ -63,7 +63,7 @@ class Accelerations:
         time: The time [s].
         algorithmic: a.
         true: v'; without meaning for joint coordinates, which have no mass.
-        drives: Multipliers of the relations of joint coordinates.
+        drives: Multipliers of what is `driven`.
     """
 
     time: float
@@ -121,8 +121,7 @@ class GeneralisedAlphaStep(EndStep):
         a = (dy - known) / (c.beta * dt * dt)
         true = (dy - self._scheme.p) / self._scheme.s
         done = self.write_state(dy / self._scheme.r + self._scheme.w, now.drives, out)
-        drives = out.multipliers[out.multipliers.size - now.drives.size :]
-        self.ends = [now, Accelerations(state.time + dt, a, true, drives)]
+        self.ends = [now, Accelerations(state.time + dt, a, true, out.multipliers[self.driven])]
         return done
 
     def _find_accelerations(self, state: State, dt: float) -> Accelerations:
@@ -132,8 +131,11 @@ class GeneralisedAlphaStep(EndStep):
         """
         v = self.velocities(state)
         self.begin_scheme(state, dt, state.time, EndScheme(EARLY, np.inf, np.zeros(v.size), v))
-        model, p = self.system.rigid_model, self.system.relation_values
-        driven = (p(state.time + 2.0 * dt) - 2.0 * p(state.time + dt) + p(state.time)) / dt**2
+        model, system = self.system.rigid_model, self.system
+        driven = [
+            (p(state.time + 2.0 * dt) - 2.0 * p(state.time + dt) + p(state.time)) / dt**2
+            for p in (system.paths.values, system.relation_values)
+        ]
         x, zero, R = self.new_nested_vector(), self.new_nested_vector(), self.residual_vector
         self.residual(zero, R)
         _, R_c, R_r = self.split(R)
@@ -142,13 +144,14 @@ class GeneralisedAlphaStep(EndStep):
         if self.n_r:
             y, y_dot = self.rigid_data.y, self.split_flat(v)[-1]
             R_r.array[y.size :] = EARLY * self._curvature(y, y_dot)
-            R_r.array[y.size + model.n_constraints + model.n_T :] -= EARLY * driven
+            R_r.array[y.size :] -= EARLY * np.concatenate(driven)
         solver = Elimination(self, "initial_")
         solver.update(zero)
         solver.solve(R, x)
         solver.destroy()
         a = -self.increments(x) / EARLY
-        *_, drives = model.split(-self.on_all_ranks(self.split(x)[2]) / EARLY)
+        r = -self.on_all_ranks(self.split(x)[2]) / EARLY
+        drives = r[model.n_q + model.n_T :][self.driven]
         x.destroy()
         zero.destroy()
         return Accelerations(state.time, a, a, drives)

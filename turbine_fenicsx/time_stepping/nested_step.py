@@ -80,6 +80,8 @@ class NestedStep(StepBlocks):
 
     Attributes:
         residual_vector: Nested vector for the residual.
+        driven: Which of `State.multipliers` drive something: those of constraints of joints that
+            follow time, then those of all relations.
         rigid_data: What the rigid part is given in the step, set by `begin`.
         dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
     """
@@ -108,6 +110,7 @@ class NestedStep(StepBlocks):
         self._starts = (np.cumsum(sizes) - sizes)[self._parts]
         kinds = np.array([e.kind for e in system.motion_forces], dtype=object)
         self._external, self._dissipative = kinds == "external", kinds == "dissipative"
+        self.driven = np.append(system.paths.rows, np.arange(model.n_relations) + system.paths.size)
         self._driven = np.array([r.motion is not None for r in system.relations], dtype=bool)
         self.dissipation_names = (
             *(e.name for e in system.motion_forces if e.kind == "dissipative"),
@@ -236,7 +239,7 @@ class NestedStep(StepBlocks):
         return self.on_all_ranks(self.split(self.x)[2])
 
     def sum_works(
-        self, of_prescribed: Array, of_forces: Array, du: list[PETSc.Vec], of_relations: Array
+        self, of_prescribed: Array, of_forces: Array, du: list[PETSc.Vec], of_drives: Array
     ) -> tuple[Array, Array]:
         """Works and dissipated energies in the order of their names [J]. Collective.
 
@@ -244,7 +247,7 @@ class NestedStep(StepBlocks):
             of_prescribed: Work of each prescribed force on rigid bodies and joint coordinates.
             of_forces: Work of each force that depends on the motion.
             du: Increment of each flexible body.
-            of_relations: Work of each relation.
+            of_drives: Work of each relation, then of each joint that follows time.
         """
         self._finish_loads()
         parts = [body.midpoint.works(x) for body, x in zip(self._bodies, du, strict=True)]
@@ -253,8 +256,26 @@ class NestedStep(StepBlocks):
         if totals.size:
             totals = sum_over_ranks(self.system.comm, totals)
         on_bodies, lost = totals[: works.size], totals[works.size :]
-        done = [of_prescribed, of_forces[self._external], on_bodies, of_relations[self._driven]]
+        n = self._driven.size
+        done = [of_prescribed, of_forces[self._external], on_bodies]
+        done += [of_drives[:n][self._driven], of_drives[n:]]
         return np.concatenate(done), np.concatenate([-of_forces[self._dissipative], lost])
+
+    def sum_drives(self, forces: Array, dq: Array, dT: Array) -> Array:
+        """Work of each relation, then of each joint that follows time [J].
+
+        Args:
+            forces: Multipliers of the rows `driven`.
+            dq: Increment of the coordinates of rigid bodies.
+            dT: Increment of the joint coordinates.
+        """
+        paths, model = self.system.paths, self.system.rigid_model
+        n = paths.rows.size
+        of_relations: Array = -forces[n:] * (model.S @ dT)
+        if not n:
+            return of_relations
+        G = model.functions.jacobian(self.start.state.q + 0.5 * dq)
+        return np.append(of_relations, paths.sum_works(forces[:n], G[paths.rows], dq))
 
     def _finish_loads(self) -> None:
         """Tell the loads on rigid sections that the step is done. Collective."""

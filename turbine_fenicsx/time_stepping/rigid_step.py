@@ -7,7 +7,7 @@ step (21)-(24), (57)-(59) reads
 
     M (dq - dt v_n) + G(q_mid)^T mu + G_c(q_mid)^T g_c nu + G_s(q_mid)^T g_s nu = dt^2/2 F_q
                                                               g_T nu + S^T pi   = dt^2/2 F_T
-    Phi(q_{n+1})            = 0
+    Phi(q_{n+1})            = p(t_{n+1})
     Phi_T(q_{n+1}, T_{n+1}) = 0
     S T_{n+1} - p(t_{n+1})  = 0
 
@@ -41,6 +41,7 @@ class RigidData:
         impulse_q: dt^2/2 times the generalised force on q at t_{n+1/2}, shape (n_q,).
         impulse_T: dt^2/2 times the torque on the joint coordinates at t_{n+1/2}, shape (n_T,).
         prescribed: p(t_{n+1}) of the relations, shape (n_p,).
+        paths: Right-hand sides of the constraints at t_{n+1}, as of `Paths`; zero if left out.
         times: Length, middle and end of the step.
     """
 
@@ -50,6 +51,7 @@ class RigidData:
     impulse_q: Array
     impulse_T: Array
     prescribed: Array = field(default_factory=lambda: np.zeros(0))
+    paths: Array = field(default_factory=lambda: np.zeros(1))
     times: StepTimes = field(default_factory=lambda: StepTimes.from_start(0.0, 1.0))
 
 
@@ -120,7 +122,7 @@ class RigidStep:
         R[T] = g_T_nu - data.impulse_T
         scale[T] += np.abs(g_T_nu)
         # internal and joint constraints, eqs (23), (59), and joint coordinates, eq. (24)
-        R[mu], R[nu] = y1[m.g], a.Phi
+        R[mu], R[nu] = y1[m.g] - data.paths[m.g], a.Phi
         if m.n_relations:
             R[T] += x.pi @ m.S
             scale[T] += np.abs(x.pi) @ np.abs(m.S)
