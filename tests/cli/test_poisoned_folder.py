@@ -43,6 +43,7 @@ ARGUMENTS = {
     "demo": [],
     "fatigue": ["out", "--columns", "angle_rotor_[rad]"],
     "info": [],
+    "keys": ["tower"],
     "mesh": [str(HYBRID), "-o", "new.msh", "--set", "mesh.elements=[1,1,4]"],
     "modes": [str(RIGID), "-o", "modes"],
     "plot": ["out"],
