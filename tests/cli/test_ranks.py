@@ -73,7 +73,7 @@ from turbine_fenicsx import MultibodySystem, Revolute, RigidBody, Simulation
 
 comm, (folder, asked) = MPI.COMM_WORLD, sys.argv[1:]
 top = RigidBody("top", 1.0, (1.0, 1.0, 1.0), angular_velocity=(0.0, 0.0, 1.0))
-axis = Revolute("axis", None, top, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+axis = Revolute("axis", None, top, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
 system = MultibodySystem(comm, [top, axis])
 checkpoints = Checkpoints(system, folder, every=0.04)
 due = checkpoints.due
