@@ -35,11 +35,14 @@ class FlexibleBody:
         velocity: Initial velocity field [m/s], a function of positions of shape (n, 3), a point per
             row, that returns as many velocities; that of the first carrier, or rest, if None.
             (DOLFINx's interpolate has points as columns; what is written for it is refused.)
+        displacement: Initial displacement u [m], such a function, or an array with a row for each
+            node of this rank in the order of `FlexibleModel.positions`; zero if None. The stresses
+            of the material act from t = 0 on. Nodes of couplings must stay where they are.
 
     Raises:
         ModelError: for a density that is not positive, a degree other than 1 or 2, or a mesh that
             is not three-dimensional or has other cells.
-        TypeError: if the material is none, or the velocity no function.
+        TypeError: if the material is none, or the velocity or displacement no function.
     """
 
     name: str
@@ -49,6 +52,7 @@ class FlexibleBody:
     degree: int = 1
     fibre: Expr | None = None
     velocity: Callable[[Array], Array] | None = None
+    displacement: Callable[[Array], Array] | Array | None = None
 
     def __post_init__(self) -> None:
         check_cells(
@@ -67,6 +71,15 @@ class FlexibleBody:
             raise TypeError(
                 f"velocity of {self.name!r} must be a function of positions, got "
                 f"{describe(self.velocity)}"
+            )
+        if not (
+            self.displacement is None
+            or callable(self.displacement)
+            or isinstance(self.displacement, np.ndarray)
+        ):
+            raise TypeError(
+                f"displacement of {self.name!r} must be a function of positions or an array, got "
+                f"{describe(self.displacement)}"
             )
         dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
         if dims != (3, 3) or cell not in CELLS:

@@ -27,7 +27,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.initial_velocity import initial_velocity
+from turbine_fenicsx.system.initial_fields import initial_velocity
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -77,10 +77,11 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
                 f"the rate {rate:g} of {name!r} contradicts the joints and the other rates, which "
                 f"make it {reached[name]:g}"
             )
-    for block, coupling, v in zip(
-        system.flexible_models, system.coupling_blocks, state.v, strict=True
+    for block, coupling, u, v in zip(
+        system.flexible_models, system.coupling_blocks, state.u, state.v, strict=True
     ):
-        v.array[:] = initial_velocity(block, coupling, state.q_dot).ravel()
+        place = u.array_r.reshape(-1, 3)
+        v.array[:] = initial_velocity(block, coupling, state.q_dot, place).ravel()
         gap = coupling.B_local @ state.q_dot[coupling.columns] - v.array_r[coupling.dofs]
         largest = [np.max(np.abs(x), initial=0.0) for x in (gap, v.array_r, state.q_dot)]
         error, *sizes = np.max(system.comm.allgather(largest), axis=0)

@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.far_points import tell_far_points
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.initial_velocity import initial_velocity
+from turbine_fenicsx.system.initial_fields import initial_displacement, initial_velocity
 from turbine_fenicsx.system.numbering import number_parts
 from turbine_fenicsx.system.parts import number_names, sort_parts
 from turbine_fenicsx.system.state import State
@@ -122,6 +122,9 @@ class MultibodySystem:
         )
         # forces on unknown joints and bodies are found here, not in the first step
         self.gravity = self.sum_prescribed_forces(0.0).acceleration
+        coordinates = {b: b.coordinates for b in self.rigid_bodies}
+        for model, block in zip(self.flexible_models, self.coupling_blocks, strict=True):
+            initial_displacement(model, block, coordinates)  # open couplings are found here, too
         prescribed = [getattr(f, "name", type(f).__name__) for f in self.prescribed_forces]
         external = [e.name for e in self.motion_forces if e.kind == "external"]
         forces: list[Any] = [f for m in self.flexible_models for f in m.forces]
@@ -148,10 +151,13 @@ class MultibodySystem:
         q_dot = np.concatenate([np.zeros(0), *(b.rates for b in self.rigid_bodies)])
         u = tuple(b.new_vector() for b in self.flexible_models)
         v = tuple(b.new_vector() for b in self.flexible_models)
-        for flexible, coupling, velocity in zip(
-            self.flexible_models, self.coupling_blocks, v, strict=True
+        coordinates = self.coordinates_of(q)
+        for flexible, coupling, displacement, velocity in zip(
+            self.flexible_models, self.coupling_blocks, u, v, strict=True
         ):
-            velocity.array[:] = initial_velocity(flexible, coupling, q_dot).ravel()
+            field = initial_displacement(flexible, coupling, coordinates)
+            displacement.array[:] = field.ravel()
+            velocity.array[:] = initial_velocity(flexible, coupling, q_dot, field).ravel()
         return State(
             time=0.0,
             q=q,
