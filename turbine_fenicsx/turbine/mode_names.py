@@ -1,11 +1,13 @@
 """Names of the modes of a turbine in words, from the shapes of its slender parts.
 
-Shapes are those of `SlenderPart`: a row for each station, columns along x, y, z and about z.
+Shapes are those of `SlenderPart`: a row for each station, columns along x, y, z and about z. A mode
+in which parts move in several ways may be called after each of them; `unique_names` chooses.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,6 +33,25 @@ in every motion to the side."""
 FLAT = 0.05
 """Slopes below this part of the largest have no sign."""
 
+STRAIGHT = 0.015
+"""Motion of a blade below this part of the largest has no sign; that of the second flapwise mode of
+a blade on a tower that moves with it is -0.03 on one side of its node, and 1 on the other."""
+
+
+@dataclass(frozen=True)
+class Title:
+    """What a mode may be called.
+
+    Args:
+        name: In words.
+        way: What moves so, of `BLADE_WAYS` and `TOWER_WAYS`; empty for joints.
+        share: How much of the mode this is, from 0 to 1.
+    """
+
+    name: str
+    way: str
+    share: float
+
 
 def sum_squares(shapes: Sequence[Array]) -> Array:
     """Parts of the modal mass in each way of motion of some parts together, shape (4,) [kg m^2]."""
@@ -38,17 +59,28 @@ def sum_squares(shapes: Sequence[Array]) -> Array:
     return found
 
 
-def find_order(shape: Array) -> int:
+def find_order(shape: Array, ends_free: bool = False) -> int:
     """Which bending, torsional or longitudinal mode of a rod a shape looks like, from 1.
 
-    The slope of the n-th has n - 1 changes of sign, whatever the rod carries at its end.
+    The slope of the n-th has n - 1 changes of sign, whatever the rod carries at its end. With a
+    free end, the rod also crosses its place at rest n - 1 times; whichever of the two is more
+    counts, since a root that moves adds to the shape and may hide some. What the end itself does
+    then bends nothing.
 
     Args:
         shape: Displacement or rotation at each station, root first, real, shape (stations,).
+        ends_free: Whether nothing is at the end.
     """
-    slope = np.diff(np.concatenate([np.zeros(1), shape]))
-    signs = np.sign(slope[np.abs(slope) > FLAT * np.max(np.abs(slope), initial=0.0)])
-    return 1 + int(np.count_nonzero(np.diff(signs)))
+    slopes = np.diff(np.concatenate([np.zeros(1), shape]))
+    if not ends_free:
+        return 1 + _count_changes(slopes, FLAT)
+    return 1 + max(_count_changes(slopes[:-1], FLAT), _count_changes(shape, STRAIGHT))
+
+
+def _count_changes(values: Array, least: float) -> int:
+    """Changes of sign between values above a part of the largest."""
+    signs = np.sign(values[np.abs(values) > least * np.max(np.abs(values), initial=0.0)])
+    return int(np.count_nonzero(np.diff(signs)))
 
 
 def word_ordinal(n: int) -> str:
@@ -122,8 +154,8 @@ def name_blades(
     metres: Sequence[Array],
     together: str | None = None,
     sense: float = 1.0,
-) -> str:
-    """A motion of the blades.
+) -> list[Title]:
+    """A motion of the blades, after each way in which they move; the largest share first.
 
     Args:
         shapes: Complex shapes of all blades.
@@ -131,19 +163,23 @@ def name_blades(
         together: How the blades go together, as `Whirl.name`; found from the shapes if None.
         sense: As in `describe_pattern`.
     """
-    way = int(np.argmax(sum_squares(shapes)))
-    amplitudes = find_amplitudes(shapes, way)
-    most = int(np.abs(amplitudes).argmax())
-    word = BLADE_WAYS[way].removeprefix("blade ")
-    if together is None:
-        together = describe_pattern(amplitudes, sense)
-    elif together in ("forward", "backward"):
+    squares = sum_squares(shapes)
+    if together in ("forward", "backward"):
         together = f"{together} whirl"
-    return f"{_describe_order(metres[most], way)} {word}, {together}"
+    found = []
+    for way in _sort(squares):
+        amplitudes = find_amplitudes(shapes, way)
+        most = metres[int(np.abs(amplitudes).argmax())]
+        order = find_order(_at_its_largest(most[:, way]), ends_free=True)
+        word = BLADE_WAYS[way].removeprefix("blade ")
+        pattern = together or describe_pattern(amplitudes, sense)
+        name = f"{word_ordinal(order)} {word}, {pattern}"
+        found.append(Title(name, BLADE_WAYS[way], float(squares[way] / squares.sum())))
+    return found
 
 
-def name_tower(shape: Array, metres: Array, stations: Array) -> str:
-    """A motion of the tower.
+def name_tower(shape: Array, metres: Array, stations: Array) -> list[Title]:
+    """A motion of the tower, after each way in which it moves; the largest share first.
 
     Bending and torsion are compared by the largest rotations of its sections, as both then have
     energies of one size in a tube; the mass that moves says nothing of its torsion.
@@ -153,30 +189,45 @@ def name_tower(shape: Array, metres: Array, stations: Array) -> str:
         metres: The same in metres and radians.
         stations: Heights of its stations, shape (stations,) [m].
     """
-    way = int(np.argmax(sum_squares([shape])))
-    if TOWER_WAYS[way] != "tower stretch":
-        slopes = np.abs(np.diff(metres[:, :2], axis=0) / np.diff(stations)[:, None]).max(axis=0)
-        turns = [*slopes, 0.0, TORSION * np.abs(metres[:, 3]).max()]
-        way = int(np.argmax(turns))
-    return f"{_describe_order(metres, way)} {TOWER_WAYS[way].removeprefix('tower ')} of the tower"
+    squares = sum_squares([shape])
+    sizes: Array = squares
+    if TOWER_WAYS[int(squares.argmax())] != "tower stretch":
+        steps = np.diff(stations)
+        rises = steps > 1e-9 * np.ptp(stations)  # one ring of nodes may make two stations
+        slopes = np.abs(np.diff(metres[:, :2], axis=0)[rises] / steps[rises, None]).max(axis=0)
+        turns: Array = np.array([*slopes, 0.0, TORSION * np.abs(metres[:, 3]).max()])
+        sizes = turns * turns
+    found = []
+    for way in _sort(sizes):
+        word = TOWER_WAYS[way].removeprefix("tower ")
+        order = word_ordinal(find_order(_at_its_largest(metres[:, way])))
+        share = float(sizes[way] / sizes.sum())
+        found.append(Title(f"{order} {word} of the tower", TOWER_WAYS[way], share))
+    return found
 
 
-def _describe_order(metres: Array, way: int) -> str:
-    """In words, of the phase at which the motion is largest."""
-    column = metres[:, way]
-    turned = column / np.exp(1j * np.angle(column[np.abs(column).argmax()]))
-    return word_ordinal(find_order(turned.real))
+def _sort(sizes: Array) -> list[int]:
+    """Numbers of the ways in which something moves, the largest first."""
+    return [int(way) for way in np.argsort(-sizes, kind="stable") if sizes[way] > 0.0]
 
 
-def find_strongest(energies: Mapping[str, float]) -> str | None:
-    """Which family is strained most: blades, tower, or a spring by its name; None for nothing.
+def _at_its_largest(column: Array) -> Array:
+    """A complex motion of stations at the phase at which it is largest."""
+    turned: Array = (column / np.exp(1j * np.angle(column[np.abs(column).argmax()]))).real
+    return turned
+
+
+def share_energies(energies: Mapping[str, float]) -> dict[str, float]:
+    """Shares of the strain energy of blades, tower, and springs by their names; the largest first.
 
     Args:
-        energies: Strain energies of blades, tower and springs by their names.
+        energies: Strain energies of each blade, the tower and springs by their names.
     """
     families: dict[str, float] = {}
     for name, energy in energies.items():
         family = "blades" if name in BLADES else name
         families[family] = families.get(family, 0.0) + energy
-    strained = [name for name, energy in families.items() if energy > 0.0]
-    return max(strained, key=lambda name: families[name], default=None)
+    strained = {name: energy for name, energy in families.items() if energy > 0.0}
+    whole = sum(strained.values())
+    order = sorted(strained, key=lambda name: -strained[name])
+    return {name: strained[name] / whole for name in order}

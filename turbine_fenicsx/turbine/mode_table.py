@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.conventions import BLADES, TOWER
 from turbine_fenicsx.turbine import mode_names
 from turbine_fenicsx.turbine.component import Turbine
-from turbine_fenicsx.turbine.mode_names import BLADE_WAYS, TOWER_WAYS
+from turbine_fenicsx.turbine.mode_names import BLADE_WAYS, TOWER_WAYS, Title
 from turbine_fenicsx.turbine.slender_parts import SlenderPart, find_slender_parts
+from turbine_fenicsx.turbine.unique_names import choose_names
 
 REST = "nacelle_and_hub"
 """What the modal mass of nacelle, hub, rings and tower top together is called."""
@@ -35,7 +36,7 @@ class ModeRow:
         frequency: With its damping [Hz]; zero for a motion that strains nothing.
         damping_ratio: Part of critical damping.
         growth: Rate at which the motion grows [1/s], else zero.
-        name: In words.
+        name: In words; no other mode at this speed has it.
         shares: Shares of the modal mass, by the names of blades and tower, and `REST`.
         ways: Shares of flap, edge, ... of the blades, as seen from what carries them, and of
             fore-aft, ... of the tower in the motion of all their sections, by these words.
@@ -74,15 +75,18 @@ def tell_modes(turbine: Turbine, modes: Modes) -> tuple[Modes, list[ModeRow]]:
 
     try:
         modes = separate_equal_modes(modes, features, sums.inner_product)
-        return modes, [_describe(turbine, mode, parts, sums, modes.speed) for mode in modes.modes]
+        told = [_describe(turbine, mode, parts, sums, modes.speed) for mode in modes.modes]
     finally:
         sums.destroy()
+    order = sorted(range(len(told)), key=lambda k: modes.modes[k].frequency)
+    names = choose_names([told[k][1] for k in order])
+    return modes, [replace(row, name=names[order.index(k)]) for k, (row, _) in enumerate(told)]
 
 
 def _describe(
     turbine: Turbine, mode: Mode, parts: Mapping[str, SlenderPart], sums: ModalSums, speed: float
-) -> ModeRow:
-    """The row of a mode."""
+) -> tuple[ModeRow, list[Title]]:
+    """The row of a mode, and what it may be called."""
     phases = [mode.real, *filter(None, [mode.imaginary])]
     masses = _add_tables(sums.modal_masses(phase) for phase in phases)
     energies = _add_tables(sums.strain_energies(phase) for phase in phases)
@@ -101,27 +105,32 @@ def _describe(
         springs = {} if mode.is_rigid else {k: x for k, x in energies.items() if k not in parts}
         moved, energies = 0.0, {k: x for k, x in springs.items() if x > needed}
     grows = mode.is_unstable and mode.eigenvalue.real > ROUND_OFF * abs(mode.eigenvalue)
-    return ModeRow(
+    ways = {way: x / moved if moved else 0.0 for way, x in squares.items()}
+    titles = _list_titles(turbine, mode, parts, shapes, energies, speed, ways)
+    row = ModeRow(
         frequency=0.0 if mode.is_rigid else mode.frequency,
         damping_ratio=mode.damping_ratio + 0.0 if mode.frequency else 0.0,
         growth=mode.eigenvalue.real if grows else 0.0,
-        name=_name_mode(turbine, mode, parts, shapes, energies, speed),
+        name=titles[0].name,
         shares={**shares, REST: 1.0 - sum(shares.values())},
-        ways={way: x / moved if moved else 0.0 for way, x in squares.items()},
+        ways=ways,
     )
+    return row, titles
 
 
-def _name_mode(
+def _list_titles(
     turbine: Turbine,
     mode: Mode,
     parts: Mapping[str, SlenderPart],
     shapes: Mapping[str, Array],
     energies: Mapping[str, float],
     sense: float,
-) -> str:
-    """The name of a mode."""
-    family = mode_names.find_strongest(energies)
-    if family not in ("blades", TOWER):
+    ways: Mapping[str, float],
+) -> list[Title]:
+    """What a mode may be called, first after what is strained and moves most: means of shares."""
+    families = mode_names.share_energies(energies)
+    strongest = next(iter(families), None)
+    if strongest not in ("blades", TOWER):
         coordinates = dict(
             zip(
                 turbine.system.joint_coordinate_names,
@@ -129,15 +138,24 @@ def _name_mode(
                 strict=True,
             )
         )
-        return mode_names.name_joints(coordinates, mode.is_rigid, family is not None)
+        name = mode_names.name_joints(coordinates, mode.is_rigid, strongest is not None)
+        return [Title(name, "", 1.0)]
     metres = {name: shape / parts[name].sections.roots for name, shape in shapes.items()}
-    if family == "blades":
-        blades = [name for name in BLADES if name in shapes]
-        together = None if mode.whirl is None else mode.whirl.name
-        return mode_names.name_blades(
-            [shapes[b] for b in blades], [metres[b] for b in blades], together, sense
-        )
-    return mode_names.name_tower(shapes[TOWER], metres[TOWER], parts[TOWER].sections.stations)
+    titles: list[Title] = []
+    for family, part in families.items():
+        found: list[Title] = []
+        if family == "blades":
+            blades = [name for name in BLADES if name in shapes]
+            together = None if mode.whirl is None else mode.whirl.name
+            found = mode_names.name_blades(
+                [shapes[b] for b in blades], [metres[b] for b in blades], together, sense
+            )
+        elif family == TOWER:
+            found = mode_names.name_tower(
+                shapes[TOWER], metres[TOWER], parts[TOWER].sections.stations
+            )
+        titles += [replace(t, share=0.5 * (part * t.share + ways[t.way])) for t in found]
+    return sorted(titles, key=lambda t: -t.share)
 
 
 def _add_tables(tables: Iterable[Mapping[str, float]]) -> dict[str, float]:
