@@ -5,7 +5,9 @@ From one speed to the next, a mode is followed by the modal assurance criterion 
     MAC = |z_i* . M z_k|^2
 
 for modes of unit modal mass, so that frequencies may cross. Modes of one frequency are any
-combinations of each other; what counts is the sum over them.
+combinations of each other; what counts is the sum over them. Modes whose frequencies differ by less
+than the speed changes mix as well: whirl takes two motions of a rotor at rest apart by 1P to each
+side. What counts of them is also the sum, and each goes on as what it has most of.
 """
 
 from __future__ import annotations
@@ -34,8 +36,12 @@ FOLLOWED = 0.6
 EQUAL = 1e-5
 """Eigenvalues that differ by less than this part of themselves count as one."""
 
-HALVINGS = 4
-"""Steps of the speed are halved at most so often to follow the modes."""
+HALVINGS = 2
+"""Steps of the speed are halved at most so often to follow the modes, which takes seven times as
+long as without."""
+
+RPM = 30.0 / np.pi
+"""Revolutions per minute of one rad/s."""
 
 MORE = 6
 """So many more modes are looked for at the next speed: others may have become slower."""
@@ -162,10 +168,17 @@ class ModeFollower:
     def go_on(self, before: Modes, speed: float, halvings: int = HALVINGS) -> Modes:
         """Those modes at another speed, in the same order."""
         modes = self._find(speed, MORE)
-        partners, quality = _match(self._criteria(before, modes), before.modes, modes.modes)
+        change = abs(speed - before.speed)
+        partners, quality = _match(self._criteria(before, modes), before.modes, modes.modes, change)
         if quality.min() < FOLLOWED and halvings:
             modes.destroy()
             modes.state.destroy()
+            self._warn(
+                "%d modes cannot be followed from %.4g to %.4g rpm: the speed between is looked at",
+                np.count_nonzero(quality < FOLLOWED),
+                before.speed * RPM,
+                speed * RPM,
+            )
             between = self.go_on(before, 0.5 * (before.speed + speed), halvings - 1)
             try:
                 return self.go_on(between, speed, halvings - 1)
@@ -173,11 +186,11 @@ class ModeFollower:
                 between.destroy()
                 between.state.destroy()
         for k in np.flatnonzero(quality < FOLLOWED):
-            log.warning(
-                "mode %d can hardly be followed from %g to %g rad/s: its MAC is %.2f",
+            self._warn(
+                "mode %d can hardly be followed from %.4g to %.4g rpm: its MAC is %.2f",
                 k + 1,
-                before.speed,
-                speed,
+                before.speed * RPM,
+                speed * RPM,
                 quality[k],
             )
         chosen = set(partners.tolist())
@@ -185,6 +198,11 @@ class ModeFollower:
             if k not in chosen:
                 mode.destroy()
         return replace(modes, modes=tuple(modes.modes[k] for k in partners))
+
+    def _warn(self, sentence: str, *values: float) -> None:
+        """Log a warning once."""
+        if self._system.comm.rank == 0:
+            log.warning(sentence, *values)
 
     def _criteria(self, before: Modes, after: Modes) -> Array:
         """MAC of each mode before and after, shape (modes before, modes after). Collective."""
@@ -218,7 +236,7 @@ def _parts(mode: Mode) -> list[Motion]:
 
 
 def _match(
-    criteria: Array, before: Sequence[Mode], after: Sequence[Mode]
+    criteria: Array, before: Sequence[Mode], after: Sequence[Mode], change: float = 0.0
 ) -> tuple[IntArray, Array]:
     """Which mode follows each, and how surely.
 
@@ -226,12 +244,14 @@ def _match(
         criteria: MAC, shape (modes before, modes after).
         before: The modes before.
         after: The modes after.
+        change: Difference of the speeds [rad/s].
 
     Returns:
-        Number of the mode after for each before; and the sum of MAC from those with its eigenvalue
-        to those with the eigenvalue of one that follows these, over their number.
+        Number of the mode after for each before; and the sum of MAC from those with its eigenvalue,
+        or one nearer than the change of speed, to those with the eigenvalue of one that follows
+        these, over their number.
     """
-    groups, images = _equal(before), _equal(after)
+    groups, images = _equal(before, change), _equal(after)
     _, partners = linear_sum_assignment(-criteria @ images)
     quality = np.zeros(len(before))
     for k, group in enumerate(groups):
@@ -240,11 +260,11 @@ def _match(
     return partners, quality
 
 
-def _equal(modes: Sequence[Mode]) -> npt.NDArray[np.bool_]:
-    """Which modes have the same eigenvalue, shape (modes, modes)."""
+def _equal(modes: Sequence[Mode], apart: float = 0.0) -> npt.NDArray[np.bool_]:
+    """Which modes have the same eigenvalue, or are not far apart [rad/s], shape (modes, modes)."""
     s = np.array([mode.eigenvalue for mode in modes])
     size = np.maximum(np.abs(s)[:, None], np.abs(s))
-    return np.asarray(np.abs(s[:, None] - s) <= EQUAL * size)
+    return np.asarray(np.abs(s[:, None] - s) <= np.maximum(EQUAL * size, apart))
 
 
 def _names(found: Sequence[Modes]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_rotor import HUB, Rotor
 
+from turbine_fenicsx.analysis import campbell as module
 from turbine_fenicsx.analysis.campbell import campbell
 from turbine_fenicsx.analysis.cyclic_shift import cyclic_shift
 from turbine_fenicsx.analysis.turning import turning_equilibrium
@@ -128,6 +129,23 @@ def test_modes_are_followed_where_their_frequencies_cross(comm):
     assert diagram.damping_ratios == pytest.approx(0.0, abs=1e-9)
     assert np.array_equal(diagram.speeds, speeds) and len(diagram.modes) == 7
     assert diagram.names == ("mode 1", "mode 2", "mode 3")
+    diagram.destroy()
+
+
+@pytest.mark.parametrize("yaw", [20_000.0, 300.0])
+def test_whirl_from_rest_needs_no_speeds_between(comm, monkeypatch, yaw):
+    """Motions at rest that a stiff nacelle takes little apart mix at once as the rotor turns."""
+    looked_at, find = [], module.turning_modes_near
+
+    def count(system, joint, speed, *more):
+        looked_at.append(speed)
+        return find(system, joint, speed, *more)
+
+    monkeypatch.setattr(module, "turning_modes_near", count)
+    rotor = Rotor(3, yaw=yaw)
+    diagram = campbell(rotor.system(comm), "rotor", (0.0, 3.0), 7, 3)
+    assert looked_at == [0.0, 3.0]
+    assert len(set(diagram.names)) == 7
     diagram.destroy()
 
 
