@@ -39,6 +39,15 @@ def test_round_off_at_the_end_makes_no_other_step(step, end):
     assert times[-1] == pytest.approx(end, rel=1e-15)
 
 
+@pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
+def test_an_end_just_before_a_multiple_of_the_step_is_met_exactly(gap):
+    """Only round-off, a billionth of a step, is taken for a multiple."""
+    end = (5.0 - gap) * 0.02
+    times, sizes, _ = walk(StepGrid(0.02, end))
+    assert times[-1] == end
+    assert sizes == pytest.approx([0.02] * 4 + [(1.0 - gap) * 0.02], rel=1e-12)
+
+
 @pytest.mark.parametrize("step", [0.02, 0.1, 0.05, 0.07, 1 / 30, 1e-3])
 def test_a_later_end_does_not_move_earlier_times(step):
     """Or else a run that is extended differs from one that was as long from the start."""
