@@ -181,9 +181,9 @@ def _expression(text: str) -> str:
 def _choose_in_lanes(text: str) -> str:
     """The last choice ``condition ? a : b`` of an expression as a function of these three."""
     middle = text.rindex("?")
-    begin = _end_of_part(text, range(middle - 1, -1, -1), ")", "(") + 1
+    begin = _end_of_part(text, range(middle - 1, -1, -1), ")", "(,") + 1
     colon = _end_of_part(text, range(middle + 1, len(text)), "(", ":)")
-    end = _end_of_part(text, range(colon + 1, len(text)), "(", ")")
+    end = _end_of_part(text, range(colon + 1, len(text)), "(", "),")
     condition, a, b = text[begin:middle], text[middle + 1 : colon], text[colon + 1 : end]
     return f"{text[:begin]}CHOOSE({_condition(condition)}, {a}, {b}){text[end:]}"
 

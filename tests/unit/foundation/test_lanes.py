@@ -59,6 +59,15 @@ def test_functions_and_choices_get_names_of_their_own():
     )
 
 
+def test_a_choice_ends_with_the_argument_of_a_function():
+    assert in_lanes("double a = pow(t ? b : c, 2);") == (
+        "V a = ZERO + (LANES_pow(CHOOSE(t, b , c), 2));"
+    )
+    assert in_lanes("double a = pow(b, t ? 2 : 3);") == (
+        "V a = ZERO + (LANES_pow(b,CHOOSE(t, 2 , 3)));"
+    )
+
+
 @pytest.mark.parametrize(
     "statement",
     [
