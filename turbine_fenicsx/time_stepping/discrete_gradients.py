@@ -24,7 +24,14 @@ AlgorithmicStress = Callable[[Energy, Any, Any], Any]
 """S_alg as a function of W, F at the midpoint, and D."""
 
 SMALL_INCREMENT = 2e-3
-"""Below this |dC| two Gauss points integrate W' along dC to round-off."""
+"""Below this |dC| two Gauss points integrate W' along dC to round-off, if W is smooth."""
+
+ROUND_OFF = 2.0 * 2.0**-52
+"""Round-off of a difference of energies, relative to what the energies consist of.
+
+Measured for six smooth laws at random C: less than a quarter of this for strains up to 0.1, and
+about this in the worst of a thousand for a half.
+"""
 
 
 def mean_stress(energy: Energy, F: Any, D: Any) -> Any:
@@ -36,25 +43,35 @@ def general_stress(energy: Energy, F: Any, D: Any) -> Any:
     """Discrete gradient for any W(C): mean of S along dC, closed by Gonzalez' correction.
 
     S_G = [S(C_bar - dC/sqrt(12)) + S(C_bar + dC/sqrt(12))]/2 is the two-point Gauss rule of the
-    average of S between C_n and C_{n+1} (the mean value discrete gradient), wrong by O(dC^4). What
-    it misses of the energy is added along dC (Gonzalez 2000),
+    average of S between C_n and C_{n+1} (the mean value discrete gradient). What it misses of the
+    energy is added along dC (Gonzalez 2000),
 
-        S_alg = S_G + 2 [W_{n+1} - W_n - S_G:dC/2] / (dC:dC) dC,
+        S_alg = S_G + 2 [W_{n+1} - W_n - S_G:dC/2] / (dC:dC) dC.
 
-    where |dC| exceeds `SMALL_INCREMENT`. Below, the bracket is smaller than the round-off of W,
-    and dividing that round-off by |dC| would put noise into the stress. (The same correction on
-    the midpoint stress S(C_bar) needs a thousand times smaller increments before it may be left
-    out, and Newton's method then stalls in that noise.)
+    Where W has five bounded derivatives, the bracket is O(dC^5): below `SMALL_INCREMENT` it is
+    smaller than the round-off of W, which would become noise in the stress when it is divided by
+    |dC|. Where the stress has a kink, as that of fibres which bear tension only, it is O(dC^2).
+    So a small increment is corrected where the bracket exceeds the round-off of W, and nowhere
+    else. (The same correction of the midpoint stress S(C_bar) has a bracket of O(dC^3), and
+    Newton's method stalls in its noise.)
     """
     C_bar, dC = F.T * F + 0.25 * D.T * D, F.T * D + D.T * F
     gauss = 12.0**-0.5
     S = 0.5 * second_piola_kirchhoff(energy, C_bar - gauss * dC)
     S += 0.5 * second_piola_kirchhoff(energy, C_bar + gauss * dC)
-    gap = energy(C_bar + 0.5 * dC) - energy(C_bar - 0.5 * dC) - 0.5 * ufl.inner(S, dC)
+    W_n, W_n1 = energy(C_bar - 0.5 * dC), energy(C_bar + 0.5 * dC)
+    gap = W_n1 - W_n - 0.5 * ufl.inner(S, dC)
     size = ufl.inner(dC, dC)
-    large = ufl.gt(size, SMALL_INCREMENT**2)
-    factor = ufl.conditional(large, gap / ufl.conditional(large, size, 1.0), 0.0)
-    return S + 2.0 * factor * dC
+    # W may be a difference of terms as large as the stiffness; C is rounded too
+    terms = (
+        abs(_stiffness_in_swelling_and_shear(energy))
+        + abs(W_n)
+        + abs(W_n1)
+        + abs(ufl.inner(S, C_bar))
+    )
+    kept = ufl.conditional(ufl.gt(abs(gap), ROUND_OFF * terms), gap, 0.0)
+    kept = ufl.conditional(ufl.gt(size, SMALL_INCREMENT**2), gap, kept)
+    return S + 2.0 * kept / (size + 1e-200) * dC  # 0/0 without an increment
 
 
 def discrete_gradient_stress(quadratic: bool) -> AlgorithmicStress:
@@ -68,3 +85,11 @@ def stiffness_at_rest(energy: Energy, E: Any) -> Any:
     S = 2.0 * ufl.sym(ufl.diff(energy(C), C))
     i, j, k, m = ufl.indices(4)
     return ufl.sym(ufl.as_tensor(ufl.diff(S, C)[i, j, k, m] * 2.0 * E[k, m], (i, j)))
+
+
+def _stiffness_in_swelling_and_shear(energy: Energy) -> Any:
+    """D H:D_0:H of the material at rest for a strain H that stretches all directions and shears."""
+    s = ufl.variable(ufl.as_ufl(0.0))
+    H = ufl.as_tensor([[1.0, 0.5, 0.5], [0.5, 1.0, 0.5], [0.5, 0.5, 1.0]])
+    W = energy(ufl.Identity(3) + 2.0 * s * H)
+    return ufl.diff(ufl.diff(W, s), s)

@@ -13,6 +13,7 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
 from turbine_fenicsx.time_stepping.discrete_gradients import (
+    ROUND_OFF,
     SMALL_INCREMENT,
     discrete_gradient_stress,
     general_stress,
@@ -31,6 +32,25 @@ def stress_at_mean_deformation(energy, F, D):
     return second_piola_kirchhoff(energy, F.T * F)
 
 
+class TensionOnly:
+    """St. Venant-Kirchhoff and fibres that bear tension only: the stress has a kink at C = I."""
+
+    quadratic = False
+
+    def strain_energy(self, C, parameter):
+        E = 0.5 * (C - ufl.Identity(3))
+        stretch = [E[0, 0], 0.36 * E[0, 0] + 0.96 * E[0, 1] + 0.64 * E[1, 1]]
+        tension = [ufl.conditional(ufl.gt(e, 0.0), e, 0.0) for e in stretch]
+        return 2.0 * ufl.inner(E, E) + parameter(7.0) * (tension[0] ** 2 + tension[1] ** 2)
+
+
+def uncorrected_stress(energy, F, D):
+    """The mean of the stresses at two Gauss points between C_n and C_{n+1}, and no more."""
+    C, dC = F.T * F + 0.25 * D.T * D, F.T * D + D.T * F
+    ends = (C + sign * 12.0**-0.5 * dC for sign in (-1, 1))
+    return 0.5 * sum(second_piola_kirchhoff(energy, end) for end in ends)
+
+
 class Step:
     """An algorithmic stress of a material as function of numpy arrays F_mid and D."""
 
@@ -41,6 +61,7 @@ class Step:
         material = {
             "svk": lambda: StVenantKirchhoff(10.0, 5.0),
             "neo_hooke": lambda: NeoHooke(10.0, 5.0),
+            "tension_only": TensionOnly,
             "orthotropic": lambda: OrthotropicSVK(
                 young=(20.0, 8.0, 7.0),
                 shear=(4.0, 3.0, 2.5),
@@ -96,6 +117,11 @@ def steps(comm, cells):
     return {law: Step(comm, cells, law) for law in LAWS}
 
 
+@pytest.fixture(scope="module")
+def kinked(comm, cells):
+    return Step(comm, cells, "tension_only")
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(30)
@@ -136,6 +162,42 @@ def test_general_stress_is_a_discrete_gradient_on_both_sides_of_its_threshold(
     for _ in range(4):
         F, D = pair(rng, factor * SMALL_INCREMENT, strain)
         assert abs(steps["neo_hooke"].defect(F, D)) <= tolerance(F, D)
+
+
+def kept(F, D):
+    """What `TensionOnly` may lose of its energy: round-off, and brackets as small as that."""
+    return tolerance(F, D, "tension_only") + ROUND_OFF * 2 * MODULUS
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.9e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9])
+@pytest.mark.parametrize("strain", [0.0, 0.3])
+def test_general_stress_is_a_discrete_gradient_where_the_stress_has_a_kink(
+    kinked, rng, size, strain
+):
+    """With strain, two of the switches are open or closed all the way."""
+    for _ in range(4):
+        F, D = pair(rng, size, strain)
+        assert abs(kinked.defect(F, D)) <= kept(F, D)
+
+
+@pytest.mark.parametrize("size", [1.9e-3, 1e-4, 1e-5])
+def test_a_kink_is_lost_without_a_correction(comm, cells, rng, size):
+    """The assertion above rejects a correction that is left out for small increments."""
+    step = Step(comm, cells, "tension_only", uncorrected_stress)
+    F, D = pair(rng, size, 0.0)
+    assert abs(step.defect(F, D)) > 1e-3 * size**2 * MODULUS
+    assert abs(step.defect(F, D)) > 10 * kept(F, D)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("strain", [0.0, 0.1])
+def test_no_round_off_is_added_to_a_smooth_stress(comm, cells, steps, rng, size, strain):
+    """Divided by |dC| it would be ten thousand times that of the stress itself."""
+    plain = Step(comm, cells, "neo_hooke", uncorrected_stress)
+    for _ in range(4):
+        F, D = pair(rng, size, strain)
+        difference = steps["neo_hooke"].stress(F, D) - plain.stress(F, D)
+        assert np.max(np.abs(difference)) <= tolerance(F, D)
 
 
 def test_general_stress_does_not_jump_at_its_threshold(steps, rng):
