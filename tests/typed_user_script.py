@@ -322,8 +322,8 @@ def main(folder: Path) -> None:
     print(assert_type(tfx.system_matrices(tfx.MultibodySystem(comm, [a])), tfx.SystemMatrices))
     try:
         tfx.JointSpring("spring", "hinge", -1.0)
-    except tfx.ModelError as error:
-        print(assert_type(error, tfx.ModelError))
+    except (tfx.ModelError, tfx.ModelWarning) as error:
+        print(assert_type(error, tfx.ModelError | tfx.ModelWarning))
     try:
         print(pendulum(comm, folder).energy_error)
     except tfx.StepFailure as failure:

@@ -57,6 +57,7 @@ if TYPE_CHECKING:  # the types of the public names, for mypy and editors
     from turbine_fenicsx.forces.time_functions import Sine as Sine
     from turbine_fenicsx.forces.time_functions import Table as Table
     from turbine_fenicsx.foundation.errors import ModelError as ModelError
+    from turbine_fenicsx.foundation.errors import ModelWarning as ModelWarning
     from turbine_fenicsx.foundation.errors import StepFailure as StepFailure
     from turbine_fenicsx.foundation.quadratic import AffineVector as AffineVector
     from turbine_fenicsx.foundation.quadratic import Quadratic as Quadratic
@@ -160,6 +161,7 @@ _PUBLIC = {
     "LineLoad": "forces",
     "Mode": "analysis.mode",
     "ModelError": "foundation.errors",
+    "ModelWarning": "foundation.errors",
     "Modes": "analysis.mode",
     "Motion": "analysis.mode",
     "MooneyRivlin": "materials",

@@ -17,6 +17,7 @@ import pkgutil
 import signal
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import TracebackType
@@ -148,13 +149,17 @@ def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
 @contextmanager
 def _warnings_on_stderr() -> Iterator[None]:
     """Print what the package warns of while a command runs; only one rank logs each warning."""
+    from turbine_fenicsx.foundation.errors import ModelWarning
+
     logger, handler = logging.getLogger("turbine_fenicsx"), logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter("warning: %(message)s"))
     logger.addHandler(handler)
     logger.propagate = False  # or the handler of everybody's messages says it again
     try:
-        yield
+        with warnings.catch_warnings():  # what is wrong with the balance is an error here
+            warnings.filterwarnings("ignore", "the energy balance", ModelWarning)
+            yield
     finally:
         logger.propagate = True
         logger.removeHandler(handler)

@@ -18,6 +18,10 @@ class ForeignError(InputError):
     """
 
 
+class ModelWarning(UserWarning):
+    """What looks wrong in a model, or in the balance of a run, but may be meant."""
+
+
 class StepFailure(RuntimeError):
     """A step, or an equilibrium, that was not found; the message holds the reason in words."""
 

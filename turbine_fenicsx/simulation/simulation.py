@@ -18,6 +18,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.checkpoint import Checkpoints, restore_state, save_state
+from turbine_fenicsx.simulation.energy_check import EnergyWatch
 from turbine_fenicsx.simulation.observer import (
     Observer,
     RestartableObserver,
@@ -109,6 +110,9 @@ class Simulation:
     def run(self, data: RestartData | None = None) -> Snapshot:
         """Integrate to the end time, or until it is asked to stop.
 
+        A `ModelWarning` tells at the end if the energy balance is worse than the tolerance of the
+        stepper and round-off explain.
+
         Args:
             data: What an earlier run saved; this one goes on from there.
 
@@ -126,7 +130,8 @@ class Simulation:
         run = self._restore(data) if data else self._begin()
         spare = run.state.copy()
         snapshot = self._take_snapshot(run, None, start)
-        self.stopped = False
+        self.stopped, energy = False, EnergyWatch()
+        energy.take(snapshot)
         with ExitStack() as ending:
             ending.enter_context(one_thread())
             self._start_observers(snapshot, bool(data), ending)
@@ -141,6 +146,7 @@ class Simulation:
                     run.dissipated = run.dissipated + report.dissipated
                     run.index += 1
                     snapshot = self._take_snapshot(run, report, start)
+                    energy.take(snapshot)
                     self._notify(snapshot)
                     due = self._after_step(snapshot)
                     if due or self.stopped or run.grid.done:
@@ -148,6 +154,7 @@ class Simulation:
                 except (StepFailure, ForeignError):
                     self._write_checkpoint(run, snapshot)
                     raise
+        energy.warn(self.system, self.stepper, run.index)
         return snapshot
 
     def resume(self) -> Snapshot:

@@ -145,6 +145,10 @@ class EnergyMomentum(NewtonStepper):
         angle_form: Form of the augmented joint angles, "regular" or "paper".
         options: Tolerances and linear solver.
 
+    Attributes:
+        energy_tolerance: Tolerance of the equations, which the balance of energy closes to; None
+            with a stress of one's own, which need not conserve energy.
+
     Raises:
         ModelError: for a dissipation out of range or an unknown form.
     """
@@ -162,6 +166,7 @@ class EnergyMomentum(NewtonStepper):
         step = EnergyMomentumStep(system, stress, numerical_dissipation, angle_form)
         super().__init__(step, options)
         self._rigid = step.rigid
+        self.energy_tolerance = None if stress else self.options.tolerance
 
     def constraint_forces(self, q0: Array, T0: Array, state: State) -> tuple[Array, Array]:
         """Forces of constraints and joint coordinates in the step from (q0, T0) to a state."""

@@ -28,6 +28,7 @@ from turbine_fenicsx.postprocessing.output_folder import (
     remove_run,
 )
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
+from turbine_fenicsx.simulation.energy_check import judge_energy
 from turbine_fenicsx.simulation.folder_lock import lock_folder
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
@@ -41,11 +42,10 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import CONVENTIONS, turbine_channels
 from turbine_fenicsx.turbine.component import Component, Turbine
-from turbine_fenicsx.turbine.energy_check import judge_energy
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import change_case, label_case, write_case
-from turbine_fenicsx.turbine.scheme import conserves_energy, make_stepper
+from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.start import make_start
 from turbine_fenicsx.turbine.summary import Statistics, format_table, summarise
 
@@ -185,8 +185,7 @@ def _run(
     simulation.run(data)
     stepper.destroy()  # on all ranks at once
     seconds = time.perf_counter() - start
-    tolerance = case.solver.tolerance if conserves_energy(case) else None
-    result = summarise(turbine, statistics, seconds, simulation, tolerance)
+    result = summarise(turbine, statistics, seconds, simulation)
     result[names.INTERRUPTED] = simulation.stopped
     _write_summary(result, folder, comm)
     return result

@@ -25,8 +25,3 @@ def make_stepper(case: Case, system: MultibodySystem) -> Stepper:
         angle_form=case.turbine.angle_form,
         options=options,
     )
-
-
-def conserves_energy(case: Case) -> bool:
-    """Whether the balance of energy must close to the tolerance of the solver."""
-    return case.time.scheme == "energy_momentum"

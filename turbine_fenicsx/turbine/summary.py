@@ -11,12 +11,12 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.versions import list_versions
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
+from turbine_fenicsx.simulation.energy_check import Conserving, allowed_energy_error
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.time_stepping.newton import NewtonStepper
 from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.component import Turbine
-from turbine_fenicsx.turbine.energy_check import allowed_energy_error
 from turbine_fenicsx.turbine.flexible_blades import BODY
 from turbine_fenicsx.turbine.pitch import RINGS
 
@@ -131,7 +131,6 @@ def summarise(
     statistics: Statistics,
     seconds: float,
     simulation: Simulation,
-    tolerance: float | None,
 ) -> dict[str, Any]:
     """Everything worth keeping about a run. Collective.
 
@@ -140,7 +139,6 @@ def summarise(
         statistics: What was seen during the run.
         seconds: Wall time of the time loop, since the run went on if it did [s].
         simulation: The run, for what its steps and its solver count.
-        tolerance: That of the solver; None for a scheme that does not conserve energy.
     """
     steps, steps_now = (
         max(n, 1) for n in (statistics.steps, statistics.steps - statistics.steps_before)
@@ -151,6 +149,8 @@ def summarise(
     assert last is not None
     mass = list_masses(turbine)
     allowed = {}
+    stepper = simulation.stepper
+    tolerance = stepper.energy_tolerance if isinstance(stepper, Conserving) else None
     if tolerance is not None:
         allowed[names.ALLOWED_ENERGY_ERROR] = allowed_energy_error(
             statistics.largest_energy, min(mass.values()), statistics.steps, tolerance
