@@ -7,19 +7,21 @@ of its swap array are those of Bladed as OpenFAST's ServoDyn fills them.
 
 from __future__ import annotations
 
+import logging
 import os
-import select
 import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
-from typing import IO
 
 from turbine_fenicsx.control import discon_child
 from turbine_fenicsx.control.interface import Commands, Measurements
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import ForeignError, InputError
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
+
+log = logging.getLogger(__name__)
 
 PATIENCE = 60.0
 """Time in which the library must answer [s]."""
@@ -32,6 +34,12 @@ LOG, ERRORS = "library.log", "library_errors.log"
 
 STATUS, FIRST, NEXT, LAST = 1, 0.0, 1.0, -1.0
 """Record of the status, and its values."""
+
+CONTACTOR, BRAKE = 35, 36
+"""Records of the generator contactor (0 is off) and of the shaft brake (0 is open)."""
+
+MOST_WARNINGS = 20
+"""A library with more different warnings puts numbers into them."""
 
 _CHECK_LENGTH = 250
 """Longest path that libraries in Fortran take."""
@@ -83,73 +91,108 @@ class Discon:
         self._limits, self._library = pitch_limits, library
         folder.mkdir(exist_ok=True)
         self._errors = folder / ERRORS
-        ours, theirs = os.pipe()
         # not a pipe, whose SIGPIPE PETSc would catch where the process has ended
-        self._requests, theirs_too = socket.socketpair()
+        self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         files = [str(path.absolute()) for path in (library, infile)]
-        command = [sys.executable, "-I", str(discon_child.__file__), *files, NAME, str(theirs)]
-        with (folder / LOG).open("ab") as log, self._errors.open("ab") as errors:
+        numbers = [str(theirs.fileno()), str(os.getpid())]
+        command = [sys.executable, "-I", str(discon_child.__file__), *files, NAME, *numbers]
+        with theirs, (folder / LOG).open("ab") as log_file, self._errors.open("ab") as errors:
             self._child = subprocess.Popen(
                 command,
                 cwd=folder,
                 env=environment_without_mpi(),
-                stdin=theirs_too.fileno(),
-                stdout=log,
+                stdin=subprocess.DEVNULL,
+                stdout=log_file,
                 stderr=errors,
-                pass_fds=(theirs,),
+                pass_fds=(theirs.fileno(),),
                 start_new_session=True,  # Ctrl-C is for the run, which still needs its controller
             )
-        os.close(theirs)
-        theirs_too.close()
-        self._replies: IO[bytes] = os.fdopen(ours, "rb", buffering=0)
         self._last: Measurements | None = None
+        self._warned: set[str] = set()
 
     def respond(self, measured: Measurements) -> Commands:
         """Commands of the library.
 
         Raises:
-            InputError: if it reports an error, ends, or does not answer.
+            ForeignError: if it reports an error, ends, or does not answer.
         """
         status = FIRST if measured.first else NEXT
-        pitch_1, pitch_2, pitch_3, _, torque, yaw_rate = self._call(measured, status)
+        contactor, brake, *pitch, torque, yaw_rate = self._call(measured, status)
         self._last = measured
-        return Commands(torque, (pitch_1, pitch_2, pitch_3), yaw_rate)
+        return Commands(
+            torque if contactor else 0.0,
+            (pitch[0], pitch[1], pitch[2]),
+            yaw_rate,
+            1.0 if brake else 0.0,
+        )
 
     def finish(self) -> None:
-        """The last call, after which the process ends."""
+        """The last call, after which the process ends.
+
+        Raises:
+            ForeignError: if it fails in this call.
+        """
         try:
             if self._last is not None and self._child.poll() is None:
                 self._call(self._last, LAST)
-        except InputError:  # the run has its results; the log says what went wrong
-            pass
         finally:
             self._end()
 
     def _call(self, measured: Measurements, status: float) -> list[float]:
-        """Call the library once."""
+        """Call the library once; the values of `discon_child.REPLIES`."""
         records = self._fill(measured) | {STATUS: status}
-        request = b"".join(discon_child.PAIR.pack(*pair) for pair in records.items())
+        if status == FIRST:
+            records |= {CONTACTOR: 1.0, BRAKE: 0.0}
+        token, who = os.urandom(discon_child.TOKEN), f"the controller '{self._library}'"
         try:
-            count = discon_child.COUNT.pack(len(records))
-            self._requests.sendall(count + request, socket.MSG_NOSIGNAL)
-            failed, *values, length = discon_child.REPLY.unpack(self._read(discon_child.REPLY.size))
-            text = self._read(length).decode(errors="replace")
-        except (ConnectionError, EOFError):
-            raise InputError(self._tell_end(measured.time)) from None
+            pairs = b"".join(discon_child.PAIR.pack(*pair) for pair in records.items())
+            self._line.send(token + pairs, socket.MSG_NOSIGNAL)
+            reply = self._receive(token)
         except TimeoutError:
             self._child.kill()
             self._end()
-            raise InputError(
-                f"the controller '{self._library}' has not answered within {PATIENCE:g} s at "
-                f"t = {measured.time:g} s"
+            raise ForeignError(
+                f"{who} has not answered within {PATIENCE:g} s at t = {measured.time:g} s"
             ) from None
+        except (OSError, EOFError):
+            raise ForeignError(self._tell_end(measured.time)) from None
+        failed, *values = discon_child.REPLY.unpack(reply[: discon_child.REPLY.size])
+        text = " ".join(reply[discon_child.REPLY.size :].decode(errors="replace").split())
         if failed < 0:
             self._end()
-            raise InputError(
-                f"the controller '{self._library}' stops at t = {measured.time:g} s: "
-                f"{text or 'it does not say why'}"
+            raise ForeignError(
+                f"{who} stops at t = {measured.time:g} s: {text or 'it does not say why'}"
             )
+        if failed > 0:
+            self._warn(f"{who} warns", measured.time, text)
         return values
+
+    def _receive(self, token: bytes) -> bytes:
+        """The reply to a request, without its token; other packets are none.
+
+        Raises:
+            TimeoutError: if it does not come.
+            EOFError: if there is nobody any more who could send it.
+        """
+        deadline = time.monotonic() + PATIENCE
+        while True:
+            self._line.settimeout(max(deadline - time.monotonic(), 1e-3))
+            packet = self._line.recv(discon_child.PACKET)
+            if not packet:
+                raise EOFError
+            least = len(token) + discon_child.REPLY.size
+            if packet.startswith(token) and len(packet) >= least:
+                return packet.removeprefix(token)
+
+    def _warn(self, who: str, time: float, text: str) -> None:
+        """Show what the library warns of, each text once."""
+        if text in self._warned or len(self._warned) > MOST_WARNINGS:
+            return
+        self._warned.add(text)
+        if len(self._warned) > MOST_WARNINGS:
+            log.warning("%s of more, which is not shown", who)
+        else:
+            log.warning("%s at t = %g s: %s", who, time, text or "it does not say of what")
 
     def _fill(self, m: Measurements) -> dict[int, float]:
         """Records of the swap array, counted from 1 as in Bladed's manual; others are zero."""
@@ -183,23 +226,10 @@ class Discon:
             71: m.edge_moments[2],
         }
 
-    def _read(self, length: int) -> bytes:
-        """So many bytes of a reply; TimeoutError or EOFError if they do not come."""
-        found = b""
-        while len(found) < length:
-            ready, _, _ = select.select([self._replies], [], [], PATIENCE)
-            if not ready:
-                raise TimeoutError
-            piece = self._replies.read(length - len(found))
-            if not piece:
-                raise EOFError
-            found += piece
-        return found
-
     def _tell_end(self, time: float) -> str:
         """What is known of a process that has ended."""
-        code = self._child.wait()
         self._end()
+        code = self._child.returncode
         lines = self._errors.read_text(errors="replace").strip().splitlines()
         said = f": {lines[-1].strip()}" if lines else ""
         if code == discon_child.NO_LIBRARY:
@@ -209,8 +239,7 @@ class Discon:
 
     def _end(self) -> None:
         """End the process."""
-        self._requests.close()
-        self._replies.close()
+        self._line.close()
         try:
             self._child.wait(timeout=5.0)
         except subprocess.TimeoutExpired:

@@ -11,6 +11,9 @@ from turbine_fenicsx.control.pi import approach
 
 EventKind = Literal["start_up", "shut_down", "emergency_stop", "grid_loss", "pitch_fault", "brake"]
 
+BRAKE_TIME = 0.6
+"""In which a brake closes or opens where the controller commands it [s]."""
+
 ROUND_OFF = 1e-9
 """An event is due if its time is this much ahead [s]."""
 
@@ -37,7 +40,7 @@ class Event:
     pitch: float = 1.570796
     rate: float = 0.1396263
     blade: int = 1
-    duration: float = 0.6
+    duration: float = BRAKE_TIME
 
 
 class Orders(NamedTuple):
@@ -73,7 +76,8 @@ def supervise(
         What is done in the next step.
     """
     due = [event for event in events if event.time <= measured.time + ROUND_OFF]
-    torque, pitch, brake, started = commands.generator_torque, commands.pitch, 0.0, before.started
+    torque, pitch, started = commands.generator_torque, commands.pitch, before.started
+    brake = approach(before.brake, commands.brake, measured.dt / BRAKE_TIME)
     for event in events:
         if event.kind != "start_up":
             continue

@@ -6,6 +6,7 @@ step is accepted. It does not see attempts at a step that are repeated with half
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -18,6 +19,8 @@ from turbine_fenicsx.control.interface import Controller, Measurements
 from turbine_fenicsx.foundation.errors import ForeignError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
 
 Sensors = Callable[[Snapshot, float, bool], Measurements]
 """(state, time since the last call, whether this is the first) -> measurements."""
@@ -116,9 +119,11 @@ class ControlLoop:
         self.orders = Orders(0.0, (a, b, c))
         self._time = 0.0
         self._unanswered: Measurements | None = None
+        self._speaks = False
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
         """Ask for the first commands, unless a run goes on that has them."""
+        self._speaks = snapshot.stepper.system.comm.rank == 0
         if not resumed:
             self._ask(self._sensors(snapshot, self._dt, True))
             return
@@ -149,6 +154,13 @@ class ControlLoop:
             self._actuators.generator.hold(self._actuators.generator.torque)
             raise
         self._unanswered = None
+        if commands.brake and self._actuators.brake is None and self._speaks:
+            self._speaks = False
+            log.warning(
+                "the controller closes the shaft brake at t = %g s, but there is none: "
+                "drivetrain.brake_torque is 0",
+                time,
+            )
         self.orders = supervise(self._events, measured, commands, self.orders)
         self._actuators.hold(self.orders, time)
         self._time = time

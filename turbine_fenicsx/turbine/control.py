@@ -22,7 +22,12 @@ from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.control_checks import check_control, check_events, list_events
+from turbine_fenicsx.turbine.case.control_checks import (
+    check_control,
+    check_events,
+    has_brake,
+    list_events,
+)
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.drivetrain import SHAFT, fast_shaft
 from turbine_fenicsx.turbine.nacelle import ROTOR
@@ -51,7 +56,7 @@ class Control(Component):
         names = [ROTOR, *((SHAFT,) if case.drivetrain.model == "two_mass" else ())]
         factors = dict.fromkeys(names, case.drivetrain.ratio)
         found: list[Any] = [HeldTorque("generator", factors)]
-        if any(event.kind == "brake" for event in case.event.values()):
+        if has_brake(case):
             found.append(HeldBrake("brake", names))
         return found
 

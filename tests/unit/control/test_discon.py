@@ -2,13 +2,17 @@
 
 import os
 import signal
+import socket
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 from mpi4py import MPI
 
 import numpy as np
 import pytest
+from patience import patience
 from rosco_files import rosco_files
 
 from turbine_fenicsx.control import discon
@@ -108,6 +112,8 @@ def test_what_the_library_refuses_is_told_in_its_words(nrel, tmp_path):
         ("abort();", r"crashes \(SIGABRT\) at t = 0 s"),
         ('fprintf(stderr, "no licence\\n"); exit(0);', "ends its process at t = 0 s: no licence"),
         ('*fail = -1; sprintf(message, "too fast");', "stops at t = 0 s: too fast"),
+        ("swap[46] = 3e38;", r"'fake' commands a generator torque of 3e\+38 N m at t = 0 s"),
+        ("swap[42] = 1e30;", r"'fake' commands a pitch of 1e\+30 rad at t = 0 s: expected"),
         ("*fail = -1;", "stops at t = 0 s: it does not say why"),
         ("sleep(30);", "has not answered within 0.5 s at t = 0 s"),
     ],
@@ -166,3 +172,112 @@ def test_a_library_without_the_routine_is_a_sentence(tmp_path):
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
     with pytest.raises(InputError, match=r"cannot be loaded: .*undefined symbol: DISCON"):
         Discon(library, infile, tmp_path).respond(measure(0.0, first=True))
+
+
+def test_warnings_of_the_library_are_shown_once_for_each_text(tmp_path, caplog):
+    body = """
+        static int calls = 0;
+        *fail = 1;
+        sprintf(message, calls++ % 2 ? "pitch is\\nslow" : "too cold");
+    """
+    controller = Discon(*make_library(tmp_path, body), tmp_path)
+    for k in range(6):
+        controller.respond(measure(0.05 * k, first=k == 0))
+    controller.finish()
+    texts = [r.getMessage().partition(" warns at t = ")[2] for r in caplog.records]
+    assert texts == ["0 s: too cold", "0.05 s: pitch is slow"]
+    assert {r.levelname for r in caplog.records} == {"WARNING"}
+
+
+def test_a_library_that_puts_numbers_into_its_warnings_is_cut_short(tmp_path, caplog):
+    body = '*fail = 1; sprintf(message, "t = %g", swap[1]);'
+    controller = Discon(*make_library(tmp_path, body), tmp_path)
+    for k in range(50):
+        controller.respond(measure(0.05 * k, first=k == 0))
+    controller.finish()
+    assert len(caplog.records) == discon.MOST_WARNINGS + 1
+    assert caplog.records[-1].getMessage().endswith("warns of more, which is not shown")
+
+
+def test_contactor_and_brake_are_obeyed(tmp_path):
+    """Records 35 and 36; who does not touch them has the contactor closed and the brake open."""
+    body = """
+        swap[46] = 100.0;
+        if (swap[1] > 0.07) swap[34] = 0.0;
+        if (swap[1] > 0.12) swap[35] = 1.0;
+    """
+    controller = Discon(*make_library(tmp_path, body), tmp_path)
+    found = [controller.respond(measure(0.05 * k, first=k == 0)) for k in range(4)]
+    controller.finish()
+    assert [c.generator_torque for c in found] == [100.0, 100.0, 0.0, 0.0]
+    assert [c.brake for c in found] == [0.0, 0.0, 0.0, 1.0]
+
+
+def test_noise_on_any_descriptor_is_no_command(tmp_path):
+    """Whole packets too, of the size of a reply, before and after it."""
+    body = """
+        static char noise[4096];
+        for (int i = 0; i < 4096; i++) noise[i] = 'x';
+        for (int fd = 0; fd < 64; fd++) { write(fd, noise, 48); write(fd, noise, 4096); }
+        swap[46] = 7.0;
+    """
+    controller = Discon(*make_library(tmp_path, body), tmp_path)
+    for k in range(3):
+        commands = controller.respond(measure(0.05 * k, first=k == 0))
+        assert commands == (7.0, (0.0, 0.0, 0.0), 0.0, 0.0)
+    controller.finish()
+    assert "xxxx" in (tmp_path / "library.log").read_text()
+
+
+LOOP = """
+import sys
+from pathlib import Path
+from turbine_fenicsx.control.discon import Discon
+from turbine_fenicsx.control.interface import Measurements
+library, infile, folder = map(Path, sys.argv[1:])
+controller = Discon(library, infile, folder)
+print(controller._child.pid, flush=True)
+controller.respond(Measurements(0.0, 0.05, True, 1.0, 1.0, 0.0, (0.0,) * 3, 0.0, 0.0))
+"""
+
+
+def is_alive(pid):
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_library_that_loops_dies_with_the_run(tmp_path):
+    body = 'fclose(fopen("begun", "w")); for (volatile int i = 0;; i++) {}'
+    files = make_library(tmp_path, body)
+    command = [sys.executable, "-c", LOOP, *map(str, files), str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
+        pid = int(run.stdout.readline())
+        assert wait_until((tmp_path / "begun").exists)
+        assert is_alive(pid)
+        run.kill()
+        run.wait()
+        gone = wait_until(lambda: not is_alive(pid))
+    if not gone:
+        os.kill(pid, signal.SIGKILL)
+    assert gone
+
+
+def wait_until(condition, seconds=30.0):
+    """Whether a condition is met in time."""
+    deadline = time.monotonic() + patience(seconds)
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return condition()
+
+
+def test_a_child_whose_parent_has_ended_before_ends_itself(tmp_path):
+    script = discon.discon_child.__file__
+    files = [str(path) for path in make_library(tmp_path, "swap[46] = 1.0;")]
+    one, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with one, other:
+        command = [sys.executable, "-I", script, *files, "x", str(other.fileno()), "1"]
+        result = subprocess.run(command, pass_fds=(other.fileno(),), timeout=patience(30.0))
+    assert result.returncode == 0

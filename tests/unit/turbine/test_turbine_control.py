@@ -287,3 +287,46 @@ def test_the_demo_of_an_emergency_stop_runs(comm, shared_tmp_path):
     assert result["worst_energy_error_[J]"] < 1e-11 * result["largest_energy_[J]"]
     torque = read(shared_tmp_path / "out", "history.out")["GenTq"]
     assert torque[0] > 1.5e4 and list(torque[1:]) == [0.0, 0.0]
+
+
+# --- a brake that the controller closes
+
+BRAKING = """
+class Mine:
+    def __call__(self, measured):
+        return 0.0, measured.pitch, 0.0, 1.0 if measured.time > 0.29 else 0.0
+"""
+
+
+def brake_case(folder, comm, torque):
+    """A case whose controller closes the brake at 0.3 s."""
+    if comm.rank == 0:
+        (folder / "brake.py").write_text(BRAKING)
+    comm.barrier()
+    return make_case(
+        {"kind": f"python:{folder / 'brake.py'}:Mine"},
+        drivetrain={**TRAIN, "brake_torque": torque},
+        loads={"gravity": 0.0},
+    )
+
+
+def test_the_brake_that_a_controller_closes_slows_the_rotor(comm, shared_tmp_path):
+    torque, out = 5e6, shared_tmp_path / "out"
+    run_case(brake_case(shared_tmp_path, comm, torque), out, comm, "none")
+    found = read(out)
+    t, heat = found["time_[s]"], found["dissipated_by_brake_[J]"]
+    speed = np.diff(found["angle_rotor_[rad]"]) / np.diff(t)
+    before = t[1:] < 0.31
+    assert np.ptp(speed[before]) < 1e-6 * speed[0]
+    assert speed[-1] < 0.98 * speed[0]
+    assert heat[1:][before].max() == 0.0 and heat[-1] > 0.0
+
+
+def test_a_brake_without_a_torque_is_warned_of_once(comm, shared_tmp_path, caplog):
+    run_case(brake_case(shared_tmp_path, comm, 0.0), shared_tmp_path / "out", comm, "none")
+    texts = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+    expected = (
+        "the controller closes the shaft brake at t = 0.3 s, but there is none: "
+        "drivetrain.brake_torque is 0"
+    )
+    assert texts == ([expected] if comm.rank == 0 else [])

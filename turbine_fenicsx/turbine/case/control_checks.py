@@ -80,6 +80,14 @@ def list_events(case: Tables) -> Sequence[Event]:
     return sorted(events, key=lambda event: event.time)
 
 
+def has_brake(case: Tables) -> bool:
+    """Whether an event or a controller from outside may close a brake that has a torque."""
+    c = case.control
+    foreign = c.kind == "discon" or c.python_class is not None
+    by_event = any(event.kind == "brake" for event in case.event.values())
+    return by_event or (foreign and case.drivetrain.brake_torque > 0.0)
+
+
 def check_events(case: Tables) -> str:
     """What events need of a turbine is there."""
     for name, event in case.event.items():
@@ -128,7 +136,7 @@ def _find_idle_drivetrain_keys(case: Tables) -> IdleKeys:
         yield "drivetrain", ("efficiency",), 'with control.kind = "none"'
         if d.model == "none":
             yield "drivetrain", ("ratio",), 'with control.kind = "none"'
-    if not any(event.kind == "brake" for event in case.event.values()):
+    if d.brake_torque and not has_brake(case):
         yield "drivetrain", ("brake_torque",), 'without an event of kind "brake"'
     if case.yaw.drive != "free":
         yield "loads", ("yaw_torque",), f'with yaw.drive = "{case.yaw.drive}"'
