@@ -72,7 +72,11 @@ def find_steady_loads(case: Case) -> Performance:
     t, w = case.turbine, case.wind
     assert w.speed
     rotor = Rotor(
-        load_aero_blade(case), precone=-t.precone, tilt=-t.tilt, hub_height=case.hub_height
+        load_aero_blade(case),
+        precone=-t.precone,
+        tilt=-t.tilt,
+        hub_height=case.hub_height,
+        induction=case.aero.induction,
     )
     operation = Operation(
         w.speed * float(np.cos(w.inclination)),

@@ -73,7 +73,13 @@ class Wind(Component):
         frames = [layout.frame(k) for k in numbers]
         hub = (layout.axes[2], layout.centre)
         source: LineLoad = RotorAerodynamics(
-            blade, frames, *hub, inflow, case.wind.density, **make_aero_models(case)
+            blade,
+            frames,
+            *hub,
+            inflow,
+            case.wind.density,
+            **make_aero_models(case),
+            induction=case.aero.induction,
         )
         if case.turbine.rotor_speed:
             roots = len(blade.radius) * np.arange(layout.n_blades)

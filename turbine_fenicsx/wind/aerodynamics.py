@@ -24,18 +24,20 @@ from turbine_fenicsx.foundation.rotations import skew as cross_matrix
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.inflow import Inflow
-from turbine_fenicsx.wind.momentum import Annuli, induction_of_thrust, solve_momentum
+from turbine_fenicsx.wind.momentum import (
+    MAX_INDUCTION,
+    Annuli,
+    find_induction_share,
+    induction_of_thrust,
+    solve_momentum,
+)
 from turbine_fenicsx.wind.skew import SkewedWake
 from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
 from turbine_fenicsx.wind.wake import Wake
 
-LEAST_WIND = 0.1
-"""Without so much wind through the rotor, and so much rotation, there is no wake [m/s]."""
-
-MOST = 1.0
-"""Induction a and a' of a wake in balance with loads that change; more has no balance either. Long
-steps would let it grow where losses are large, at the very ends of a blade [-]."""
+MIN_WIND = 0.1
+"""Minimum wind through the rotor that carries a wake away [m/s]."""
 
 
 class _Sections(NamedTuple):
@@ -51,12 +53,13 @@ class _Sections(NamedTuple):
     outward: Array  # unit vector from the shaft to the section
     radius: Array  # distance from the shaft, shape (n,) [m]
     wind: Array  # relative to the section, without the wake [m/s]
+    speed: float  # of the rotor about the shaft [rad/s]
 
     def find_inflow(self) -> tuple[npt.NDArray[np.bool_], Array, Array]:
-        """Where there is a wake, and V_x along the normals and V_y against the way there [m/s]."""
+        """Where there is a wake, V_x along the normals there, and V_y against the way [m/s]."""
         V_x, V_y = _dot(self.wind, self.normal), -_dot(self.wind, self.way)
-        turning = np.minimum(V_x, V_y) > LEAST_WIND
-        return turning, np.where(turning, V_x, 1.0), np.where(turning, V_y, 1.0)
+        blown = V_x > MIN_WIND
+        return blown, np.where(blown, V_x, 1.0), V_y
 
 
 class _Loads(NamedTuple):
@@ -85,6 +88,8 @@ class RotorAerodynamics:
         stall: How long separation takes; None for the lift of the polars.
         skew: How much a skewed wake changes induction; None for not at all.
         tower: What the tower does to the wind, in the axes of the model; None for nothing.
+        induction: Whether there is a wake. A rotor that hardly turns has none; see
+            `turbine_fenicsx.wind.momentum.find_induction_share`.
 
     Raises:
         ModelError: for fewer than three blades, whose roots would not tell how the rotor stands.
@@ -101,6 +106,7 @@ class RotorAerodynamics:
         stall: OeyeStall | None = None,
         skew: SkewedWake | None = None,
         tower: TowerShadow | None = None,
+        induction: bool = True,
     ) -> None:
         B, n = len(np.asarray(frames)), len(blade.radius)
         F = check_array("frames of the blades", frames, (B, 3, 3), "three axes for each blade")
@@ -131,6 +137,7 @@ class RotorAerodynamics:
         self._half_density = 0.5 * self._density * self._chord  # times the chord [kg/m^2]
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
+        self._induction = induction
         polars = blade.table
         self._coefficients = (
             polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
@@ -213,7 +220,9 @@ class RotorAerodynamics:
         velocity = motion.velocity + cross_rows(motion.angular_velocity, lever)
         air = self._inflow.velocity(place, time)
         wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
-        return _Sections(lever, span, chordwise, suction, normal, way, shaft, outward, radius, wind)
+        speed = float(_mean(motion.angular_velocity[self._roots]) @ shaft)
+        directions = (lever, span, chordwise, suction, normal, way, shaft, outward)
+        return _Sections(*directions, radius, wind, speed)
 
     def _find_loads(self, s: _Sections, w: Array) -> _Loads:
         """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
@@ -254,24 +263,34 @@ class RotorAerodynamics:
             found = table((phi - setting).reshape(shape))
             return found.lift.ravel(), found.drag.ravel()
 
-        turning, V_x, V_y = s.find_inflow()
-        _, a, a_prime = solve_momentum(self._annuli, V_x, V_y, lift_and_drag)
-        w = np.stack([a * V_x, a_prime * V_y], axis=1) * turning[:, None]
+        blown, V_x, V_y = s.find_inflow()
+        share = self._find_share(s)
+        _, a, a_prime = solve_momentum(self._annuli, V_x, V_y, lift_and_drag, share)
+        w = np.stack([a * V_x, a_prime * V_y], axis=1) * blown[:, None]
         return Wake.in_balance(w)
+
+    def _find_share(self, s: _Sections) -> float:
+        """Share of the loads that the wake balances."""
+        if not self._induction:
+            return 0.0
+        wind = float(np.linalg.norm(_mean(s.wind)))
+        return find_induction_share(s.speed * self._blade.tip_radius, wind)
 
     def _balance(self, s: _Sections, w: Array, line: Array) -> tuple[Array, Array]:
         """Induced velocities of a wake in balance with line loads, (n, 2), and a."""
-        turning, V_x, V_y = s.find_inflow()
-        f_n, f_t = _dot(line, s.normal), _dot(line, s.way)
+        blown, V_x, V_y = s.find_inflow()
+        share = self._find_share(s)
+        f_n, f_t = share * _dot(line, s.normal), share * _dot(line, s.way)
         phi = np.arctan2(V_x - w[:, 0], V_y + w[:, 1])
         F = self._annuli.loss(np.where(np.abs(np.sin(phi)) > 1e-6, phi, 1e-6))
-        # B f_n = rho pi r V_x^2 C_T, and B f_t = 4 pi r rho F V_x (1 - a) a' V_y
+        # B f_n = rho pi r V_x^2 C_T, and B f_t = 4 pi r rho F V_x (1 - a) w_t
         density = self._density * np.pi * self._annuli.radius / self._B
-        a: Array = np.minimum(induction_of_thrust(f_n / (density * V_x**2), F), MOST)
-        through = np.maximum(V_x - w[:, 0], LEAST_WIND)
-        swirl = f_t / (4.0 * density * F * through)
-        swirl = np.clip(swirl, -MOST * V_y, MOST * V_y)
-        return np.stack([a * V_x, swirl], axis=1) * turning[:, None], a * turning
+        a: Array = induction_of_thrust(f_n / (density * V_x**2), F)
+        a = np.clip(a, -MAX_INDUCTION, MAX_INDUCTION)
+        through = np.maximum(V_x - w[:, 0], MIN_WIND)
+        limit = MAX_INDUCTION * np.abs(V_y)
+        w_t = np.clip(f_t / (4.0 * density * F * through), -limit, limit)
+        return np.stack([a * V_x, w_t], axis=1) * blown[:, None], a * blown
 
 
 def fit_rotation(before: Array, after: Array) -> Array:

@@ -1,9 +1,16 @@
-"""Blade-element momentum theory of one annulus: which inflow angle balances both.
+"""Blade-element momentum theory of one annulus: the inflow angle that balances both.
 
-The residual in the inflow angle phi alone, its brackets and the empirical region are those of
 A. Ning, "A simple solution method for the blade element momentum equations with guaranteed
-convergence", Wind Energy 17 (2014) 1327-1345, with Prandtl's losses at tip and hub and Buhl's
-thrust coefficient where the momentum theory fails. All annuli are solved at once.
+convergence", Wind Energy 17 (2014) 1327-1345, writes both balances as one residual in the inflow
+angle phi. His form divides by V_y and has a pole where the swirl equals it. This one has neither,
+so sections that stand or move backwards have one balance too:
+
+    R(phi) = sin(phi)/(1 - a) (V_y/V_x + t) - cos(phi) = 0,    0 < phi < pi,
+    t = w_t/V_x = sigma C_t (1 - a)/(4 F sin^2(phi)),
+
+with Prandtl's losses F at tip and hub, and Buhl's thrust coefficient where the momentum theory
+fails. Induced velocities never exceed the wind: |a| <= 1 and |w_t| <= |V_y|. All annuli are solved
+at once.
 """
 
 from __future__ import annotations
@@ -16,13 +23,39 @@ import numpy as np
 from turbine_fenicsx.foundation.types import Array
 
 SMALLEST = 1e-6
-"""Inflow angles closer to 0 and pi are not looked at [rad]."""
+"""Smallest distance of the inflow angle from 0 and pi [rad]."""
 
 HALVINGS = 50
-"""Halvings of an interval below pi: they leave 3e-15 rad."""
+"""Number of halvings of the interval from 0 to pi: they leave 3e-15 rad."""
 
 MOMENTUM_FAILS = 2.0 / 3.0
 """kappa from which on Buhl's relation holds; the axial induction is 0.4 there."""
+
+MAX_INDUCTION = 1.0
+"""Maximum magnitude of a and a': no induced velocity exceeds the wind [-]."""
+
+ROUND_OFF = 1e-12
+"""Minimum of 1 - a where it divides [-]."""
+
+FADE = (1.0, 2.0)
+"""Tip-speed ratios without and with full induction. A rotor that hardly turns has no annuli whose
+momentum its few blades could change; AeroDyn 15 fades between the same ratios."""
+
+
+def find_induction_share(tip_speed: float, wind_speed: float) -> float:
+    """Share of the loads that the wake balances: 0 for a rotor that hardly turns, 1 in operation.
+
+    The share rises smoothly, as (1 - cos(pi x))/2, between the tip-speed ratios `FADE`.
+
+    Args:
+        tip_speed: Rotor speed times radius, of any sign [m/s].
+        wind_speed: Speed of the mean wind in any direction, not negative [m/s].
+    """
+    first, last = FADE
+    if abs(tip_speed) >= last * wind_speed:
+        return 1.0
+    x = max(0.0, (abs(tip_speed) / wind_speed - first) / (last - first))
+    return float(0.5 - 0.5 * np.cos(np.pi * x))
 
 
 class Annuli(NamedTuple):
@@ -60,8 +93,8 @@ class Induction(NamedTuple):
 
     Attributes:
         phi: Inflow angle, from the rotor plane [rad].
-        axial: a; the axial wind at the rotor is (1 - a) V [-].
-        tangential: a'; the tangential wind is (1 + a') times that of the rotation [-].
+        axial: a; the axial wind at the rotor is (1 - a) V_x [-].
+        tangential: a' = w_t/V_y; the tangential wind is (1 + a') V_y. 0 where V_y is 0 [-].
     """
 
     phi: Array
@@ -73,60 +106,54 @@ Lookup = Callable[[Array], tuple[Array, Array]]
 """C_l and C_d for inflow angles phi."""
 
 
-def solve_momentum(annuli: Annuli, V_x: Array, V_y: Array, polars: Lookup) -> Induction:
+def solve_momentum(
+    annuli: Annuli, V_x: Array, V_y: Array, polars: Lookup, share: float = 1.0
+) -> Induction:
     """Inflow angles and induction of all annuli.
 
     Args:
         annuli: Their geometry.
         V_x: Wind through the rotor plane [m/s].
-        V_y: Wind in the rotor plane, from the rotation, positive [m/s].
+        V_y: Wind in the rotor plane, against the motion of the section, of any sign [m/s].
         polars: C_l and C_d of all annuli at inflow angles.
+        share: Share of the loads that the wake balances, see `find_induction_share`.
 
     Returns:
-        The induction; where no angle balances (no wind, no rotation) there is none of it.
+        The induction; none where V_x is not positive.
     """
     shape = np.broadcast(V_x, V_y, annuli.radius).shape
     V_x, V_y = (np.broadcast_to(V, shape) for V in (V_x, V_y))
+    through = V_x > 0.0
+    ratio = V_y / np.where(through, V_x, 1.0)
+    annuli = annuli._replace(solidity=share * annuli.solidity)
 
-    def residual(phi: Array) -> Array:
-        return _balance(annuli, V_x, V_y, polars, phi)[0]
-
-    # turbine, windmill brake with V_x < 0, and the rest (Ning, section 2.3)
-    brackets = (SMALLEST, np.pi / 2), (-np.pi / 4, -SMALLEST), (np.pi / 2, np.pi - SMALLEST)
-    low, high = np.zeros(shape), np.zeros(shape)
-    found = np.zeros(shape, dtype=bool)
-    for first, last in brackets:
-        change = residual(np.full(shape, first)) * residual(np.full(shape, last)) < 0.0
-        new = change & ~found
-        low, high = np.where(new, first, low), np.where(new, last, high)
-        found |= new
-    sign = np.sign(residual(np.where(found, low, 1.0)))
+    low, high = np.full(shape, SMALLEST), np.full(shape, np.pi - SMALLEST)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        beyond = sign * residual(np.where(found, middle, 1.0)) <= 0.0
+        s, c = np.sin(middle), np.cos(middle)
+        a, t = _find_induction(annuli, polars, middle, ratio)
+        beyond = s / np.maximum(1.0 - a, ROUND_OFF) * (ratio + t) > c  # R(phi) > 0
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    phi = np.where(found, 0.5 * (low + high), np.arctan2(V_x, V_y))
-    _, a, a_prime = _balance(annuli, V_x, V_y, polars, np.where(found, phi, 1.0))
-    return Induction(phi, np.where(found, a, 0.0), np.where(found, a_prime, 0.0))
+    found = _find_induction(annuli, polars, 0.5 * (low + high), ratio)
+    a, t = (np.where(through, x, 0.0) for x in found)
+    w_t = t * V_x
+    a_prime = w_t / np.where(V_y == 0.0, np.inf, V_y)
+    return Induction(np.arctan2((1.0 - a) * V_x, V_y + w_t), a, a_prime)
 
 
-def _balance(
-    annuli: Annuli, V_x: Array, V_y: Array, polars: Lookup, phi: Array
-) -> tuple[Array, Array, Array]:
-    """Residual of Ning's equation, a and a' for inflow angles."""
+def _find_induction(
+    annuli: Annuli, polars: Lookup, phi: Array, ratio: Array
+) -> tuple[Array, Array]:
+    """A and t = w_t/V_x that balance the loads at inflow angles, both within `MAX_INDUCTION`."""
     C_l, C_d = polars(phi)
     s, c = np.sin(phi), np.cos(phi)
     C_n, C_t = C_l * c + C_d * s, C_l * s - C_d * c
     F = annuli.loss(phi)
-    kappa = annuli.solidity * C_n / (4.0 * F * s * s)
-    kappa_t = annuli.solidity * C_t / (4.0 * F * s * c)
-    # axial: momentum theory, Buhl's relation, propeller brake
-    a = axial_induction(kappa, F, phi)
-    a_prime = kappa_t / (1.0 - kappa_t)
-    ratio = np.where(V_y == 0.0, np.inf, V_x / np.where(V_y == 0.0, 1.0, V_y))
-    forward = s / (1.0 - a) - ratio * c * (1.0 - kappa_t)
-    backward = s * (1.0 - kappa) - ratio * c * (1.0 - kappa_t)
-    return np.where(phi > 0.0, forward, backward), a, a_prime
+    by_momentum = annuli.solidity / (4.0 * F * s * s)
+    a = axial_induction(by_momentum * C_n, F)
+    limit = MAX_INDUCTION * np.abs(ratio)
+    t = np.clip(by_momentum * C_t * (1.0 - a), -limit, limit)
+    return a, t
 
 
 def induction_of_thrust(C_T: Array, F: Array) -> Array:
@@ -144,23 +171,22 @@ def induction_of_thrust(C_T: Array, F: Array) -> Array:
     return np.asarray(np.where(load <= 4.0 * 0.4 * 0.6, momentum, buhl))
 
 
-def axial_induction(kappa: Array, F: Array, phi: Array) -> Array:
-    """The axial induction a from kappa = sigma C_n/(4 F sin^2 phi).
+def axial_induction(kappa: Array, F: Array) -> Array:
+    """The axial induction a from kappa = sigma C_n/(4 F sin^2 phi), between -1 and 1.
 
     Args:
-        kappa: kappa [-].
+        kappa: kappa; negative where the rotor drives the wind [-].
         F: Factor of Prandtl's losses [-].
-        phi: Inflow angle; its sign tells a turbine from a propeller brake [rad].
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        momentum = kappa / (1.0 + kappa)
-        # Buhl: C_T = 8/9 + (4 F - 40/9) a + (50/9 - 4 F) a^2, met at a = 0.4
-        g_1 = 2.0 * F * kappa - (10.0 / 9.0 - F)
-        g_2 = np.maximum(2.0 * F * kappa - F * (4.0 / 3.0 - F), 0.0)
-        g_3 = 2.0 * F * kappa - (25.0 / 9.0 - 2.0 * F)
-        root = np.sqrt(g_2)
-        near = np.abs(g_3) < 1e-6
+    # a = -1, the limit, has kappa = -1/2
+    kappa = np.maximum(kappa, -MAX_INDUCTION / (1.0 + MAX_INDUCTION))
+    momentum = kappa / (1.0 + kappa)
+    # Buhl: C_T = 8/9 + (4 F - 40/9) a + (50/9 - 4 F) a^2, met at a = 0.4
+    g_1 = 2.0 * F * kappa - (10.0 / 9.0 - F)
+    g_2 = np.maximum(2.0 * F * kappa - F * (4.0 / 3.0 - F), 0.0)
+    g_3 = 2.0 * F * kappa - (25.0 / 9.0 - 2.0 * F)
+    root = np.sqrt(g_2)
+    near = np.abs(g_3) < 1e-6
+    with np.errstate(divide="ignore"):
         buhl = np.where(near, 1.0 - 0.5 / root, (g_1 - root) / np.where(near, 1.0, g_3))
-        brake = np.where(kappa > 1.0, kappa / (kappa - 1.0), 0.0)
-    forward = np.where(kappa <= MOMENTUM_FAILS, momentum, buhl)
-    return np.asarray(np.where(phi > 0.0, forward, brake))
+    return np.asarray(np.where(kappa <= MOMENTUM_FAILS, momentum, buhl))

@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.checks import check_not_negative, check_number, 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import AeroBlade
-from turbine_fenicsx.wind.momentum import Annuli, Induction, solve_momentum
+from turbine_fenicsx.wind.momentum import Annuli, Induction, find_induction_share, solve_momentum
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class Rotor:
         precone: Angle of the blades with the rotor plane, positive if tips are upwind [rad].
         tilt: Angle of the shaft with the horizontal, positive if the hub is its upper end [rad].
         hub_height: Height of the rotor centre above ground [m].
+        induction: Whether the rotor changes the wind. A rotor that hardly turns does not; see
+            `turbine_fenicsx.wind.momentum.find_induction_share`.
     """
 
     blade: AeroBlade
@@ -31,6 +33,7 @@ class Rotor:
     precone: float = 0.0
     tilt: float = 0.0
     hub_height: float = 100.0
+    induction: bool = True
 
     def __post_init__(self) -> None:
         if self.blades < 1:
@@ -70,7 +73,7 @@ class Operation:
 
     Args:
         wind_speed: At the height of the hub [m/s].
-        rotor_speed: Positive [rad/s].
+        rotor_speed: Not negative [rad/s].
         pitch: Of all blades, positive towards feather [rad].
         yaw: Angle of the wind with the vertical plane of the shaft [rad].
         shear: Exponent of the power law of the wind over height [-].
@@ -85,9 +88,10 @@ class Operation:
     density: float = 1.225
 
     def __post_init__(self) -> None:
-        for what in ("wind_speed", "rotor_speed", "density"):
+        for what in ("wind_speed", "density"):
             check_positive(f"{what.replace('_', ' ')} of an operation", getattr(self, what))
-        check_not_negative("shear of an operation", self.shear)
+        for what in ("rotor_speed", "shear"):
+            check_not_negative(f"{what.replace('_', ' ')} of an operation", getattr(self, what))
         for what in ("pitch", "yaw"):
             check_number(f"{what} of an operation", getattr(self, what))
 
@@ -141,7 +145,9 @@ def find_section_loads(
         found = blade.table(phi - before)
         return found.lift, found.drag
 
-    induction = solve_momentum(annuli, V_x, V_y, lift_and_drag)
+    tip_speed = operation.rotor_speed * rotor.tip_distance
+    share = find_induction_share(tip_speed, operation.wind_speed) if rotor.induction else 0.0
+    induction = solve_momentum(annuli, V_x, V_y, lift_and_drag, share)
     phi, a, a_prime = induction
     C = blade.table(phi - setting)
     W_2 = (V_x * (1.0 - a)) ** 2 + (V_y * (1.0 + a_prime)) ** 2

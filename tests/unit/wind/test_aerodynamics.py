@@ -124,6 +124,29 @@ def test_a_rotor_at_rest_has_no_wake():
     assert not np.any(source._wake.velocity)
 
 
+@pytest.mark.parametrize("pitch", [0.0, 1.57])
+def test_steady_wind_on_a_standing_rotor_gives_constant_loads(pitch):
+    blade = iea_blade()
+    source = aerodynamics(blade, wind=SteadyWind(47.5, 150.0, direction=np.radians(8.0)))
+    still = turning(blade, 0.0, pitch=pitch)
+    still = still._replace(velocity=0.0 * still.velocity, angular_velocity=0.0 * still.velocity)
+    expected, _ = source.loads(still, 0.0)
+    for k in range(20):
+        source.accept(still, StepTimes.from_start(k * 0.5, 0.5))
+    found, _ = source.loads(still, 10.0)
+    assert np.array_equal(found, expected)
+    # a flat plate of this chord has a drag coefficient of about two
+    plates = np.tile(blade.chord, 3) * source._lengths
+    assert np.all(np.linalg.norm(found, axis=1) <= 0.5 * 1.225 * 47.5**2 * 2.5 * plates)
+
+
+def test_a_wake_without_induction_is_none():
+    blade = plain_blade()
+    source = aerodynamics(blade, induction=False)
+    run(source, blade, 3)
+    assert not np.any(source._wake.velocity)
+
+
 EVERYTHING = {
     "stall": OeyeStall(),
     "skew": SkewedWake(),

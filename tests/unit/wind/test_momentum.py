@@ -6,6 +6,7 @@ import pytest
 from turbine_fenicsx.wind.momentum import (
     Annuli,
     axial_induction,
+    find_induction_share,
     induction_of_thrust,
     solve_momentum,
 )
@@ -22,14 +23,14 @@ def thrust_coefficient(a, F):
 @pytest.mark.parametrize("F", [1.0, 0.8, 0.3])
 def test_thrust_of_the_blade_elements_is_that_of_the_wake(F):
     kappa = np.array([0.05, 0.3, 0.5, 0.6666, 0.6667, 1.0, 3.0, 50.0])
-    a = axial_induction(kappa, np.full(8, F), np.ones(8))
+    a = axial_induction(kappa, np.full(8, F))
     # C_T of the elements is 4 F kappa (1 - a)^2
     assert 4.0 * F * kappa * (1.0 - a) ** 2 == pytest.approx(thrust_coefficient(a, F), rel=1e-9)
     assert np.all(np.diff(a) > 0.0)
 
 
 def test_the_wind_is_slowed_by_a_third_at_a_thrust_coefficient_of_eight_ninths():
-    assert axial_induction(np.array(0.5), np.array(1.0), np.array(1.0)) == pytest.approx(1.0 / 3.0)
+    assert axial_induction(np.array(0.5), np.array(1.0)) == pytest.approx(1.0 / 3.0)
 
 
 def test_losses_are_those_of_prandtl_and_end_at_tip_and_hub():
@@ -40,7 +41,9 @@ def test_losses_are_those_of_prandtl_and_end_at_tip_and_hub():
     assert F[0] < 0.05 and F[2] < 0.05
 
 
-@pytest.mark.parametrize(("V_x", "V_y"), [(10.0, 40.0), (1.0, 90.0), (30.0, 5.0), (-3.0, 60.0)])
+@pytest.mark.parametrize(
+    ("V_x", "V_y"), [(10.0, 40.0), (1.0, 90.0), (30.0, 5.0), (-3.0, 60.0), (30.0, -8.0)]
+)
 def test_a_balance_is_found_in_any_wind(V_x, V_y):
     setting = np.radians(2.0)
 
@@ -70,3 +73,29 @@ def test_induction_of_a_thrust_is_the_inverse_of_the_thrust_of_an_induction(F):
     a = np.array([0.0, 0.1, 0.3, 0.39, 0.41, 0.6, 0.9])
     C_T = thrust_coefficient(a, F)
     assert induction_of_thrust(C_T, np.full(7, F)) == pytest.approx(a, abs=1e-12)
+
+
+@pytest.mark.parametrize("V_y", [0.0, 1e-9, -1e-9])
+def test_a_section_that_stands_has_the_balance_of_its_neighbours(V_y):
+    def flat_plate(phi):
+        return 2.0 * np.sin(phi - 1.2) * np.cos(phi - 1.2), 2.0 * np.sin(phi - 1.2) ** 2
+
+    found = [solve_momentum(NO_LOSS, np.array(20.0), np.array(V), flat_plate) for V in (V_y, 1e-3)]
+    assert found[0].axial == pytest.approx(found[1].axial, abs=1e-3)
+    assert found[0].phi == pytest.approx(found[1].phi, abs=1e-3)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_induced_velocity_exceeds_the_wind(sign):
+    annuli = NO_LOSS._replace(solidity=np.array(0.8))
+    for V_y in np.linspace(-90.0, 90.0, 61):
+        a, a_prime = solve_momentum(
+            annuli, np.array(5.0), V_y, lambda phi: (sign * np.full_like(phi, 4.0), 0.1 + 0.0 * phi)
+        )[1:]
+        assert abs(a) <= 1.0 and abs(a_prime) <= 1.0
+
+
+def test_induction_fades_in_between_tip_speed_ratios_of_one_and_two():
+    shares = [find_induction_share(30.0 * x, 30.0) for x in (0.0, 0.9, 1.0, 1.5, 2.0, 9.0, -2.0)]
+    assert shares == pytest.approx([0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0], abs=1e-15)
+    assert find_induction_share(0.0, 0.0) == 1.0  # calm: there is no wind that would be slowed

@@ -184,3 +184,46 @@ def test_tips_below_the_ground_are_refused():
         ModelError, match="the tips reach the ground: they are 100 m from the shaft"
     ):
         find_performance(Rotor(thin_blade(), hub_height=90.0), Operation(10.0, 0.8))
+
+
+def storm_rotor():
+    """The IEA 15 MW rotor at a dozen stations."""
+    own = iea_blade()
+    radius, lengths = place_stations(own.hub_radius, own.tip_radius, 12)
+    blade = replace(resample_blade(own, radius), lengths=lengths)
+    return Rotor(blade, 3, np.radians(4.0), np.radians(6.0), 150.0)
+
+
+@pytest.mark.parametrize("wind", [12.0, 47.5])
+@pytest.mark.parametrize(
+    ("key", "first", "last"),
+    [("rotor_speed", 0.0, 1.0), ("pitch", 0.0, np.pi / 2.0), ("yaw", -0.7, 0.7)],
+)
+def test_loads_are_continuous_from_standstill_on(key, first, last, wind):
+    rotor = storm_rotor()
+    values = np.linspace(first, last, 129)
+    for speed, pitch in ((0.0, 1.55), (0.05, 1.5), (0.5, 0.5), (1.0, 0.0)):
+        given = {"wind_speed": wind, "rotor_speed": speed, "pitch": pitch, "yaw": -0.03}
+        found = np.array(
+            [find_performance(rotor, Operation(**{**given, key: x}), 2)[:2] for x in values]
+        )
+        coarse, fine = (np.max(np.abs(np.diff(x, axis=0)), axis=0) for x in (found[::4], found))
+        # steps a quarter as long change a continuous function less; kinks of polars may spoil some
+        assert np.all(fine <= 0.5 * coarse)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05, 0.3, 0.7])
+def test_no_parked_or_idling_rotor_has_more_thrust_than_its_blades_can_have(speed):
+    rotor = storm_rotor()
+    for yaw in np.radians(np.arange(-180.0, 180.0, 15.0)):
+        for pitch in np.radians([0.0, 45.0, 88.0]):
+            operation = Operation(50.0, speed, pitch, yaw)
+            assert abs(find_performance(rotor, operation).thrust_coefficient) < 0.2
+            induction = find_section_loads(rotor, operation, np.zeros(1)).induction
+            assert np.all(np.abs(induction.axial) <= 1.0)
+
+
+def test_a_rotor_without_induction_has_the_loads_of_its_blade_elements():
+    rotor = replace(storm_rotor(), induction=False)
+    found = find_section_loads(rotor, Operation(10.0, 0.75), np.zeros(1)).induction
+    assert not np.any(found.axial) and not np.any(found.tangential)

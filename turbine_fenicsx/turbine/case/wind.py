@@ -119,6 +119,9 @@ class AeroCase(Section):
     case file; none: those of ``turbine.file``."""
     stations: Annotated[Whole, Field(ge=5, le=1000)] = 12
     """Number of aerodynamic stations of a blade."""
+    induction: Flag = True
+    """Whether the rotor slows the wind; ``false`` leaves blade elements alone. A rotor whose tips
+    are slower than the wind never does, see theory/bem."""
     dynamic_stall: Literal["none", "oeye"] = "none"
     """Delay of the separation of the flow, see theory/unsteady_aerodynamics."""
     skewed_wake: Flag = False

@@ -192,7 +192,8 @@ def describe_aerodynamics(case: Tables) -> list[str]:
 
 def _name_models(case: Tables) -> str:
     """What the aerodynamics of a case know, in words."""
-    aero, found = case.aero, ["dynamic inflow"]
+    aero = case.aero
+    found = ["dynamic inflow" if aero.induction else "no induction"]
     if aero.dynamic_stall == "oeye":
         found.append("dynamic stall")
     if aero.skewed_wake:

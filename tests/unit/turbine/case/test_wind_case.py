@@ -216,3 +216,9 @@ def test_a_tower_without_a_shape_has_no_shadow(aerodyn):
     aero = {"file": aerodyn, "tower_shadow": "potential"}
     (found,) = mistakes({"turbine": RIGID, "wind": {"speed": 8}, "aero": aero})
     assert 'aero.tower_shadow = "potential": expected tower.flexible = true' in found
+
+
+def test_a_case_may_leave_induction_out_and_says_so(aerodyn):
+    given = {"turbine": RIGID, "wind": {"speed": 9.0}}
+    found = Case.parse({**given, "aero": {"file": aerodyn, "induction": False}})
+    assert "no induction" in describe_aerodynamics(found)[1]
