@@ -28,7 +28,7 @@ def find_aero_file(case: Tables) -> str:
 
     name = case.turbine.file if case.aero.file is None else case.aero.file
     assert name is not None
-    return str(find_turbine_file(name)) if _is_windio(name) else name
+    return str(find_turbine_file(name)) if is_windio(name) else name
 
 
 def load_aero_blade(case: Tables) -> AeroBlade:
@@ -52,7 +52,7 @@ def load_aero_blade(case: Tables) -> AeroBlade:
 @lru_cache(maxsize=4)
 def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float) -> AeroBlade:
     """The blade of a file as it is now."""
-    if _is_windio(path):
+    if is_windio(path):
         from turbine_fenicsx.wind.windio_blade import make_aero_blade
 
         turbine = load_turbine(path)
@@ -65,6 +65,6 @@ def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float)
     return replace(resample_blade(blade, radius), lengths=lengths)
 
 
-def _is_windio(name: str) -> bool:
+def is_windio(name: str) -> bool:
     """Whether a file is one of windIO by its name."""
     return Path(name).suffix.lower() in (".yaml", ".yml")

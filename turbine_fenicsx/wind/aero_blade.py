@@ -35,6 +35,7 @@ class AeroBlade:
         aerodynamic_centre: Where lift and drag act, in the same way [-].
         lengths: Length of the span whose loads each station stands for, the weights of a
             quadrature; None for what lies between the middles of neighbours, shape (n,) [m].
+        warnings: What a reader has left out of its file, a sentence each.
 
     Raises:
         ModelError: for stations outside the blade or not in order, chords that are not positive,
@@ -51,6 +52,7 @@ class AeroBlade:
     reference: Array | float = 0.25
     aerodynamic_centre: Array | float = 0.25
     lengths: Array | None = None
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.radius)

@@ -5,38 +5,72 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
-from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
+from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 from turbine_fenicsx.wind.polar import Polar
 
-LARGEST = 10_000_000
-"""Larger files are no tables of aerofoils or blades [bytes]."""
+BLADE_COLUMNS = {"BlSpn": 0, "BlCrvAC": 1, "BlSwpAC": 2, "BlTwist": 4, "BlChord": 5, "BlAFID": 6}
+"""Columns that are read of a blade, and where they are without names above them."""
+
+_SWEEP = 1e-3
+"""Sweep up to this is none [m]."""
 
 
-def read_aerodyn_polar(path: str | os.PathLike[str]) -> Polar:
+class PolarColumns(NamedTuple):
+    """Columns of a polar's table, counted from 1, under AeroDyn's names without `InCol_`.
+
+    Attributes:
+        Alfa: Angle of attack.
+        Cl: Lift.
+        Cd: Drag.
+        Cm: Moment; 0 for none, None for the fourth column where there is one.
+    """
+
+    Alfa: int = 1
+    Cl: int = 2
+    Cd: int = 3
+    Cm: int | None = None
+
+
+COLUMNS = PolarColumns()
+"""Columns of AeroDyn's examples."""
+
+
+def read_aerodyn_polar(
+    path: str | os.PathLike[str], columns: PolarColumns = COLUMNS, first_alone: bool = True
+) -> Polar:
     """The first table of a file with the coefficients of an aerofoil.
 
     Args:
         path: A file of AeroDyn 15.
+        columns: Where the coefficients are.
+        first_alone: Whether tables after the first have no effect; else a file has one table.
 
     Raises:
-        InputError: if it is none, or its table does not close the circle.
+        InputError: if it is none, its table does not close the circle, or there are more tables.
         FileError: if it cannot be read.
     """
-    lines = read_lines(path)
-    count, first = find_count(path, lines, "NumAlf")
-    rows = [line for line in lines[first:] if not line.lstrip().startswith("!")][:count]
-    table = _parse_rows(path, rows, count, 3)
-    if table.shape[1] == 3:
-        table = np.column_stack([table, np.zeros(count)])
-    angle, lift, drag, moment = table[:, :4].T
+    text = AeroDynText.read(path)
+    count, first = text.find_count("NumAlf")
+    number = text.find("NumTabs")
+    if not first_alone and number and number[0] not in ("1", "01"):
+        text.fail(
+            number[1],
+            f"it has {number[0]} tables, between which AFTabMod = 2 or 3 interpolates, which is "
+            "not done here: leave the table of rated operation, or set AFTabMod = 1 for the first",
+        )
+    least = max(c or 0 for c in columns)
+    table = text.read_table(first, count, least)
+    moment = columns.Cm if columns.Cm is not None else 4 * (table.shape[1] >= 4)
+    angle, lift, drag = (table[:, c - 1] for c in columns[:3])
+    C_m = table[:, moment - 1] if moment else np.zeros(count)
     try:
-        return Polar(Path(path).stem, np.radians(angle), lift, drag, moment)
+        return Polar(Path(path).stem, np.radians(angle), lift, drag, C_m)
     except ModelError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
@@ -45,6 +79,8 @@ def read_aerodyn_blade(
     path: str | os.PathLike[str], hub_radius: float, polars: Sequence[Polar]
 ) -> AeroBlade:
     """A blade with chord, twist and polars along its span.
+
+    Columns are found by the names above them. The blade warns of sweep, which is left out.
 
     Args:
         path: A blade file of AeroDyn 15.
@@ -55,11 +91,11 @@ def read_aerodyn_blade(
         InputError: if the file is none, or names a polar that is not given.
         FileError: if it cannot be read.
     """
-    lines = read_lines(path)
-    count, first = find_count(path, lines, "NumBlNds")
-    table = _parse_rows(path, lines[first + 2 :][:count], count, 7)
-    span, prebend, twist, chord = table[:, 0], table[:, 1], table[:, 4], table[:, 5]
-    numbers = table[:, 6]
+    text = AeroDynText.read(path)
+    count, first = text.find_count("NumBlNds")
+    places = _find_columns(text, first)
+    table = text.read_table(first, count, max(places.values()) + 1)
+    span, prebend, sweep, twist, chord, numbers = (table[:, places[name]] for name in BLADE_COLUMNS)
     strangers = sorted({float(n) for n in numbers if n not in range(1, len(polars) + 1)})
     if strangers:
         raise InputError(
@@ -69,6 +105,11 @@ def read_aerodyn_blade(
     radius = hub_radius + span
     tip = float(radius[-1])
     radius = np.clip(radius, hub_radius + INSIDE, tip - INSIDE)
+    largest = float(np.abs(sweep).max())
+    warnings = (
+        f"{Path(path).name}: its blade is swept by up to {largest:.3g} m (BlSwpAC), which is left "
+        "out: sections lie on a straight or prebent span",
+    )
     try:
         return AeroBlade(
             hub_radius,
@@ -78,44 +119,18 @@ def read_aerodyn_blade(
             np.radians(twist),
             tuple(polars[int(n) - 1] for n in numbers),
             prebend=prebend,
+            warnings=warnings if largest > _SWEEP else (),
         )
     except ModelError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
 
-def read_lines(path: str | os.PathLike[str]) -> list[str]:
-    """Lines of a text file of sensible size."""
-    with name_file_in_errors("read", path), open_regular(path) as file:
-        content = file.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise InputError(f"{os.fspath(path)} is larger than {LARGEST // 1_000_000} MB, so no table")
-    return content.decode("utf-8", errors="replace").splitlines()
-
-
-def find_count(path: str | os.PathLike[str], lines: list[str], word: str) -> tuple[int, int]:
-    """The number in front of a word, and the index of the line after it."""
-    for k, line in enumerate(lines):
-        parts = line.split()
-        if len(parts) >= 2 and parts[1] == word:
-            text = parts[0]
-            digits = text.isdecimal() and len(text) < 10
-            if not digits or not 0 < int(text) <= len(lines):
-                raise InputError(
-                    f"{os.fspath(path)}, line {k + 1}: {word} must be a number of rows that the "
-                    f"file has, got {text[:40]!r}"
-                )
-            return int(text), k + 1
-    raise InputError(f"{os.fspath(path)} is no file of AeroDyn 15: it has no {word}")
-
-
-def _parse_rows(path: str | os.PathLike[str], rows: list[str], count: int, least: int) -> Array:
-    """Numbers of a table with at least so many columns."""
-    try:
-        table = np.array([[float(word) for word in row.split()] for row in rows])
-    except ValueError as error:
-        raise InputError(f"{os.fspath(path)}: a row of its table is wrong: {error}") from None
-    if table.ndim != 2 or len(table) != count or table.shape[1] < least:
-        raise InputError(f"{os.fspath(path)} must have {count} rows of at least {least} numbers")
-    if not np.all(np.isfinite(table)):
-        raise InputError(f"{os.fspath(path)} has numbers that are not finite")
-    return table
+def _find_columns(text: AeroDynText, first: int) -> dict[str, int]:
+    """Indices of the columns of a blade, by their names where there are any."""
+    names = text.lines[first].replace(",", " ").lower().split() if first < len(text.lines) else []
+    if "blspn" not in names:
+        return BLADE_COLUMNS
+    missing = [name for name in BLADE_COLUMNS if name.lower() not in names]
+    if missing:
+        text.fail(first, f"the table of the blade has no column {missing[0]}")
+    return {name: names.index(name.lower()) for name in BLADE_COLUMNS}

@@ -12,8 +12,9 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
-FULL_CIRCLE = 1e-6
-"""How far the first and last angle of a polar may be from -pi and pi [rad]."""
+FULL_CIRCLE = 1e-3
+"""Maximum distance of the first and last angle from -pi and pi; tables end at 179.99 degrees, and
+coefficients are straight on from there [rad]."""
 
 SAME_ENDS = 1e-2
 """How far coefficients at -pi and pi may differ: it is one angle. Those of the thick airfoils of

@@ -72,6 +72,20 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
     return TurbulenceField(planes, slope, intercept, dt, y, z, speed, periodic, lead)
 
 
+def read_turbsim_height(path: str | os.PathLike[str]) -> float:
+    """Height of the hub that a full-field file was made for [m].
+
+    Raises:
+        InputError: if it is none.
+        FileError: if it cannot be read.
+    """
+    with name_file_in_errors("read", path), open_regular(path) as file:
+        start = file.read(HEADER.itemsize)
+    if len(start) < HEADER.itemsize:
+        raise InputError(f"{os.fspath(path)} is no full-field file of TurbSim: it is too short")
+    return float(np.frombuffer(start, HEADER)[0]["z_hub"])
+
+
 def _check_header(name: str, head: np.void) -> None:
     """Raise an InputError for numbers that no file of TurbSim has."""
     if int(head["kind"]) not in (NOT_PERIODIC, PERIODIC):

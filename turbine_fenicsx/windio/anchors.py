@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.windio.curves import Curve, read_curve
 from turbine_fenicsx.windio.entry import Entry
 
@@ -14,8 +17,18 @@ HANDLES = ("start_nd_arc", "end_nd_arc", "midpoint_nd_arc")
 LONGEST = 20
 """References from anchor to anchor."""
 
+WIDEST = 100.0
+"""Maximum width of an anchor [m]."""
+
+MAX_WIDTH_ERROR = 0.05
+"""Maximum mean difference between a width and the distance of given places, relative to the mean
+width. Programs round off what they resolve: IEA-15's reinforcements differ by 4 %."""
+
 _SMALL = 1e-4
 """Places may lie outside of 0 to 1 by this much."""
+
+_FINE = np.linspace(0.0, 1.0, 101)
+"""Stations between which places that follow from a width are straight."""
 
 
 class Anchors:
@@ -24,11 +37,18 @@ class Anchors:
     Args:
         entry: The list.
         others: Where anchors are sought that are not in the list.
+        girth: Length of the contour at span fractions, which widths are divided by [m]; None in a
+            web, whose anchors have no widths.
     """
 
-    def __init__(self, entry: Entry | None, others: Anchors | None = None) -> None:
+    def __init__(
+        self,
+        entry: Entry | None,
+        others: Anchors | None = None,
+        girth: Callable[[Array], Array] | None = None,
+    ) -> None:
         self._anchors = {e["name"].text(): e for e in entry.entries()} if entry else {}
-        self._others = others
+        self._others, self._girth = others, girth
         self._known: dict[tuple[str, str], Curve] = {}
 
     def resolve(self, place: Entry) -> Curve:
@@ -66,16 +86,100 @@ class Anchors:
         anchor = self._anchors[name]
         if handle in anchor:
             return self._resolve(anchor[handle], trail)
+        if self._girth is not None:
+            found = self._place_by_offset(anchor, handle, self._girth, trail)
+            if found is None and "width" in anchor and handle in _list_defined(anchor):
+                found = self._place_by_width(anchor, handle, self._girth, trail)
+            if found is not None:
+                return found
         if handle == HANDLES[2] and HANDLES[0] in anchor and HANDLES[1] in anchor:
             start, end = (self._resolve(anchor[h], trail) for h in HANDLES[:2])
             grid = np.union1d(start.grid, end.grid)
             return Curve(grid, 0.5 * (start(grid) + end(grid)))
         anchor.fail(
-            f"is not resolved: it has no {handle!r} with grid and values (widths, offsets and "
-            "planes alone are not read, the program that writes the file resolves them)"
+            f"is not resolved: it has no {handle!r} with grid and values, nor an offset, "
+            "nor a width beside another place (planes alone are not read, the program that writes "
+            "the file resolves them)"
         )
+
+    def _place_by_width(
+        self,
+        anchor: Entry,
+        handle: str,
+        girth: Callable[[Array], Array],
+        trail: tuple[str, ...],
+    ) -> Curve | None:
+        """A start or an end at the anchor's width from its other end or its middle."""
+        width = read_curve(anchor["width"], 0.0, WIDEST)
+        start, end, middle = HANDLES
+        other, sign = (start, 1.0) if handle == end else (end, -1.0)
+        origin, part = next(
+            ((key, share) for key, share in ((other, 1.0), (middle, 0.5)) if key in anchor),
+            ("", 0.0),
+        )
+        if not origin:
+            return None
+        given = self._resolve(anchor[origin], trail)
+        return _shift(given, width, sign * part / girth(_FINE), anchor["width"])
+
+    def _place_by_offset(
+        self,
+        anchor: Entry,
+        handle: str,
+        girth: Callable[[Array], Array],
+        trail: tuple[str, ...],
+    ) -> Curve | None:
+        """A place at an offset from another anchor, a length or a fraction of the contour."""
+        for key, most in (("offset_arc", WIDEST), ("offset_nd_arc", 1.0)):
+            if key in anchor and anchor[key]["defines"].text() == handle:
+                offset = read_curve(anchor[key], -most, most)
+                unit = 1.0 / girth(_FINE) if key == "offset_arc" else np.ones(len(_FINE))
+                return _shift(self._resolve(anchor[key], trail), offset, unit, anchor[key])
+        return None
+
+    def list_disagreements(self) -> Iterator[str]:
+        """A sentence for each anchor whose width is not the distance of its given start and end."""
+        for name, anchor in self._anchors.items():
+            ends = HANDLES[:2]
+            if self._girth is None or "width" not in anchor or not all(e in anchor for e in ends):
+                continue
+            width = read_curve(anchor["width"], 0.0, WIDEST)
+            s = _FINE[(_FINE >= width.start) & (_FINE <= width.end)]
+            start, end = (self._resolve(anchor[handle], (f"{name}.{handle}",)) for handle in ends)
+            distance = (end(s) - start(s)) * self._girth(s)
+            error = np.abs(distance - width(s))
+            if error.sum() > MAX_WIDTH_ERROR * max(width(s).sum(), distance.sum()):
+                k = int(error.argmax())
+                yield (
+                    f"{anchor.file}: {anchor.place} has a width of {width(s)[k]:.3g} m, but its "
+                    f"start and end, which are used, are {distance[k]:.3g} m apart at station "
+                    f"{s[k]:.3g}, where they differ most"
+                )
 
     def _find(self, name: str) -> Anchors | None:
         if name in self._anchors:
             return self
         return self._others._find(name) if self._others else None
+
+
+def _shift(given: Curve, distance: Curve, unit: Array, entry: Entry) -> Curve:
+    """Places at distances, in units that are given at fine stations, from others."""
+    grid = np.unique(np.concatenate([distance.grid, given.grid, _FINE]))
+    first, last = max(distance.start, given.start), min(distance.end, given.end)
+    s = grid[(grid >= first) & (grid <= last)]
+    if len(s) < 2:
+        entry.fail("has no stations in common with the place that it starts from")
+    place = given(s) + distance(s) * np.interp(s, _FINE, unit)
+    return Curve(s, np.clip(place, 0.0, 1.0))
+
+
+def _list_defined(anchor: Entry) -> list[str]:
+    """Handles that the width of an anchor defines; both where it names none."""
+    named = anchor["width"].get("defines")
+    if named is None:
+        return list(HANDLES[:2])
+    handles = named.value if isinstance(named.value, list) else [named.value]
+    for handle in handles:
+        if handle not in HANDLES[:2]:
+            named.fail(f"must name {' or '.join(HANDLES[:2])}, got {quote(handle)}")
+    return handles

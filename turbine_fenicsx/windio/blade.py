@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.ply import Ply, PlyMaterial
 from turbine_fenicsx.meshing.hollow_shape import Web
+from turbine_fenicsx.windio.anchors import Anchors
 from turbine_fenicsx.windio.curves import Curve
 from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.layers import Layer, read_layers
@@ -47,6 +49,7 @@ class WindIOBlade:
         panel_lines: Lines between the trailing edge's corners.
         hub_radius: Distance of the root from the rotor centre [m].
         closed_tip: Whether it ends in a plate, which files do not describe.
+        warnings: What in the file disagrees, a sentence each.
     """
 
     outer_shape: OuterShape
@@ -56,6 +59,7 @@ class WindIOBlade:
     panel_lines: PanelLines
     hub_radius: float
     closed_tip: bool = True
+    warnings: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -172,8 +176,9 @@ def read_blade(
     """
     shape = read_outer_shape(blade, airfoils)
     structure = blade["structure"]
-    anchors = read_web_anchors(structure)
-    layers = read_layers(structure, materials, anchors)
+    places = Anchors(structure["anchors"], girth=shape.girth)
+    anchors = read_web_anchors(structure, places)
+    layers = read_layers(structure, materials, places, anchors)
     leading = Curve(STATIONS, shape.leading_edge(STATIONS))
     webs = read_webs(structure, layers, anchors, leading)
     shell = tuple(layer for layer in layers if layer.web is None)
@@ -183,9 +188,24 @@ def read_blade(
         for arc in (web.suction, web.pressure)
     ]
     lines = lay_lines(shell, leading.values, shape.corners(STATIONS), ends)
-    found = WindIOBlade(shape, shell, webs, leading, lines, hub_radius)
+    warnings = (*places.list_disagreements(), *_list_left_out(structure))
+    found = WindIOBlade(shape, shell, webs, leading, lines, hub_radius, warnings=warnings)
     _check_walls(structure, found)
     return found
+
+
+def _list_left_out(structure: Entry) -> Iterator[str]:
+    """A sentence for each part of a blade that has mass or stiffness and is not read."""
+    webs = structure["webs"].entries() if "webs" in structure else ()
+    found = [web.place for web in webs if web.get("flanges") is not None]
+    if "trailing_edge_adhesive" in structure:
+        found.append(structure["trailing_edge_adhesive"].place)
+    joint = structure.get("joint")
+    if joint is not None and "mass" in joint and joint["mass"].number() > 0.0:
+        found.append(f"{joint.place} of {joint['mass'].number():.4g} kg")
+    for place in found:
+        what = f"flanges of {place} are" if ".webs[" in place else f"{place} is"
+        yield f"{structure.file}: {what} left out, with mass and stiffness"
 
 
 def _check_walls(structure: Entry, blade: WindIOBlade) -> None:

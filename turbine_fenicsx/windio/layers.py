@@ -62,19 +62,22 @@ class Layer:
 
 
 def read_layers(
-    structure: Entry, materials: Mapping[str, PlyMaterial], webs: Mapping[str, Anchors]
+    structure: Entry,
+    materials: Mapping[str, PlyMaterial],
+    shell: Anchors,
+    webs: Mapping[str, Anchors],
 ) -> list[Layer]:
     """Layers of a blade in the order of the file, from the outer to the inner face.
 
     Args:
         structure: The blade's `structure`.
         materials: Materials by name.
+        shell: Anchors of the shell.
         webs: Anchors of each web.
 
     Raises:
         ModelError: for layers without a place, a material or a thickness.
     """
-    shell = Anchors(structure["anchors"])
     layers = []
     for entry in structure["layers"].entries():
         web = entry["web"].text() if "web" in entry else None

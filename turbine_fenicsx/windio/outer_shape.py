@@ -54,6 +54,11 @@ class OuterShape:
         """Points of a section in units of chord and their contour fractions; see `Sections`."""
         return self.sections.contour(float(self.thickness.smooth(np.asarray(s))))
 
+    def girth(self, s: Array) -> Array:
+        """Length of the contour of sections, (m,) [m]."""
+        around = [np.hypot(*np.diff(self.contour(one)[0], axis=0).T).sum() for one in s.tolist()]
+        return np.asarray(around) * self.chord.smooth(s)
+
     def corners(self, s: Array) -> Array:
         """Contour fractions of the corners of the trailing edge, (m, 2) [-]."""
         return np.array([self.contour(float(one))[1][[FACE, FACE + BODY]] for one in s])

@@ -24,6 +24,9 @@ from turbine_fenicsx.windio.sections import SectionProperties, read_section_prop
 from turbine_fenicsx.windio.tower import Tower, read_tower
 from turbine_fenicsx.windio.yaml_text import YamlError, parse_yaml
 
+FOUNDATIONS = ("monopile", "jacket", "floating_platform", "mooring")
+"""Components below the tower."""
+
 _OLD_KEYS = ("outer_shape_bem", "internal_structure_2d_fem", "elastic_properties_mb")
 """Keys of a blade in windIO 1."""
 
@@ -48,6 +51,7 @@ class WindIOTurbine:
         tower: The tower; None where the file has none.
         materials: All materials by their names.
         blade_sections: The blade's section matrices; None where the file has none.
+        foundations: Names of the components below the tower, which are not read.
     """
 
     name: str
@@ -65,6 +69,7 @@ class WindIOTurbine:
     tower: Tower | None
     materials: dict[str, WindIOMaterial]
     blade_sections: SectionProperties | None
+    foundations: tuple[str, ...] = ()
 
 
 def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
@@ -112,6 +117,7 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         tower=read_tower(tower, plies) if tower else None,
         materials=materials,
         blade_sections=read_section_properties(sections) if sections else None,
+        foundations=tuple(key for key in FOUNDATIONS if key in components),
     )
 
 

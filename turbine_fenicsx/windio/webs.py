@@ -36,9 +36,8 @@ class WindIOWeb:
         return np.asarray(sum(x.thickness_at(s) * x.share(s, 0.0, 1.0) for x in self.layers))
 
 
-def read_web_anchors(structure: Entry) -> dict[str, Anchors]:
+def read_web_anchors(structure: Entry, shell: Anchors) -> dict[str, Anchors]:
     """The anchors of each web by its name; other names are those of the shell."""
-    shell = Anchors(structure["anchors"])
     if "webs" not in structure:
         return {}
     return {

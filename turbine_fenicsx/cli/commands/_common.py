@@ -51,8 +51,9 @@ def load_case(options: argparse.Namespace, comm: Any) -> Any:
     from turbine_fenicsx.turbine.case.case import Case
 
     case = on_rank0(comm, lambda: Case.load(options.case, options.overrides))
+    warnings = on_rank0(comm, lambda: case.warnings)
     if comm.rank == 0:
-        print(*(f"warning: {w}\n" for w in case.warnings), sep="", end="", file=sys.stderr)
+        print(*(f"warning: {w}\n" for w in warnings), sep="", end="", file=sys.stderr)
     return case
 
 

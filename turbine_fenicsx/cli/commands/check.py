@@ -48,7 +48,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         raise InputError("\n".join(dict.fromkeys(mistakes)))
 
     size = own.size if own else size_of_blades(case, comm)
-    here, warnings = machine_memory(comm), list(case.warnings)
+    here, warnings = machine_memory(comm), on_rank0(comm, lambda: list(case.warnings))
     expected = estimate(case, size, options.ranks or comm.size, here)
     if options.ranks in (None, comm.size):  # others run on other machines
         warnings += filter(None, [expected.describe_shortage(here)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import cos, pi
 
+from turbine_fenicsx.turbine.case.file_doubts import doubt_files
 from turbine_fenicsx.turbine.case.tables import Tables
 
 _BUILT_MASS, _BUILT_LENGTH, _BUILT_POWER = 17.7e3, 61.5, 2.3
@@ -30,6 +31,7 @@ def find_doubts(case: Tables) -> list[str]:
         *_doubt_steps(case),
         *_doubt_start(case),
         *_doubt_events(case),
+        *doubt_files(case),
     ]
 
 

@@ -219,6 +219,11 @@ def describe_file(case: Tables) -> list[str]:
     ]
     if overridden:
         lines.append(f"overridden by the case: {', '.join(overridden)}")
+    if turbine.foundations:
+        lines.append(
+            f"left out: components.{', components.'.join(turbine.foundations)}; the tower is "
+            "clamped at its base"
+        )
     if turbine.rated_speed is not None:
         lines.append(f"rated speed of the rotor {turbine.rated_speed * 30.0 / pi:.4g} rpm")
     return lines

@@ -222,3 +222,28 @@ def test_a_case_may_leave_induction_out_and_says_so(aerodyn):
     given = {"turbine": RIGID, "wind": {"speed": 9.0}}
     found = Case.parse({**given, "aero": {"file": aerodyn, "induction": False}})
     assert "no induction" in describe_aerodynamics(found)[1]
+
+
+def test_settings_of_aerodyn_that_have_no_effect_are_told(folder):
+    path = write_aerodyn(folder / "settings")
+    text = path.read_text()
+    given = {"turbine": RIGID, "wind": {"speed": 9.0}, "aero": {"file": str(path)}}
+    assert not any("rotor.dat" in w for w in Case.parse(given).warnings)
+    path.write_text("0 WakeMod\n1 TwrShadow\n1.1 AirDens\nTrue TipLoss\n" + text)
+    (found,) = (w for w in Case.parse(given).warnings if "rotor.dat" in w)
+    assert found.startswith("rotor.dat sets WakeMod = 0, TwrShadow = 1, AirDens = 1.1; only")
+    given["aero"]["induction"] = False
+    (found,) = (w for w in Case.parse(given).warnings if "rotor.dat" in w)
+    assert "WakeMod" not in found
+
+
+def test_a_twist_in_radians_is_asked_about(folder):
+    path = write_aerodyn(folder / "radians")
+    blade = path.parent / "blade.dat"
+    rows = [line.split() for line in blade.read_text().splitlines()]
+    for row in rows[6:]:
+        row[4] = f"{np.radians(float(row[4])):g}"
+    blade.write_text("\n".join(" ".join(row) for row in rows))
+    given = {"turbine": RIGID, "wind": {"speed": 9.0}, "aero": {"file": str(path)}}
+    (found,) = (w for w in Case.parse(given).warnings if "radians" in w)
+    assert "the largest twist in rotor.dat is 0.2" in found
