@@ -99,13 +99,13 @@ class FlexibleBlades(Component):
             history=[
                 tip_channel(tips),
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
-                Channel(tuple(columns), lambda s: loads.at(s).ravel().tolist()),
+                Channel(tuple(columns), lambda s: loads.mean_at(s).ravel().tolist(), loads),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],
             openfast=[
                 Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
-                Channel(tuple(roots), lambda s: (1e-3 * loads.at(s)).ravel().tolist()),
+                Channel(tuple(roots), lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads),
             ],
         )
 

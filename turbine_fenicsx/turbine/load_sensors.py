@@ -20,7 +20,7 @@ from turbine_fenicsx.turbine.pitch import BEARINGS
 
 
 class RootMoments:
-    """Moments that the blades exert on the hub at their roots, means of a step.
+    """Moments that the blades exert on the hub at their roots, means of two steps.
 
     Args:
         turbine: The turbine.
@@ -51,10 +51,18 @@ class RootMoments:
 
             M_y = cos(theta) M_y,b - sin(theta) M_x,b,    M_x = cos(theta) M_x,b + sin(theta) M_y,b.
         """
-        x, y = (self._sign * self._loads.at(snapshot)[:, 1, :2]).T
+        x, y = (self._sign * self._loads.mean_at(snapshot)[:, 1, :2]).T
         c, s = np.cos(pitch), np.sin(pitch)
         flap, edge = (c * y - s * x, c * x + s * y) if self._pitches else (y, x)
         return tuple(flap.tolist()), tuple(edge.tolist())  # type: ignore[return-value]
+
+    def save(self) -> RestartData:
+        """Loads of the last step."""
+        return self._loads.save()
+
+    def restore(self, data: RestartData) -> None:
+        """Go on after the step that was saved."""
+        self._loads.restore(data)
 
 
 class TopAcceleration:

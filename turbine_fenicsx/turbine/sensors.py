@@ -51,13 +51,20 @@ class Sensors:
             self._top.resume(snapshot.state.q)
 
     def save(self) -> RestartData:
-        """What the accelerometer remembers."""
-        return RestartData() if self._top is None else self._top.save()
+        """What the accelerometer and the gauges remember."""
+        data = RestartData()
+        if self._top is not None:
+            data.add("top", self._top.save())
+        if self._roots is not None:
+            data.add("roots", self._roots.save())
+        return data
 
     def restore(self, data: RestartData) -> None:
         """Go on like the sensors that saved this."""
         if self._top is not None:
-            self._top.restore(data)
+            self._top.restore(data.part("top"))
+        if self._roots is not None:
+            self._roots.restore(data.part("roots"))
 
     def __call__(self, s: Snapshot, dt: float, first: bool) -> Measurements:
         """Measure."""

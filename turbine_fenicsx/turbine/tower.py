@@ -92,7 +92,7 @@ class Tower(Component):
                     tuple(motions),
                     lambda s: (AXES @ (s.state.q[first : first + 3] - start)).tolist(),
                 ),
-                Channel(tuple(loads), lambda s: (factor * base.at(s)).ravel().tolist()),
+                Channel(tuple(loads), lambda s: (factor * base.mean_at(s)).ravel().tolist(), base),
             ]
 
         motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]

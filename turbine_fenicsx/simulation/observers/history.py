@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from mpi4py import MPI
 
@@ -24,6 +25,16 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 log = logging.getLogger(__name__)
 
 
+class Restartable(Protocol):
+    """What a channel remembers from one row to the next."""
+
+    def save(self) -> RestartData:
+        """What it knows."""
+
+    def restore(self, data: RestartData) -> None:
+        """Know it again."""
+
+
 @dataclass(frozen=True)
 class Channel:
     """Some columns of the time series.
@@ -31,6 +42,7 @@ class Channel:
     Args:
         columns: Names with units, for example ``("angle_yaw_[rad]",)``.
         values: Function of the snapshot that returns one number per column; called on all ranks.
+        memory: What the values remember of earlier snapshots and a restart needs; None for nothing.
 
     Raises:
         TypeError: for columns that are no names, or values that are no function.
@@ -38,6 +50,7 @@ class Channel:
 
     columns: tuple[str, ...]
     values: Callable[[Snapshot], Sequence[float]]
+    memory: Restartable | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.columns, str) or not all(isinstance(c, str) for c in self.columns):
@@ -54,6 +67,22 @@ class Channel:
         if len(row) != len(self.columns):
             raise ModelError(f"channel {self.columns} gave {len(row)} numbers")
         return row
+
+
+def save_channels(channels: Sequence[Channel]) -> RestartData:
+    """What channels remember, by their first columns."""
+    data = RestartData()
+    for channel in channels:
+        if channel.memory is not None:
+            data.add(channel.columns[0], channel.memory.save())
+    return data
+
+
+def restore_channels(channels: Sequence[Channel], data: RestartData) -> None:
+    """Let channels remember what was saved."""
+    for channel in channels:
+        if channel.memory is not None:
+            channel.memory.restore(data.part(channel.columns[0]))
 
 
 class History:
@@ -118,18 +147,21 @@ class History:
         )
 
     def save(self) -> RestartData:
-        """Bring the rows to the disk; their number and the columns. Collective."""
+        """Bring the rows to the disk; their number, columns and memories. Collective."""
         assert self._file is not None
-        return RestartData({"rows": self._file.sync() - 1, "columns": self._columns})
+        data = RestartData({"rows": self._file.sync() - 1, "columns": self._columns})
+        data.add("memory", save_channels(self._channels))
+        return data
 
     def restore(self, data: RestartData) -> None:
-        """Leave out the channels that the file does not have."""
+        """Leave out the channels that the file does not have; the others remember."""
         before = set(data.numbers["columns"])
         kept = tuple(c for c in self._channels if before.issuperset(c.columns))
         new = [name for c in self._channels if c not in kept for name in c.columns]
         if new:
             log.info("%s keeps its columns, without %s", self.name, ", ".join(new))
         self._channels = kept
+        restore_channels(kept, data.part("memory"))
 
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Rows that the file lacks up to a checkpoint."""

@@ -131,11 +131,11 @@ class JointReactions(StepLoads):
 
 
 def joint_channel(reactions: JointReactions) -> Channel:
-    """Force and moment in each joint, three columns each."""
+    """Force and moment in each joint, means of two steps, three columns each."""
     columns = tuple(
         family(joint=reaction.joint.name, axis=i)
         for reaction in reactions.reactions
         for family in (names.JOINT_FORCE, names.JOINT_MOMENT)
         for i in (1, 2, 3)
     )
-    return Channel(columns, lambda s: reactions.at(s).ravel().tolist())
+    return Channel(columns, lambda s: reactions.mean_at(s).ravel().tolist(), reactions)

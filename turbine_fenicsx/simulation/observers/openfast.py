@@ -12,7 +12,11 @@ from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.simulation.observer import describe_shortfall
-from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.history import (
+    Channel,
+    restore_channels,
+    save_channels,
+)
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
@@ -90,12 +94,15 @@ class OpenFastOutput:
         return [x for channel in self._channels for x in channel.values(snapshot)]
 
     def save(self) -> RestartData:
-        """Bring the rows to the disk; their number and that of the columns. Collective."""
+        """Bring the rows to the disk; their number, that of the columns, memories. Collective."""
         assert self._file is not None
-        return RestartData({"rows": self._file.sync() - HEAD, "columns": self._width})
+        data = RestartData({"rows": self._file.sync() - HEAD, "columns": self._width})
+        data.add("memory", save_channels(self._channels))
+        return data
 
     def restore(self, data: RestartData) -> None:
-        """The file itself has all that is needed."""
+        """The file itself has the rows; channels remember."""
+        restore_channels(self._channels, data.part("memory"))
 
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Rows that the file lacks up to a checkpoint."""

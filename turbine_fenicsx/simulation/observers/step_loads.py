@@ -1,4 +1,13 @@
-"""Forces and moments in a step; as mean values they need the states at both of its ends."""
+"""Forces and moments in a step; as mean values they need the states at both of its ends.
+
+Multipliers of a midpoint rule alternate: where constraints turn a velocity, what one step leaves
+over the next one takes back, of first order in the step. With the steps h before and h_1 now,
+
+    f_w = (h f + h_1 f_1)/(h + h_1)
+
+is the mean over both. It is of second order, and balances the momenta over two steps exactly. Time
+series show it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
@@ -38,7 +48,10 @@ class StepLoads(ABC):
         self._start: tuple[Array, Array] | None = None
         self._next_index = 0
         self._snapshot: Snapshot | None = None
-        self._loads = np.zeros((n, 2, 3))
+        self._loads = self._mean = np.zeros((n, 2, 3))
+        self._time = 0.0
+        self._last: tuple[Array, float] | None = None  # of the last step, and its length
+        self._restored = False
 
     def at(self, snapshot: Snapshot) -> Array:
         """Loads in the step that ended with a snapshot.
@@ -55,17 +68,51 @@ class StepLoads(ABC):
         Note:
             Collective.
         """
-        if snapshot is not self._snapshot:
-            end = snapshot.state.q.copy(), snapshot.state.joint_coordinates.copy()
-            if self._start is None or snapshot.report is None:
-                self._loads = np.zeros_like(self._loads)
-            else:
-                assert snapshot.index == self._next_index, "reactions need every step of a run"
-                start = end if snapshot.stepper.forces_at == 1.0 else self._start
-                self._loads = self._in_axes(*self._evaluate(*start, snapshot))
-            self._start = end
-            self._next_index, self._snapshot = snapshot.index + 1, snapshot
+        self._see(snapshot)
         return self._loads
+
+    def mean_at(self, snapshot: Snapshot) -> Array:
+        """Mean of the loads in the last two steps, as `at`; what time series show.
+
+        It is the load of a single step after the first one, and where forces act at the end of a
+        step.
+        """
+        self._see(snapshot)
+        return self._mean
+
+    def save(self) -> RestartData:
+        """Loads and length of the last step, if there was one."""
+        if self._last is None:
+            return RestartData()
+        return RestartData({"length": self._last[1]}, {"loads": self._last[0].copy()})
+
+    def restore(self, data: RestartData) -> None:
+        """Go on after the step that was saved."""
+        self._last = (data.arrays["loads"].copy(), data.numbers["length"]) if data else None
+        self._restored = True
+
+    def _see(self, snapshot: Snapshot) -> None:
+        """Find loads and means of a new snapshot."""
+        if snapshot is self._snapshot:
+            return
+        end = snapshot.state.q.copy(), snapshot.state.joint_coordinates.copy()
+        time = snapshot.state.time
+        if self._start is None or snapshot.report is None:
+            self._loads = self._mean = np.zeros_like(self._loads)
+            self._last, self._restored = self._last if self._restored else None, False
+        else:
+            assert snapshot.index == self._next_index, "reactions need every step of a run"
+            at_end = snapshot.stepper.forces_at == 1.0
+            self._loads = self._in_axes(
+                *self._evaluate(*(end if at_end else self._start), snapshot)
+            )
+            self._mean, h_1 = self._loads, time - self._time
+            if self._last is not None and not at_end:
+                f, h = self._last
+                self._mean = (h * f + h_1 * self._loads) / (h + h_1)
+            self._last = self._loads, h_1
+        self._start, self._time = end, time
+        self._next_index, self._snapshot = snapshot.index + 1, snapshot
 
     @abstractmethod
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
