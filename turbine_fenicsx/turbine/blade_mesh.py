@@ -24,6 +24,10 @@ from turbine_fenicsx.meshing.topology import (
 FAR, NEAR = 0.1, 0.01
 """Gap between root and hub in hub radii: an error from the first on, a warning from the second."""
 
+BESIDE, ASKEW = 1.0, 0.5
+"""Distance of the middle of a root from the line of its span through the hub centre, in radii of the
+root itself: an error, a warning."""
+
 TURNED, BENT = 30.0, 10.0
 """Angle between a blade and its place in degrees: an error, a warning. Precone and prebend of real
 blades are below 10 degrees."""
@@ -94,12 +98,15 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: Span) -> Findin
         misplaced = _check_root(mesh, faces, root, k)
         mistakes += misplaced
         if not misplaced:
-            for found in (
-                _at_hub(mesh.points[nodes_of_roots[-1]], layout, blade.hub_radius, k),
-                _in_place(mesh.points[np.unique(own)], layout, blade, k),
-            ):
-                mistakes += found.mistakes
-                warnings += found.warnings
+            at_root = mesh.points[nodes_of_roots[-1]]
+            hub = _at_hub(at_root, layout, blade.hub_radius, k)
+            place = _in_place(mesh.points[np.unique(own)], layout, blade, k)
+            beside = _on_span(at_root, layout, k)
+            mistakes += [*hub.mistakes, *place.mistakes]
+            warnings += [*hub.warnings, *place.warnings]
+            if not place.mistakes:  # a blade that points elsewhere has its root there
+                mistakes += beside.mistakes
+                warnings += () if place.warnings else beside.warnings
     shared = sum(map(len, nodes_of_roots)) - len(np.unique(np.concatenate(nodes_of_roots)))
     if shared:
         mistakes.append(f"{shared} nodes belong to the roots of two blades")
@@ -171,6 +178,23 @@ def _at_hub(points: Array, layout: RotorLayout, radius: float, k: int) -> Findin
     if distance.mean() > 300.0 * radius:
         sentence += "; coordinates must be in metres"
     return Findings((sentence,), ()) if gap > FAR * radius else Findings((), (sentence,))
+
+
+def _on_span(points: Array, layout: RotorLayout, k: int) -> Findings:
+    """The line of the span through the hub centre meets the root."""
+    X = points - np.asarray(layout.centre)
+    mean, span = X.mean(axis=0), layout.frame(k)[0]
+    size = float(np.linalg.norm(X - mean, axis=1).max())
+    aside = mean - (mean @ span) * span
+    distance = float(np.linalg.norm(aside))
+    if distance <= ASKEW * size:
+        return Findings((), ())
+    centre, way = (", ".join(f"{x:.3g}" for x in v) for v in (layout.centre, aside + 0.0))
+    sentence = (
+        f"root_{k} lies {distance:.3g} m beside the line of its span through the hub centre at "
+        f"({centre}) m, by ({way}) m; the root itself has a radius of {size:.3g} m"
+    )
+    return Findings((sentence,), ()) if distance > BESIDE * size else Findings((), (sentence,))
 
 
 def _in_place(points: Array, layout: RotorLayout, blade: Span, k: int) -> Findings:

@@ -292,3 +292,17 @@ def test_nodes_of_tetrahedra_are_counted(geometry_degree):
     if geometry_degree == 2:
         assert nodes == len(mesh.points)
         assert count_nodes(mesh.facets, mesh.reference, 2, 2) == len(np.unique(mesh.facets))
+
+
+@pytest.mark.parametrize("way", [(0.0, 0.0, 5.0), (-3.0, 0.0, 1.0)])
+def test_a_rotor_beside_its_hub_is_refused(way):
+    mistakes, _ = examine(replace(HEXAHEDRA, points=HEXAHEDRA.points + way))
+    found = [sentence for sentence in mistakes if "beside the line of its span" in sentence]
+    assert len(found) >= 2
+    assert "; the root itself has a radius of 0." in found[0]
+
+
+def test_a_root_a_little_off_its_span_is_a_warning():
+    mistakes, warnings = examine(moved(lambda x: x + [0.0, 0.0, 0.7]))
+    assert mistakes == []
+    assert any(w.startswith("root_2 lies 0.7 m beside the line of its span") for w in warnings)
