@@ -8,6 +8,9 @@ from math import inf
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.materials.orthotropic import Triple, stiffness_matrix
 
+_SINGULAR = 1e-6
+"""Least relative determinant of the compliance in plane stress [-]."""
+
 
 @dataclass(frozen=True)
 class Strengths:
@@ -41,8 +44,8 @@ class PlyMaterial:
         strengths: Stresses at which it fails.
 
     Raises:
-        ModelError: for a density that is not positive, or a stiffness that is not positive
-            definite.
+        ModelError: if the density or a modulus is not positive, or if the stiffness is not positive
+            definite; with nu12 below 1 that of plane stress is enough, so nu = 0.5 is valid.
     """
 
     name: str
@@ -55,6 +58,15 @@ class PlyMaterial:
     def __post_init__(self) -> None:
         if not 0.0 < self.density < inf:
             raise ModelError(f"density of {self.name!r} must be positive, got {self.density:g}")
+        (E1, E2, _), nu = self.young, self.poisson[0]
+        if not all(0.0 < modulus < inf for modulus in (*self.young, *self.shear)):
+            raise ModelError(
+                f"{self.name!r}: material is not positive definite: Young's moduli {self.young} "
+                f"and shear moduli {self.shear} must be positive"
+            )
+        # the compliance ((1/E1, -nu/E1), (-nu/E1, 1/E2)) has a positive determinant
+        if abs(nu) < 1.0 and nu * nu * E2 < (1.0 - _SINGULAR) * E1:
+            return
         try:
             stiffness_matrix(self.young, self.shear, self.poisson)
         except ModelError as error:

@@ -25,8 +25,8 @@ FAR, NEAR = 0.1, 0.01
 """Gap between root and hub in hub radii: an error from the first on, a warning from the second."""
 
 BESIDE, ASKEW = 1.0, 0.5
-"""Distance of the middle of a root from the line of its span through the hub centre, in radii of the
-root itself: an error, a warning."""
+"""Distance of the middle of a root from the line of its span through the hub centre, in radii of
+the root itself: an error, a warning."""
 
 TURNED, BENT = 30.0, 10.0
 """Angle between a blade and its place in degrees: an error, a warning. Precone and prebend of real

@@ -11,6 +11,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
 from turbine_fenicsx.wind.polar import Polar
 from turbine_fenicsx.windio import WindIOTurbine
+from turbine_fenicsx.windio.airfoils import SAME_THICKNESS
 from turbine_fenicsx.windio.outer_shape import OuterShape
 from turbine_fenicsx.windio.polars import AirfoilPolar
 
@@ -25,7 +26,8 @@ def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
     """Chord, twist, bend and polars at stations along the straight span.
 
     Stations follow the shape of the file's outer surface (monotone splines). Polars are linear in
-    the relative thickness between those of the airfoils, and in the angle of attack.
+    the relative thickness between those of the airfoils, and in the angle of attack; between
+    airfoils of one thickness they are linear in the span.
 
     Args:
         turbine: What was read of the file.
@@ -50,10 +52,9 @@ def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
     thicknesses = {airfoil.name: airfoil.thickness for airfoil in shape.sections.airfoils}
     airfoils = turbine.polars.read(thicknesses)
     thickness = shape.thickness.smooth(s)
-    known = np.array([airfoil.thickness for airfoil in airfoils])
-    centres = [airfoil.aerodynamic_centre for airfoil in airfoils]
+    mix = _mix_airfoils(airfoils, thickness, s)
     try:
-        polars = _blend_polars(airfoils, known, thickness)
+        polars = _blend_polars(airfoils, mix)
     except ModelError as error:
         raise ModelError(f"{turbine.polars.file}: {error}") from None
     prebend, reference = _cross_span(turbine, shape, s)
@@ -66,31 +67,48 @@ def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
         polars,
         prebend=prebend,
         reference=reference,
-        aerodynamic_centre=np.interp(thickness, known, centres),
+        aerodynamic_centre=mix @ np.array([a.aerodynamic_centre for a in airfoils]),
     )
 
 
-def _blend_polars(
-    airfoils: tuple[AirfoilPolar, ...], known: Array, thickness: Array
-) -> tuple[Polar, ...]:
-    """Polars at relative thicknesses, linear between those of the airfoils."""
+def _mix_airfoils(airfoils: tuple[AirfoilPolar, ...], thickness: Array, s: Array) -> Array:
+    """Shares of airfoils at stations, linear in the thickness; of one thickness, in the span.
+
+    Args:
+        airfoils: By rising thickness.
+        thickness: Relative thicknesses of the stations, shape (n,) [-].
+        s: Their span fractions, shape (n,) [-].
+
+    Returns:
+        Shape (n, airfoils); the sum of each row is 1.
+    """
+    values = np.array([airfoil.thickness for airfoil in airfoils])
+    first = np.flatnonzero(np.diff(values, prepend=-np.inf) >= SAME_THICKNESS)
+    mix = np.zeros((len(s), len(airfoils)))
+    for k, group in enumerate(np.split(np.arange(len(airfoils)), first[1:])):
+        share = np.interp(thickness, values[first], np.eye(len(first))[k])
+        if len(group) == 1:
+            mix[:, group[0]] = share
+            continue
+        places = sorted((place, i) for i in group for place in airfoils[i].positions)
+        at, which = np.array(places).T
+        for i in group:
+            mix[:, i] = share * np.interp(s, at, which == i)
+    return mix
+
+
+def _blend_polars(airfoils: tuple[AirfoilPolar, ...], mix: Array) -> tuple[Polar, ...]:
+    """Polars of stations, means of those of the airfoils with the shares `mix`, (n, airfoils)."""
     angle = np.unique(np.concatenate([airfoil.angle for airfoil in airfoils]))
     tables = []
     for airfoil in airfoils:
         columns = (airfoil.lift, airfoil.drag, airfoil.moment)
         _make_polar(airfoil.name, airfoil.angle, *columns)  # checks each airfoil under its name
         tables.append([np.interp(angle, airfoil.angle, column) for column in columns])
-    values = np.array(tables)
-    t = np.clip(thickness, known[0], known[-1])
-    upper = np.clip(np.searchsorted(known, t), 1, max(len(known) - 1, 1))
-    if len(known) == 1:
-        return (_make_polar(airfoils[0].name, angle, *values[0]),) * len(t)
-    weight = (t - known[upper - 1]) / (known[upper] - known[upper - 1])
-    between = (1.0 - weight)[:, None, None] * values[upper - 1]
-    between += weight[:, None, None] * values[upper]
+    values = np.tensordot(mix, np.array(tables), 1)
+    names = [" and ".join(a.name for a, x in zip(airfoils, row, strict=True) if x) for row in mix]
     return tuple(
-        _make_polar(f"{airfoils[k - 1].name} to {airfoils[k].name}", angle, *table)
-        for k, table in zip(upper, between, strict=True)
+        _make_polar(name, angle, *table) for name, table in zip(names, values, strict=True)
     )
 
 

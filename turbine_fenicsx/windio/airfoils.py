@@ -29,6 +29,12 @@ _SHARPEST = np.radians(25.0)
 _NEAR = 0.15
 """Corners are sought in this fraction of the contour beside the trailing edge."""
 
+SAME_THICKNESS = 1e-6
+"""Airfoils whose relative thicknesses differ by less must have one contour [-]."""
+
+_SAME_SHAPE = 0.01
+"""Largest distance of two contours that are one, in chords [-]."""
+
 _OUTSIDE = 0.02
 """Relative thicknesses may exceed those of the airfoils by this much, which hold there."""
 
@@ -84,13 +90,13 @@ class Sections:
     """
 
     def __init__(self, airfoils: list[Airfoil]) -> None:
-        by_thickness = sorted(airfoils, key=lambda airfoil: airfoil.thickness)
+        self.airfoils = tuple(sorted(airfoils, key=lambda airfoil: airfoil.thickness))
+        by_thickness = _leave_out_twins(self.airfoils)
         sharp = [airfoil for airfoil in by_thickness if airfoil.corners]
         contours = []
         for airfoil in by_thickness:
             near = min(sharp, key=lambda a: abs(a.thickness - airfoil.thickness), default=None)
             contours.append(airfoil.resample((near and near.corners) or (0.0, 1.0)))
-        self.airfoils = tuple(by_thickness)
         self.thicknesses = np.array([airfoil.thickness for airfoil in by_thickness])
         self._contours = np.array(contours)
 
@@ -140,10 +146,11 @@ def read_sections(airfoils: Entry, used: Entry, thicknesses: Array, stations: Ar
             found[name] = _read_airfoil(known[name], name)
     chosen = sorted(found.values(), key=lambda airfoil: airfoil.thickness)
     for one, other in pairwise(chosen):
-        if other.thickness - one.thickness < 1e-6:
+        same = other.thickness - one.thickness < SAME_THICKNESS
+        if same and not _is_same_shape(one, other):
             used.fail(
                 f"uses {one.name!r} and {other.name!r}, which have the same relative thickness "
-                f"{one.thickness:g}, so that nothing can be put between them"
+                f"{one.thickness:g} and different contours, so that nothing can be put between them"
             )
     least, most = chosen[0].thickness - _OUTSIDE, chosen[-1].thickness + _OUTSIDE
     for s, thickness in zip(stations, thicknesses, strict=True):
@@ -153,6 +160,22 @@ def read_sections(airfoils: Entry, used: Entry, thicknesses: Array, stations: Ar
                 f"{chosen[-1].thickness:g}, but rthick is {thickness:g} at station {s:g}"
             )
     return Sections(chosen)
+
+
+def _leave_out_twins(airfoils: tuple[Airfoil, ...]) -> list[Airfoil]:
+    """The first airfoil of each relative thickness, by rising thickness."""
+    chosen: list[Airfoil] = []
+    for airfoil in airfoils:
+        if not chosen or airfoil.thickness - chosen[-1].thickness >= SAME_THICKNESS:
+            chosen.append(airfoil)
+    return chosen
+
+
+def _is_same_shape(one: Airfoil, other: Airfoil) -> bool:
+    """Whether two contours are one, but for where their points are."""
+    a = np.linspace(0.0, 1.0, BODY + 1)
+    points = [np.column_stack([np.interp(a, x.arcs, c) for c in x.points.T]) for x in (one, other)]
+    return bool(np.abs(points[1] - points[0]).max() < _SAME_SHAPE)
 
 
 def _read_airfoil(entry: Entry, name: str) -> Airfoil:
@@ -166,10 +189,12 @@ def _read_airfoil(entry: Entry, name: str) -> Airfoil:
         coordinates.fail("must be in units of chord, from 0 to 1 along x")
     area = 0.5 * np.sum(points[:, 0] * np.roll(points[:, 1], -1))
     area -= 0.5 * np.sum(points[:, 1] * np.roll(points[:, 0], -1))
+    if area < 0.0:  # along the pressure side first
+        points, area = points[::-1], -area
     if area <= 1e-6 or points[:, 0].argmin() in (0, len(points) - 1):
         coordinates.fail(
-            "must run from the trailing edge along the suction side to the leading edge and back "
-            "along the pressure side"
+            "must run from the trailing edge along one side to the leading edge and back along the "
+            "other"
         )
     middle = 0.5 * (points[0] + points[-1])
     if np.hypot(*(points[0] - points[-1])) > 1e-9:

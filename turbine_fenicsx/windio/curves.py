@@ -71,7 +71,13 @@ def make_spline(at: Array, values: Array) -> PchipInterpolator:
     return PchipInterpolator(at, values)
 
 
-def read_curve(entry: Entry, least: float = -inf, most: float = inf, whole: bool = False) -> Curve:
+def read_curve(
+    entry: Entry,
+    least: float = -inf,
+    most: float = inf,
+    whole: bool = False,
+    round_off: float = 0.0,
+) -> Curve:
     """The curve of a table of windIO with `grid` and `values`.
 
     Args:
@@ -79,6 +85,7 @@ def read_curve(entry: Entry, least: float = -inf, most: float = inf, whole: bool
         least: Least value that is allowed.
         most: Largest value that is allowed.
         whole: Whether it must reach from 0 to 1.
+        round_off: Values below the least one by as much are taken for it.
 
     Raises:
         ModelError: for lists of two lengths, stations that do not rise, values out of bounds.
@@ -88,6 +95,8 @@ def read_curve(entry: Entry, least: float = -inf, most: float = inf, whole: bool
     if isinstance(values.value, list) and values.value and isinstance(values.value[0], list):
         values.fail("vary around the section, which is not read: give one value a station")
     curve = Curve(grid, values.numbers())
+    close = (curve.values < least) & (curve.values >= least - round_off)
+    curve = Curve(grid, np.where(close, least, curve.values)) if close.any() else curve
     if len(curve.values) != len(grid):
         entry.fail(f"has {len(grid)} stations in its grid, but {len(curve.values)} values")
     for s, value in zip(grid, curve.values, strict=True):

@@ -16,6 +16,9 @@ from turbine_fenicsx.windio.entry import Entry
 _SMALL = 1e-9
 """Stations that differ by less are the same."""
 
+_ROUND_OFF = 1e-12
+"""Thicknesses down to minus this are zero [m]."""
+
 THICKEST = 1.0
 """A layer is no thicker [m]."""
 
@@ -96,7 +99,7 @@ def _read_layer(
     material = entry["material"].text()
     if material not in materials:
         entry.fail(f"is of {material!r}, which is not among the materials of the file")
-    thickness = read_curve(entry["thickness"], 0.0, THICKEST)
+    thickness = read_curve(entry["thickness"], 0.0, THICKEST, round_off=_ROUND_OFF)
     if not thickness.values.any():
         thickness = Curve(thickness.grid[[0, -1]], np.zeros(2))
     angle = entry.get("fiber_orientation")

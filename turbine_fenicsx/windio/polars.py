@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.windio.airfoils import SAME_THICKNESS
 from turbine_fenicsx.windio.entry import Entry
 
 QUARTER = 0.25
@@ -29,6 +31,8 @@ class AirfoilPolar:
         lift: C_l, shape (n,) [-].
         drag: C_d, shape (n,) [-].
         moment: C_m, positive nose up, shape (n,) [-].
+        positions: Span fractions where the blade has the airfoil, which tell polars of one
+            thickness apart; none where the file does not say [-].
     """
 
     name: str
@@ -38,6 +42,7 @@ class AirfoilPolar:
     lift: Array
     drag: Array
     moment: Array
+    positions: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,19 +72,32 @@ class PolarSource:
             thicknesses: Relative thicknesses of these airfoils by name.
 
         Returns:
-            By rising thickness.
+            By rising thickness, those of one thickness by rising position.
 
         Raises:
             ModelError: for polars that are missing or wrong.
         """
         known = {entry["name"].text(): entry for entry in self.airfoils.entries()}
         found: dict[str, AirfoilPolar] = {}
+        places: dict[str, list[float]] = {}
         for k, value in enumerate(self.used.value):
             use = Entry(value, self.used.file, f"{self.used.place}[{k}]")
             name = use["name"].text()
             if name not in found:
                 found[name] = _read_polar(known[name], use, name, thicknesses[name])
-        return tuple(sorted(found.values(), key=lambda polar: polar.thickness))
+            if "spanwise_position" in use:
+                place = use["spanwise_position"].number(0.0, 1.0)
+                places.setdefault(name, []).append(place)
+        polars = [replace(p, positions=tuple(places.get(p.name, ()))) for p in found.values()]
+        rising = sorted(polars, key=lambda p: (p.thickness, p.positions))
+        for one, other in pairwise(rising):
+            same = other.thickness - one.thickness < SAME_THICKNESS
+            if same and (not one.positions or set(one.positions) & set(other.positions)):
+                self.used.fail(
+                    f"uses {one.name!r} and {other.name!r}, which have the same relative thickness "
+                    f"{one.thickness:g}: give each its own 'spanwise_position'"
+                )
+        return tuple(rising)
 
 
 def _read_polar(airfoil: Entry, use: Entry, name: str, thickness: float) -> AirfoilPolar:

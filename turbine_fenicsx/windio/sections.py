@@ -22,35 +22,40 @@ class SectionProperties:
 
     Args:
         grid: Span fractions, (m,) [-].
-        stiffness: Shape (m, 6, 6) [N, N m, N m^2].
-        inertia: About the reference axis, shape (m, 6, 6) [kg/m, kg, kg m].
+        stiffness: Shape (m, 6, 6) [N, N m, N m^2]; None where the file has diagonals alone.
+        inertia: About the reference axis, shape (m, 6, 6); zero where the file has nothing but
+            masses [kg/m, kg, kg m].
     """
 
     grid: Array
-    stiffness: Array
+    stiffness: Array | None
     inertia: Array
 
 
 def read_section_properties(entry: Entry) -> SectionProperties:
-    """The blade's `elastic_properties`.
+    """The blade's `elastic_properties`; a stiffness of diagonals alone is left out.
 
     Raises:
-        ModelError: for lists that are missing or of different lengths.
+        ModelError: if lists have different lengths, or some are missing.
     """
     stiffness, inertia = entry["stiffness_matrix"], entry["inertia_matrix"]
     grid = read_grid(stiffness["grid"])
+    M = _at_stations(grid, *_read_inertia(inertia))
+    places = [(i, j) for i in range(6) for j in range(i, 6)]
+    if not any(f"K{i + 1}{j + 1}" in stiffness for i, j in places if i != j):
+        return SectionProperties(grid, None, M)
     K = np.zeros((len(grid), 6, 6))
-    for i in range(6):
-        for j in range(i, 6):
-            K[:, i, j] = K[:, j, i] = stiffness[f"K{i + 1}{j + 1}"].numbers(len(grid))
-    return SectionProperties(grid, K, _at_stations(grid, *_read_inertia(inertia)))
+    for i, j in places:
+        K[:, i, j] = K[:, j, i] = stiffness[f"K{i + 1}{j + 1}"].numbers(len(grid))
+    return SectionProperties(grid, K, M)
 
 
 def _read_inertia(entry: Entry) -> tuple[Array, Array]:
     grid = read_grid(entry["grid"])
-    m, x, y, edge, flap, polar, cross = (
-        entry[key].numbers(len(grid))
-        for key in ("mass", "cm_x", "cm_y", "i_edge", "i_flap", "i_plr", "i_cp")
+    m = entry["mass"].numbers(len(grid))
+    x, y, edge, flap, polar, cross = (
+        entry[key].numbers(len(grid)) if key in entry else np.zeros(len(grid))
+        for key in ("cm_x", "cm_y", "i_edge", "i_flap", "i_plr", "i_cp")
     )
     M = np.zeros((len(grid), 6, 6))
     M[:, 0, 0] = M[:, 1, 1] = M[:, 2, 2] = m

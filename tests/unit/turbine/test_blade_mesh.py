@@ -303,6 +303,6 @@ def test_a_rotor_beside_its_hub_is_refused(way):
 
 
 def test_a_root_a_little_off_its_span_is_a_warning():
-    mistakes, warnings = examine(moved(lambda x: x + [0.0, 0.0, 0.7]))
+    mistakes, warnings = examine(moved(lambda x: x + 0.7 * np.eye(3)[2]))
     assert mistakes == []
     assert any(w.startswith("root_2 lies 0.7 m beside the line of its span") for w in warnings)

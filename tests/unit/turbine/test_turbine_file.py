@@ -173,6 +173,23 @@ def test_turbines_that_cannot_be_built_are_refused(folder, change, sentence):
     assert len(str(caught.value).splitlines()) == 1  # nothing that only follows from it
 
 
+def test_masses_that_a_file_does_not_have_are_those_of_the_case(folder):
+    tables = small_turbine()
+    for component in ("drivetrain", "hub"):
+        del tables["components"][component]["elastic_properties"]
+    write_turbine(tables, folder, "light.yaml")
+    given = {"mass": "9 t", "inertia": ["9e3 kg m^2"] * 3}
+    case = parse(folder, {"file": "light.yaml", "nacelle": given, "hub": given})
+    assert case.turbine.nacelle.mass == case.turbine.hub.mass == 9e3
+    with pytest.raises(InputError) as caught:
+        parse(folder, {"file": "light.yaml", "nacelle": {"mass": "9 t"}, "hub": given})
+    assert str(caught.value) == (
+        "turbine.file: light.yaml has no components.drivetrain.elastic_properties: give "
+        "turbine.nacelle.mass and turbine.nacelle.inertia, and turbine.nacelle.centre if it is not "
+        "zero"
+    )
+
+
 @pytest.mark.parallel
 def test_a_case_of_an_output_folder_is_the_same_again(comm, shared_tmp_path):
     if comm.rank == 0:

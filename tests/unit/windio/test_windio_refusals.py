@@ -49,6 +49,13 @@ def append(*path):
     return change
 
 
+def begin_at_the_nose(coordinates):
+    """Turn the list of points by half of its length."""
+    half = len(coordinates["x"]) // 2
+    for values in coordinates.values():
+        values[:] = [*values[half:], *values[:half]]
+
+
 def layer_names():
     return [layer["name"] for layer in reduce(lambda t, k: t[k], LAYERS, small_turbine())]
 
@@ -205,9 +212,9 @@ MISTAKES = {
         put("airfoils", 1, "rthick", 0.2),
         "airfoils uses 'thick' and 'thin', which have the same relative thickness 0.2",
     ),
-    "airfoil that runs the other way": (
-        lambda tables: tables["airfoils"][1]["coordinates"]["y"].reverse(),
-        "airfoils['thick'].coordinates must run from the trailing edge along the suction side",
+    "airfoil that begins at the leading edge": (
+        lambda tables: begin_at_the_nose(tables["airfoils"][1]["coordinates"]),
+        "airfoils['thick'].coordinates must run from the trailing edge along one side to the lead",
     ),
     "airfoil of three points": (
         put("airfoils", 1, "coordinates", {"x": [1.0, 0.0, 1.0], "y": [0.1, 0.0, -0.1]}),

@@ -69,20 +69,12 @@ def _load(path: str, changed: int, size: int) -> WindIOTurbine:
         raise InputError(str(error)) from None
     name = Path(path).name
     if turbine.blade_count != N_BLADES:
-        raise InputError(f"{name} has {turbine.blade_count} blades, expected {N_BLADES}")
+        raise InputError(
+            f"{name} has {turbine.blade_count} blades, expected {N_BLADES}, which turbines of this "
+            "package have"
+        )
     if not turbine.upwind:
         raise InputError(f"{name} has its rotor behind the tower, expected one in front of it")
-    missing = [
-        key
-        for key, part in (
-            ("drivetrain", turbine.nacelle),
-            ("drivetrain.elastic_properties", turbine.nacelle and turbine.nacelle.body),
-            ("hub.elastic_properties", turbine.hub.body),
-        )
-        if part is None
-    ]
-    if missing:
-        raise InputError(f"{name} has no components.{missing[0]}, which a turbine needs")
     return turbine
 
 
@@ -101,15 +93,15 @@ def tabulate_file(
         generator: What a controller acts on; None without one.
     """
     nacelle, hub = turbine.nacelle, turbine.hub
-    assert nacelle and nacelle.body and hub.body
+    assert nacelle
+    parts = (("nacelle", nacelle.body), ("hub", hub.body))
     found: dict[str, Any] = {
         "turbine": {
             "hub_distance": nacelle.overhang,
             "hub_rise": nacelle.height,
             "tilt": -nacelle.tilt * pi / 180.0,
             "precone": -hub.cone_angle * pi / 180.0,
-            "nacelle": _tabulate_part(nacelle.body),
-            "hub": _tabulate_part(hub.body),
+            **{key: _tabulate_part(part) for key, part in parts if part},
         },
         "blade": {"hub_radius": hub.radius, "length": turbine.blade.length},
         "material": {"law": "windio"},
@@ -134,6 +126,29 @@ def tabulate_file(
     if generator is not None:
         found.update(design_control(turbine, generator).tables)
     return found
+
+
+def _require_parts(turbine: WindIOTurbine, own: Mapping[str, Any], name: str) -> None:
+    """Drivetrain and hub have masses, in the file or in the case.
+
+    Args:
+        turbine: What the file says.
+        own: The table ``turbine`` of the case.
+        name: Of the file.
+    """
+    if turbine.nacelle is None:
+        raise InputError(f"{name} has no components.drivetrain, which a turbine needs")
+    for component, key, part in (
+        ("drivetrain", "nacelle", turbine.nacelle.body),
+        ("hub", "hub", turbine.hub.body),
+    ):
+        table = own.get(key)
+        given = set(table) if isinstance(table, Mapping) else set()
+        if part is None and not ("mass" in given and given & {"inertia", "euler"}):
+            raise InputError(
+                f"{name} has no components.{component}.elastic_properties: give turbine.{key}.mass "
+                f"and turbine.{key}.inertia, and turbine.{key}.centre if it is not zero"
+            )
 
 
 def _tabulate_part(part: RigidPart) -> dict[str, Any]:
@@ -166,10 +181,11 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
     blows = data.get("wind")
     wind = isinstance(blows, Mapping) and ("speed" in blows or "file" in blows)
     turbine = load_turbine(name)
+    _require_parts(turbine, data["turbine"], Path(name).name)
     below = tabulate_file(turbine, tower, wind, find_generator(data, turbine))
     for part in ("nacelle", "hub"):
         table = data["turbine"].get(part)
-        if isinstance(table, Mapping) and "euler" in table:
+        if isinstance(table, Mapping) and "euler" in table and part in below["turbine"]:
             del below["turbine"][part]["inertia"]
     found = _merge(below, data)
     found["turbine"]["file"] = name
