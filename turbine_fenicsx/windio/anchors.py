@@ -84,14 +84,17 @@ class Anchors:
 
     def _follow(self, name: str, handle: str, trail: tuple[str, ...]) -> Curve:
         anchor = self._anchors[name]
-        if handle in anchor:
-            return self._resolve(anchor[handle], trail)
+        given = self._resolve(anchor[handle], trail) if handle in anchor else None
+        if given is not None and not _holds_a_place(given):
+            return given
         if self._girth is not None:
             found = self._place_by_offset(anchor, handle, self._girth, trail)
             if found is None and "width" in anchor and handle in _list_defined(anchor):
                 found = self._place_by_width(anchor, handle, self._girth, trail)
             if found is not None:
                 return found
+        if given is not None:
+            return given
         if handle == HANDLES[2] and HANDLES[0] in anchor and HANDLES[1] in anchor:
             start, end = (self._resolve(anchor[h], trail) for h in HANDLES[:2])
             grid = np.union1d(start.grid, end.grid)
@@ -148,18 +151,26 @@ class Anchors:
             start, end = (self._resolve(anchor[handle], (f"{name}.{handle}",)) for handle in ends)
             distance = (end(s) - start(s)) * self._girth(s)
             error = np.abs(distance - width(s))
+            used = [self._follow(name, handle, (f"{name}.{handle}",)) for handle in ends]
+            same = all(np.array_equal(a(s), b(s)) for a, b in zip(used, (start, end), strict=True))
+            which = "start and end, which are used, are" if same else "given start and end are"
             if error.sum() > MAX_WIDTH_ERROR * max(width(s).sum(), distance.sum()):
                 k = int(error.argmax())
                 yield (
-                    f"{anchor.file}: {anchor.place} has a width of {width(s)[k]:.3g} m, but its "
-                    f"start and end, which are used, are {distance[k]:.3g} m apart at station "
-                    f"{s[k]:.3g}, where they differ most"
+                    f"{anchor.file}: {anchor.place} has a width of {width(s)[k]:.3g} m"
+                    f"{'' if same else ', which is used'}, but its {which} {distance[k]:.3g} m "
+                    f"apart at station {s[k]:.3g}, where they differ most"
                 )
 
     def _find(self, name: str) -> Anchors | None:
         if name in self._anchors:
             return self
         return self._others._find(name) if self._others else None
+
+
+def _holds_a_place(given: Curve) -> bool:
+    """Whether places are one end of the contour everywhere, as a file that resolves nothing has."""
+    return bool(np.all(given.values <= _SMALL) or np.all(given.values >= 1.0 - _SMALL))
 
 
 def _shift(given: Curve, distance: Curve, unit: Array, entry: Entry) -> Curve:

@@ -101,6 +101,20 @@ def test_a_width_that_disagrees_with_both_ends_warns_of_the_largest_difference(r
     assert "anchors['LE_band'] has a width of 0.3 m, but its start and end, which are" in sentence
 
 
+def test_a_width_counts_where_the_end_only_holds_a_place(read):
+    """Published files have 1 for ends that follow from a width."""
+
+    def change(anchors):
+        anchors["TE_ss"] |= {"end_nd_arc": constant(1.0), "width": width(0.2, "end_nd_arc")}
+
+    blade = read(change)
+    start, _, length = band(blade, "te_ss")
+    assert start == pytest.approx(0.0, abs=1e-12)
+    assert length == pytest.approx(0.2, rel=1e-3)
+    (sentence,) = blade.warnings
+    assert "anchors['TE_ss'] has a width of 0.2 m, which is used, but its given start" in sentence
+
+
 def test_doubling_a_width_of_a_published_turbine_warns(tmp_path):
     tables = load_yaml(find_turbine(IEA_15))
     assert not read_turbine(find_turbine(IEA_15)).blade.warnings
