@@ -15,13 +15,14 @@ from turbine_fenicsx.meshing.hollow_block import HollowBlock
 from turbine_fenicsx.meshing.hollow_cells import HEXAHEDRON, Cells, cells_of_grid, mean_of_cells
 from turbine_fenicsx.meshing.hollow_columns import Columns, divide_sections
 from turbine_fenicsx.meshing.hollow_contour import Contours
-from turbine_fenicsx.meshing.hollow_section import build_wall
+from turbine_fenicsx.meshing.hollow_section import Wall, build_wall
 from turbine_fenicsx.meshing.hollow_shape import HollowShape
 from turbine_fenicsx.meshing.hollow_span import span_lines
 from turbine_fenicsx.meshing.hollow_tip import TIP, add_tip_row, mesh_tip
 from turbine_fenicsx.meshing.hollow_webs import mesh_web
 from turbine_fenicsx.meshing.quality import DEGENERATE, scaled_jacobian
 
+_ATTEMPTS, _THINNER = 12, 0.7  # how often, and to what part, walls of inverted cells are thinned
 _SAMPLES = np.array([0.125, 0.375, 0.625, 0.875])  # of a cell along and around
 
 
@@ -51,9 +52,9 @@ def mesh_hollow(shape: HollowShape, n_span: int, n_around: int) -> HollowBlock:
     b = _with_middles(columns.b.T).T[:, :-1]
     inside = b.copy()
     inside[:, ::2] = columns.inside[:, :-1]
-    wall = build_wall(contours, b, inside, columns.outline)
-    ring = np.arange(wall.nodes[..., 0].size).reshape(wall.nodes.shape[:3])
+    ring = np.arange(3 * b.size).reshape(*b.shape, 3)
     ring = np.concatenate([ring, ring[:, :1]], axis=1)
+    wall = _unfold(contours, b, inside, columns, ring)
     points = wall.nodes.reshape(-1, 3)
     thickness = np.hstack([wall.thickness, wall.thickness[:, :1]])
     groups = [_ring_cells(contours, columns, lines, ring, thickness)]
@@ -73,6 +74,21 @@ def mesh_hollow(shape: HollowShape, n_span: int, n_around: int) -> HollowBlock:
     block = _assemble(shape, parts, points, groups)
     _refuse_inverted(block, n_around)
     return block
+
+
+def _unfold(contours: Contours, b: Array, inside: Array, columns: Columns, ring: IntArray) -> Wall:
+    """The wall, thinner where its cells would be inverted: at narrow faces of trailing edges."""
+    share, cells = np.ones(b.shape), cells_of_grid(ring)
+    wall = build_wall(contours, b, inside, columns.outline)
+    for _ in range(_ATTEMPTS):
+        points = wall.nodes.reshape(-1, 3)
+        quality = scaled_jacobian(points, cells.reshape(-1, 27), HEXAHEDRON)
+        folded = np.unique(cells.reshape(-1, 27)[quality <= DEGENERATE] // 3)
+        if not len(folded):
+            break
+        share.ravel()[folded] *= _THINNER
+        wall = build_wall(contours, b, inside, columns.outline, share)
+    return wall
 
 
 def _refuse_inverted(block: HollowBlock, n_around: int) -> None:

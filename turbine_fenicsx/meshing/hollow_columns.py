@@ -80,11 +80,22 @@ def divide_sections(contours: Contours, n_around: int) -> Columns:
 def _straighten(b: Array, corners: IntArray) -> None:
     """Put lines half-way in the middle sections of elements, where they are at no corner.
 
-    Otherwise narrow cells whose width changes by much from one end to the other would fold.
+    Otherwise narrow cells whose width changes by much from one end to the other would fold. A line
+    that a corner would pass goes where the width in the middle is (w_0 + w_1)/4: the width of a
+    quadratic cell is w_0 (1 - t)^2 + w_1 t^2 then, which has no zero.
     """
     at_corners = b[1::2, corners]
+    widths = np.diff(b[:-2:2] + b[2::2], axis=1) / 4.0
     b[1::2] = (b[:-2:2] + b[2::2]) / 2.0
-    b[1::2, corners] = at_corners
+    middle = b[1::2]
+    middle[:, corners] = at_corners
+    others = np.setdiff1d(np.arange(1, b.shape[1] - 1), corners)
+    for k in others[np.isin(others - 1, corners)]:
+        passed = middle[:, k] <= middle[:, k - 1]
+        middle[passed, k] = (middle[:, k - 1] + widths[:, k - 1])[passed]
+    for k in others[np.isin(others + 1, corners)]:
+        passed = middle[:, k] >= middle[:, k + 1]
+        middle[passed, k] = (middle[:, k + 1] - widths[:, k])[passed]
 
 
 def _look_inside(b: Array, first: IntArray, size: Array) -> Array:

@@ -48,7 +48,9 @@ class Wall:
         return np.stack([self.inner, (self.inner + self.outer) / 2.0, self.outer], axis=2)
 
 
-def build_wall(contours: Contours, b: Array, inside: Array, outline: Array) -> Wall:
+def build_wall(
+    contours: Contours, b: Array, inside: Array, outline: Array, share: Array | None = None
+) -> Wall:
     """Find the wall at the nodes of all sections.
 
     Args:
@@ -56,6 +58,7 @@ def build_wall(contours: Contours, b: Array, inside: Array, outline: Array) -> W
         b: Coordinates of the nodes, shape (S, n) [-].
         inside: Coordinates where the thickness at the nodes is measured, shape (S, n) [-].
         outline: Closely spaced points of the outlines, shape (S, m, 3) [m].
+        share: What of the thickness that has room is taken, shape (S, n) [-]; all of it if None.
     """
     outer = contours.points(b)
     before, after = contours.directions(b)
@@ -80,6 +83,7 @@ def build_wall(contours: Contours, b: Array, inside: Array, outline: Array) -> W
         radius[:, 1::2],
     )
     thickness = np.minimum(contours.wall(inside), _FILL * radius * slope)
+    thickness *= 1.0 if share is None else share
     _temper(thickness[1::2], thickness[:-2:2], thickness[2::2])
     _temper(thickness[:, 1::2], thickness[:, ::2], np.roll(thickness[:, ::2], -1, axis=1))
     inner = outer + (thickness / slope)[..., None] * miter

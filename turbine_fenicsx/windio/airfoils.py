@@ -29,6 +29,16 @@ _SHARPEST = np.radians(25.0)
 _NEAR = 0.15
 """Corners are sought in this fraction of the contour beside the trailing edge."""
 
+NARROWEST = 1e-3
+"""Trailing edges that are narrower are cut off where they are as wide [-]."""
+
+_ROUND_FACE = 0.004
+"""Least fraction of the contour from the middle of a round trailing edge to where its neighbour's
+corners continue: narrow faces make thick walls of a root overlap [-]."""
+
+_DEEPEST = 0.05
+"""Largest fraction of the contour that is cut off on either side [-]."""
+
 SAME_THICKNESS = 1e-6
 """Airfoils whose relative thicknesses differ by less must have one contour [-]."""
 
@@ -86,7 +96,8 @@ class Sections:
     Points at equal fractions of the contour, corners apart, follow monotone splines (PCHIP) over
     the relative thickness, as the definition of windIO asks for. Corners are a piece of their own
     so that they stay sharp between two airfoils; a round trailing edge has them where its
-    neighbour does.
+    neighbour does. A trailing edge narrower than a thousandth of the chord is cut off where it is
+    as wide.
     """
 
     def __init__(self, airfoils: list[Airfoil]) -> None:
@@ -96,9 +107,12 @@ class Sections:
         contours = []
         for airfoil in by_thickness:
             near = min(sharp, key=lambda a: abs(a.thickness - airfoil.thickness), default=None)
-            contours.append(airfoil.resample((near and near.corners) or (0.0, 1.0)))
+            first, last = (near and near.corners) or (0.0, 1.0)
+            if airfoil.corners is None and near is not None:
+                first, last = max(first, _ROUND_FACE), min(last, 1.0 - _ROUND_FACE)
+            contours.append(airfoil.resample((first, last)))
         self.thicknesses = np.array([airfoil.thickness for airfoil in by_thickness])
-        self._contours = np.array(contours)
+        self._contours, self._has_edge = np.array(contours), bool(sharp)
 
     @cached_property
     def _spline(self) -> PchipInterpolator:
@@ -118,8 +132,9 @@ class Sections:
         if len(self._contours) > 1:
             inside = np.clip(thickness, self.thicknesses[0], self.thicknesses[-1])
             points = np.asarray(self._spline(inside))
-        arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
-        return points, arcs / arcs[-1]
+        if self._has_edge and np.hypot(*(points[FACE] - points[FACE + BODY])) < NARROWEST:
+            points = _cut_edge(points)
+        return points, _find_arcs(points)
 
 
 def read_sections(airfoils: Entry, used: Entry, thicknesses: Array, stations: Array) -> Sections:
@@ -171,6 +186,32 @@ def _leave_out_twins(airfoils: tuple[Airfoil, ...]) -> list[Airfoil]:
     return chosen
 
 
+def _cut_edge(points: Array) -> Array:
+    """A section with a flat trailing edge where it is as wide as `NARROWEST`."""
+    body = points[FACE : FACE + BODY + 1]
+    arcs = _find_arcs(body)
+
+    def find_ends(depth: float) -> Array:
+        at = depth, 1.0 - depth
+        return np.column_stack([np.interp(at, arcs, column) for column in body.T])
+
+    low, high = 0.0, _DEEPEST
+    for _ in range(50):
+        depth = 0.5 * (low + high)
+        narrow = np.hypot(*np.diff(find_ends(depth), axis=0)[0]) < NARROWEST
+        low, high = (depth, high) if narrow else (low, depth)
+    at = high + (1.0 - 2.0 * high) * arcs
+    first, last = find_ends(high)
+    middle, part = 0.5 * (first + last), np.linspace(0.0, 1.0, FACE + 1)[:, None]
+    return np.concatenate(
+        [
+            middle + part[:-1] * (first - middle),
+            np.column_stack([np.interp(at, arcs, column) for column in body.T]),
+            last + part[1:] * (middle - last),
+        ]
+    )
+
+
 def _is_same_shape(one: Airfoil, other: Airfoil) -> bool:
     """Whether two contours are one, but for where their points are."""
     a = np.linspace(0.0, 1.0, BODY + 1)
@@ -201,9 +242,34 @@ def _read_airfoil(entry: Entry, name: str) -> Airfoil:
         points = np.concatenate([[middle], points, [middle]])
     given = entry.get("rthick")
     thickness = given.positive() if given else float(np.ptp(points[:, 1]))
+    points = _begin_on_face(points)
+    arcs = _find_arcs(points)
+    corners = _find_corners(points, arcs)
+    return Airfoil(name, thickness, points, arcs, corners)
+
+
+def _find_arcs(points: Array) -> Array:
+    """Fraction of the contour of each point, (n,) [-]."""
     arcs = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
-    arcs /= arcs[-1]
-    return Airfoil(name, thickness, points, arcs, _find_corners(points, arcs))
+    return np.asarray(arcs / arcs[-1])
+
+
+def _begin_on_face(points: Array) -> Array:
+    """The contour from the middle of its flat trailing edge, where it began at a corner of it."""
+    arcs, turns = _find_arcs(points), _find_turns(points)
+    inner = arcs[1:-1]
+    if _find_closing_turn(points) <= _SHARPEST:
+        return points
+    before = np.flatnonzero((inner > 1.0 - _NEAR) & (turns[1:-1] > _SHARPEST))
+    after = np.flatnonzero((inner < _NEAR) & (turns[1:-1] > _SHARPEST))
+    if len(before) == 1 and not len(after):  # the last corner; the face runs on to the first point
+        points = points[: before[0] + 2]
+    elif len(after) == 1 and not len(before):
+        points = points[after[0] + 1 :]
+    else:
+        return points
+    middle = 0.5 * (points[0] + points[-1])
+    return np.concatenate([[middle], points, [middle]])
 
 
 def _read_columns(coordinates: Entry) -> tuple[Array, Array]:
@@ -215,14 +281,28 @@ def _read_columns(coordinates: Entry) -> tuple[Array, Array]:
 
 def _find_corners(points: Array, arcs: Array) -> tuple[float, float] | None:
     """Fractions of the corners of the trailing edge, one beside each end of the contour."""
-    sides = np.diff(points, axis=0)
-    directions = np.unwrap(np.arctan2(sides[:, 1], sides[:, 0]))
-    turns = np.abs(np.diff(directions))  # at points 1 to n - 2
+    turns = _find_turns(points)[1:-1]
     inner = arcs[1:-1]
     first = np.where(inner < _NEAR, turns, 0.0)
     last = np.where(inner > 1.0 - _NEAR, turns, 0.0)
     if first.max() > _SHARPEST and last.max() > _SHARPEST:
         return float(inner[first.argmax()]), float(inner[last.argmax()])
+    return (0.0, 1.0) if _find_closing_turn(points) > _SHARPEST else None
+
+
+def _find_turns(points: Array) -> Array:
+    """Angles by which a contour turns at its points, 0 at both ends, (n,) [rad]."""
+    return np.pad(np.abs(np.diff(_find_directions(points))), 1)
+
+
+def _find_closing_turn(points: Array) -> float:
+    """Angle by which a contour turns where it ends and begins [rad]."""
+    directions = _find_directions(points)
     closing = directions[0] + 2.0 * np.pi - directions[-1]
-    closing = abs((closing + np.pi) % (2.0 * np.pi) - np.pi)
-    return (0.0, 1.0) if closing > _SHARPEST else None
+    return abs(float((closing + np.pi) % (2.0 * np.pi) - np.pi))
+
+
+def _find_directions(points: Array) -> Array:
+    """Angles of the sides of a contour without jumps, (n - 1,) [rad]."""
+    sides = np.diff(points, axis=0)
+    return np.asarray(np.unwrap(np.arctan2(sides[:, 1], sides[:, 0])))

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.windio.curves import Curve, read_curve
 from turbine_fenicsx.windio.entry import Entry
-
-HANDLES = ("start_nd_arc", "end_nd_arc", "midpoint_nd_arc")
-"""What an anchor can be asked for."""
+from turbine_fenicsx.windio.places import (
+    FINE,
+    HANDLES,
+    SMALL,
+    WIDEST,
+    Contours,
+    is_whole,
+    list_defined,
+    shift_places,
+)
+from turbine_fenicsx.windio.planes import place_by_plane
 
 LONGEST = 20
 """References from anchor to anchor."""
 
-WIDEST = 100.0
-"""Maximum width of an anchor [m]."""
-
 MAX_WIDTH_ERROR = 0.05
 """Maximum mean difference between a width and the distance of given places, relative to the mean
 width. Programs round off what they resolve: IEA-15's reinforcements differ by 4 %."""
-
-_SMALL = 1e-4
-"""Places may lie outside of 0 to 1 by this much."""
-
-_FINE = np.linspace(0.0, 1.0, 101)
-"""Stations between which places that follow from a width are straight."""
 
 
 class Anchors:
@@ -37,18 +35,17 @@ class Anchors:
     Args:
         entry: The list.
         others: Where anchors are sought that are not in the list.
-        girth: Length of the contour at span fractions, which widths are divided by [m]; None in a
-            web, whose anchors have no widths.
+        shape: The outer surface; None in a web, whose anchors need none.
     """
 
     def __init__(
         self,
         entry: Entry | None,
         others: Anchors | None = None,
-        girth: Callable[[Array], Array] | None = None,
+        shape: Contours | None = None,
     ) -> None:
         self._anchors = {e["name"].text(): e for e in entry.entries()} if entry else {}
-        self._others, self._girth = others, girth
+        self._others, self._shape = others, shape
         self._known: dict[tuple[str, str], Curve] = {}
 
     def resolve(self, place: Entry) -> Curve:
@@ -64,7 +61,7 @@ class Anchors:
 
     def _resolve(self, place: Entry, trail: tuple[str, ...]) -> Curve:
         if "anchor" not in place:
-            curve = read_curve(place, -_SMALL, 1.0 + _SMALL)
+            curve = read_curve(place, -SMALL, 1.0 + SMALL)
             return Curve(curve.grid, np.clip(curve.values, 0.0, 1.0))
         reference = place["anchor"]
         name, handle = reference["name"].text(), reference["handle"].text()
@@ -85,12 +82,14 @@ class Anchors:
     def _follow(self, name: str, handle: str, trail: tuple[str, ...]) -> Curve:
         anchor = self._anchors[name]
         given = self._resolve(anchor[handle], trail) if handle in anchor else None
-        if given is not None and not _holds_a_place(given):
+        if given is not None and not is_whole(given):
             return given
-        if self._girth is not None:
-            found = self._place_by_offset(anchor, handle, self._girth, trail)
-            if found is None and "width" in anchor and handle in _list_defined(anchor):
-                found = self._place_by_width(anchor, handle, self._girth, trail)
+        if self._shape is not None:
+            found = self._place_by_offset(anchor, handle, self._shape, trail)
+            if found is None and "width" in anchor and handle in list_defined(anchor["width"]):
+                found = self._place_by_width(anchor, handle, self._shape, trail)
+            if found is None and "plane_intersection" in anchor:
+                found = place_by_plane(anchor["plane_intersection"], handle, self._shape)
             if found is not None:
                 return found
         if given is not None:
@@ -101,55 +100,48 @@ class Anchors:
             return Curve(grid, 0.5 * (start(grid) + end(grid)))
         anchor.fail(
             f"is not resolved: it has no {handle!r} with grid and values, nor an offset, "
-            "nor a width beside another place (planes alone are not read, the program that writes "
-            "the file resolves them)"
+            "a width beside another place, or a plane that defines it"
         )
 
     def _place_by_width(
-        self,
-        anchor: Entry,
-        handle: str,
-        girth: Callable[[Array], Array],
-        trail: tuple[str, ...],
+        self, anchor: Entry, handle: str, shape: Contours, trail: tuple[str, ...]
     ) -> Curve | None:
-        """A start or an end at the anchor's width from its other end or its middle."""
+        """A start or an end at the width from the other end, or at half of it from the middle."""
         width = read_curve(anchor["width"], 0.0, WIDEST)
         start, end, middle = HANDLES
         other, sign = (start, 1.0) if handle == end else (end, -1.0)
-        origin, part = next(
-            ((key, share) for key, share in ((other, 1.0), (middle, 0.5)) if key in anchor),
-            ("", 0.0),
-        )
-        if not origin:
-            return None
-        given = self._resolve(anchor[origin], trail)
-        return _shift(given, width, sign * part / girth(_FINE), anchor["width"])
+        unit = sign / shape.girth(FINE)
+        if other in anchor and other not in list_defined(anchor["width"]):
+            given = self._resolve(anchor[other], trail)
+            return shift_places(given, width, unit, anchor["width"])
+        plane, centre = anchor.get("plane_intersection"), None
+        if middle in anchor:
+            centre = self._resolve(anchor[middle], trail)
+        elif plane is not None:
+            centre = place_by_plane(plane, middle, shape)
+        return centre and shift_places(centre, width, 0.5 * unit, anchor["width"])
 
     def _place_by_offset(
-        self,
-        anchor: Entry,
-        handle: str,
-        girth: Callable[[Array], Array],
-        trail: tuple[str, ...],
+        self, anchor: Entry, handle: str, shape: Contours, trail: tuple[str, ...]
     ) -> Curve | None:
         """A place at an offset from another anchor, a length or a fraction of the contour."""
         for key, most in (("offset_arc", WIDEST), ("offset_nd_arc", 1.0)):
             if key in anchor and anchor[key]["defines"].text() == handle:
                 offset = read_curve(anchor[key], -most, most)
-                unit = 1.0 / girth(_FINE) if key == "offset_arc" else np.ones(len(_FINE))
-                return _shift(self._resolve(anchor[key], trail), offset, unit, anchor[key])
+                unit = 1.0 / shape.girth(FINE) if key == "offset_arc" else np.ones(len(FINE))
+                return shift_places(self._resolve(anchor[key], trail), offset, unit, anchor[key])
         return None
 
     def list_disagreements(self) -> Iterator[str]:
         """A sentence for each anchor whose width is not the distance of its given start and end."""
         for name, anchor in self._anchors.items():
             ends = HANDLES[:2]
-            if self._girth is None or "width" not in anchor or not all(e in anchor for e in ends):
+            if self._shape is None or "width" not in anchor or not all(e in anchor for e in ends):
                 continue
             width = read_curve(anchor["width"], 0.0, WIDEST)
-            s = _FINE[(_FINE >= width.start) & (_FINE <= width.end)]
+            s = FINE[(FINE >= width.start) & (FINE <= width.end)]
             start, end = (self._resolve(anchor[handle], (f"{name}.{handle}",)) for handle in ends)
-            distance = (end(s) - start(s)) * self._girth(s)
+            distance = (end(s) - start(s)) * self._shape.girth(s)
             error = np.abs(distance - width(s))
             used = [self._follow(name, handle, (f"{name}.{handle}",)) for handle in ends]
             same = all(np.array_equal(a(s), b(s)) for a, b in zip(used, (start, end), strict=True))
@@ -166,31 +158,3 @@ class Anchors:
         if name in self._anchors:
             return self
         return self._others._find(name) if self._others else None
-
-
-def _holds_a_place(given: Curve) -> bool:
-    """Whether places are one end of the contour everywhere, as a file that resolves nothing has."""
-    return bool(np.all(given.values <= _SMALL) or np.all(given.values >= 1.0 - _SMALL))
-
-
-def _shift(given: Curve, distance: Curve, unit: Array, entry: Entry) -> Curve:
-    """Places at distances, in units that are given at fine stations, from others."""
-    grid = np.unique(np.concatenate([distance.grid, given.grid, _FINE]))
-    first, last = max(distance.start, given.start), min(distance.end, given.end)
-    s = grid[(grid >= first) & (grid <= last)]
-    if len(s) < 2:
-        entry.fail("has no stations in common with the place that it starts from")
-    place = given(s) + distance(s) * np.interp(s, _FINE, unit)
-    return Curve(s, np.clip(place, 0.0, 1.0))
-
-
-def _list_defined(anchor: Entry) -> list[str]:
-    """Handles that the width of an anchor defines; both where it names none."""
-    named = anchor["width"].get("defines")
-    if named is None:
-        return list(HANDLES[:2])
-    handles = named.value if isinstance(named.value, list) else [named.value]
-    for handle in handles:
-        if handle not in HANDLES[:2]:
-            named.fail(f"must name {' or '.join(HANDLES[:2])}, got {quote(handle)}")
-    return handles

@@ -176,7 +176,7 @@ def read_blade(
     """
     shape = read_outer_shape(blade, airfoils)
     structure = blade["structure"]
-    places = Anchors(structure["anchors"], girth=shape.girth)
+    places = Anchors(structure["anchors"], shape=shape)
     anchors = read_web_anchors(structure, places)
     layers = read_layers(structure, materials, places, anchors)
     leading = Curve(STATIONS, shape.leading_edge(STATIONS))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from turbine_fenicsx.materials.ply import PlyMaterial
 from turbine_fenicsx.windio.anchors import Anchors
 from turbine_fenicsx.windio.curves import Curve, read_curve
 from turbine_fenicsx.windio.entry import Entry
+from turbine_fenicsx.windio.places import FINE
 
 _SMALL = 1e-9
 """Stations that differ by less are the same."""
@@ -103,16 +104,20 @@ def _read_layer(
     if not thickness.values.any():
         thickness = Curve(thickness.grid[[0, -1]], np.zeros(2))
     angle = entry.get("fiber_orientation")
+    start, end = (anchors.resolve(entry[key]) for key in ("start_nd_arc", "end_nd_arc"))
     layer = Layer(
         name=entry["name"].text(),
         material=materials[material],
         web=web,
         thickness=thickness if web is None else _cut_ramps(thickness),
         angle=read_curve(angle) if angle else Curve(np.array([0.0, 1.0]), np.zeros(2)),
-        start=anchors.resolve(entry["start_nd_arc"]),
-        end=anchors.resolve(entry["end_nd_arc"]),
+        start=start,
+        end=end,
     )
     _check_place(entry, layer)
+    s = np.unique(np.concatenate([start.grid, end.grid, FINE]))
+    if np.any(start(s) > end(s)):
+        layer = replace(layer, end=Curve(s, np.maximum(start(s), end(s))))
     return layer
 
 
@@ -134,6 +139,16 @@ def _cut_ramps(thickness: Curve) -> Curve:
     return Curve(grid, values) if len(grid) > 1 else thickness
 
 
+def _is_filler(entry: Entry) -> bool:
+    """Whether a layer lies between two parts; it covers nothing where these overlap."""
+    names = [
+        entry[key]["anchor"]["name"].text()
+        for key in ("start_nd_arc", "end_nd_arc")
+        if "anchor" in entry[key]
+    ]
+    return len(set(names)) == 2
+
+
 def _check_place(entry: Entry, layer: Layer) -> None:
     """Anchors must be known, and in order, wherever the layer has a thickness."""
     s = np.unique(np.concatenate([layer.thickness.grid, layer.start.grid, layer.end.grid]))
@@ -146,7 +161,7 @@ def _check_place(entry: Entry, layer: Layer) -> None:
                 f"resolved: it reaches from {curve.start:g} to {curve.end:g}"
             )
     wrong = s[layer.start(s) > layer.end(s) + 1e-6]
-    if len(wrong):
+    if len(wrong) and not _is_filler(entry):
         entry.fail(
             f"begins behind its end at station {wrong[0]:g}: from {layer.start(wrong[0]):g} to "
             f"{layer.end(wrong[0]):g}"

@@ -187,16 +187,19 @@ def test_sections_are_offset_towards_the_suction_side(tmp_path):
     assert np.abs(after.points(s, a) - before.points(s, a) - 0.1 * normal).max() < 1e-12
 
 
-def test_a_sharp_trailing_edge_has_a_face_without_width(tmp_path):
+def test_a_sharp_trailing_edge_is_cut_at_a_thousandth_of_the_chord(tmp_path):
     def sharpen(blade, tables):
         for airfoil in tables["airfoils"][1:]:
             x, y = (np.array(airfoil["coordinates"][key]) for key in "xy")
             half = np.where(np.arange(len(x)) <= len(x) // 2, y[0], -y[0])
             airfoil["coordinates"]["y"] = (y - half * x).tolist()
 
-    lines = small_blade(tmp_path, sharpen).lines(np.array([0.5, 1.0]))
-    assert np.abs(lines[:, 1]).max() == 0.0
-    assert np.abs(lines[:, -2] - 1.0).max() == 0.0
+    blade, s = small_blade(tmp_path, sharpen), np.array([0.5, 0.8, 1.0])
+    lines = blade.lines(s)
+    edges = blade.surface(s[:, None], lines[:, [1, -2]])
+    width = np.linalg.norm(edges[:, 0] - edges[:, 1], axis=1)
+    assert width == pytest.approx(1e-3 * blade.outer_shape.chord.smooth(s), rel=1e-6)
+    assert np.all(lines[:, 1] > 1e-4) and np.all(lines[:, -2] < 1.0 - 1e-4)
 
 
 def test_a_shell_of_skins_alone_has_two_sides(tmp_path):

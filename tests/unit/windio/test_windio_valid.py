@@ -8,6 +8,8 @@ from windio_files import curve, small_turbine, write_turbine
 from windio_polars import add_polars, polar_set
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.meshing.hollow import mesh_hollow
+from turbine_fenicsx.meshing.quality import scaled_jacobian
 from turbine_fenicsx.wind.windio_blade import make_aero_blade
 from turbine_fenicsx.windio import read_turbine
 
@@ -106,3 +108,45 @@ def test_airfoils_of_one_thickness_at_one_place_or_of_two_shapes_are_refused(rea
 
     with pytest.raises(ModelError, match="same relative thickness 1 and different contours"):
         read(squeeze, twin_cylinders(small_turbine()))
+
+
+def narrow_edges(tables, width, names):
+    """Let the trailing edges of airfoils have a width in chords."""
+    for airfoil in tables["airfoils"]:
+        if airfoil["name"] in names:
+            x, y = (np.array(airfoil["coordinates"][key]) for key in "xy")
+            upper = np.arange(len(x)) <= len(x) // 2
+            half = np.where(upper, y[0] - 0.5 * width, 0.5 * width - y[0])
+            airfoil["coordinates"]["y"] = (y - half * x).tolist()
+
+
+@pytest.mark.parametrize("names", [("thick", "thin"), ("thick",)])
+@pytest.mark.parametrize("width", [0.0, 1e-5, 3e-4, 1e-3])
+def test_narrow_trailing_edges_are_meshed(read, names, width):
+    blade = read(lambda tables: narrow_edges(tables, width, names)).blade
+    for span, around in ((6, 16), (12, 20)):
+        block = mesh_hollow(blade, span, around)
+        assert scaled_jacobian(block.points, block.cells, block.reference).min() > 1e-3
+
+
+def test_a_contour_may_begin_at_a_corner_of_its_trailing_edge(read):
+    def turn(tables):
+        for airfoil in tables["airfoils"][1:]:
+            points = airfoil["coordinates"]
+            for values in points.values():  # the face runs from the last point to the first
+                values.append(values[0])
+
+    plain, turned = (read(change).blade for change in (lambda tables: None, turn))
+    s = np.array([0.5, 1.0])
+    assert turned.lines(s)[:, 1] == pytest.approx(plain.lines(s)[:, 1], abs=1e-6)
+    assert np.all(turned.lines(s)[:, 1] > 1e-3)
+
+
+def test_a_filler_covers_nothing_where_its_neighbours_overlap(read):
+    def widen(tables):
+        anchors = {a["name"]: a for a in tables["components"]["blade"]["structure"]["anchors"]}
+        anchors["TE_ss"]["end_nd_arc"] = curve((0.0, 0.09), (0.6, 0.09), (1.0, 0.3))
+
+    (core,) = (layer for layer in read(widen).blade.layers if layer.name == "core")
+    assert core.share(0.5, 0.1, 0.2) > 0.9
+    assert core.share(0.95, 0.0, 1.0) < 1e-12
