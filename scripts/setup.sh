@@ -183,7 +183,7 @@ install_python_packages() {
     say "Python packages [$extras]"
     logged "$venv/bin/python" -m pip install --disable-pip-version-check -c "$constraints" -e ".[$extras]" ||
         fail_logged "the Python packages"
-    logged scripts/install_turbines.sh "$venv/bin/python" || fail_logged "windIO"
+    logged scripts/install_turbines.sh "$venv/bin/python" "$constraints" || fail_logged "windIO"
 }
 
 mkdir -p "$venv"

@@ -61,7 +61,7 @@ def read_groups(gmsh: Any, path: str) -> dict[str, Any]:
             views.append(name)
     info = {
         "views": views,
-        "highest": max((dimension for dimension, _ in gmsh.model.getEntities()), default=-1),
+        "highest": next((d for d in (3, 2, 1, 0) if len(mesh.getElementTypes(d))), -1),
         "has_cells": any(len(kinds) > 0 for kinds in mesh.getElements(3)[:1]),
         "names": names,
         "groups": groups,

@@ -29,6 +29,9 @@ ROUND_OFF = 1e-14
 CURVATURE = 1e-6
 """A curvature beyond this part of its terms is no round-off."""
 
+ROUND_OFF = 1e-9
+"""Factors of constraints below this part of the largest one are zero [-]."""
+
 
 def check_closed(
     constraints: Sequence[Quadratic], owners: Sequence[str], values: Array, q: Array
@@ -81,6 +84,8 @@ def find_singular_rows(
     )
     G, G_r = functions.jacobian(q), rest.jacobian(q)
     factors = np.linalg.lstsq(G.T, G_r.T, rcond=None)[0].T
+    # round-off of zero must not be compared with itself below
+    factors[np.abs(factors) < ROUND_OFF * np.abs(factors).max(axis=1, keepdims=True)] = 0.0
     free = np.linalg.svd(G)[2][len(G) :].T  # columns v, G v = 0
     found = []
     for row, k in enumerate(redundant.tolist()):

@@ -65,7 +65,7 @@ class Anchors:
             return Curve(curve.grid, np.clip(curve.values, 0.0, 1.0))
         reference = place["anchor"]
         name, handle = reference["name"].text(), reference["handle"].text()
-        if handle not in HANDLES:
+        if handle not in HANDLES and name != "not_defined":
             reference.fail(f"has the handle {handle!r}, allowed are {', '.join(HANDLES)}")
         step = f"{name}.{handle}"
         if step in trail:
@@ -73,6 +73,11 @@ class Anchors:
         if len(trail) >= LONGEST:
             reference.fail(f"is reached by more than {LONGEST} references, one after the other")
         anchors = self._find(name)
+        if anchors is None and name == "not_defined":
+            reference.fail(
+                "names the anchor 'not_defined': windIO's converter found no place for it, give an "
+                "anchor of the file, or grid and values"
+            )
         if anchors is None:
             reference.fail(f"names the anchor {name!r}, which does not exist")
         if (name, handle) not in anchors._known:

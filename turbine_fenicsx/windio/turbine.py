@@ -128,7 +128,8 @@ def _check_version(root: Entry) -> None:
     if old or (version or "").startswith(("1", "0")):
         root.fail(
             "is of windIO 1, which is not read: convert it with windIO's own "
-            "windIO.converters.windIO2windIO, or take the turbine's file of windIO 2"
+            "windIO.converters.windIO2windIO (`python -m windIO.converters.windIO2windIO -i "
+            "OLD.yaml -o ./NEW.yaml`), or take the turbine's file of windIO 2"
         )
     if version is None:
         root.fail("has no 'windIO_version'")

@@ -133,3 +133,14 @@ def test_a_dead_centre_is_told_apart_from_redundancy(comm, caplog, x, singular):
         [t.startswith("1 of the constraints of joint 'h3' locks nothing") for t in told[:-1]]
         == [True] * singular
     )
+
+
+def test_a_joint_between_two_bearings_is_redundant_and_no_dead_centre(comm, caplog):
+    """A shaft in two spherical bearings of a frame, and a third one on the line between."""
+    frame = RigidBody("frame", 3.0, INERTIA, position=(0.3, 0.2, 0.0))
+    shaft = RigidBody("shaft", 2.0, INERTIA, position=0.5 * E3)
+    yaw = Revolute("yaw", None, frame, point=0.3 * E1, axis=np.array([0.0, 1.0, 0.0]))
+    bearings = [Spherical(f"b{k}", frame, shaft, x * E3) for k, x in enumerate((0.0, 1.0, 0.4))]
+    (told,) = warnings(comm, [frame, shaft, yaw, *bearings], caplog)
+    assert "joint constraints are redundant (in joints b1, b2)" in told
+    assert "locks nothing" not in told

@@ -65,6 +65,15 @@ def flat(model):
     model.mesh.generate(2)
 
 
+def skin(model):
+    """A mesh of the surfaces of a body alone."""
+    tag = model.occ.addBox(0, 0, 0, 1, 1, 1)
+    model.occ.synchronize()
+    model.addPhysicalGroup(3, [tag], 1)
+    model.addPhysicalGroup(2, [1], 2)
+    model.mesh.generate(2)
+
+
 def overlapping(model):
     box(model)
     model.addPhysicalGroup(3, [1], 8)
@@ -93,6 +102,7 @@ def mixed(model):
         (box, r"lacks the physical volume 'blade_2' and the physical surfaces 'root_1', 'root_2'; "
               r"it has the volume 'blade_1' and no surface$"),
         (flat, r"holds no volume elements, its highest dimension is 2$"),
+        (skin, r"holds no volume elements, its highest dimension is 2$"),
         (overlapping, r"'all', 'blade_1' share \d+ elements; .* one physical volume only$"),
         (cubic, r"'Tetrahedron 20'; all must be of one type"),
         (mixed, r"'Tetrahedron 4', 'Prism 6'; all must be of one type"),

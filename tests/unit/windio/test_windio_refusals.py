@@ -89,6 +89,10 @@ MISTAKES = {
         put(*LAYERS, CAP, "start_nd_arc", at("nowhere", "start_nd_arc")),
         "start_nd_arc.anchor names the anchor 'nowhere', which does not exist",
     ),
+    "anchor of the converter": (
+        put(*LAYERS, CAP, "start_nd_arc", at("not_defined", "not_defined")),
+        "start_nd_arc.anchor names the anchor 'not_defined': windIO's converter found no place",
+    ),
     "wrong handle": (
         put(*LAYERS, CAP, "start_nd_arc", at("cap_ss", "begin")),
         "start_nd_arc.anchor has the handle 'begin', allowed are start_nd_arc, end_nd_arc, mid",

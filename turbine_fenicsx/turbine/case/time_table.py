@@ -84,13 +84,13 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
     if not lines:
         raise InputError(f"{name} is empty, expected a heading and two or more lines of numbers")
     found, factors = _read_heading(name, lines[0][1], columns)
-    rows = [_read_row(name, number, fields, len(found)) for number, fields in lines[1:]]
+    rows = [_read_row(name, number, fields, len(found), raw) for number, fields, raw in lines[1:]]
     if len(rows) < 2:
         raise InputError(f"{name} has {len(rows)} lines of numbers, expected two or more")
     values = np.array(rows) * factors
     table = dict(zip(found, values.T, strict=True))
     times = table.pop(TIME)
-    numbers = [number for number, _ in lines[1:]]
+    numbers = [number for number, *_ in lines[1:]]
     late = np.flatnonzero(np.diff(times) <= 0.0)
     if late.size:
         k = int(late[0])
@@ -131,10 +131,10 @@ def keep_read(read: Callable[[str], TimeTable]) -> Callable[[str], TimeTable]:
     return reader
 
 
-def _split(text: str) -> list[tuple[int, list[str]]]:
-    """Numbers of the lines that count, and their fields."""
+def _split(text: str) -> list[tuple[int, list[str], str]]:
+    """Numbers of the lines that count, their fields, and the lines themselves."""
     lines = [(k, line.strip()) for k, line in enumerate(text.splitlines(), start=1)]
-    return [(k, re.split(r"[,;\t]", x)) for k, x in lines if x and not x.startswith("#")]
+    return [(k, re.split(r"[,;\t]", x), x) for k, x in lines if x and not x.startswith("#")]
 
 
 def _read_heading(
@@ -171,14 +171,12 @@ def _find_factor(name: str, key: str, unit: str | None, expected: str) -> float:
         raise InputError(f"{name}, column {key} [{unit}]: {error}") from None
 
 
-def _read_row(name: str, number: int, fields: list[str], n: int) -> list[float]:
+def _read_row(name: str, number: int, fields: list[str], n: int, raw: str) -> list[float]:
     """The numbers of a line."""
     try:
         row = [float(field) for field in fields]
     except ValueError:
         row = []
     if len(row) != n or not all(math.isfinite(x) for x in row):
-        raise InputError(
-            f"{name}, line {number}: expected {n} finite numbers, got {quote(','.join(fields))}"
-        )
+        raise InputError(f"{name}, line {number}: expected {n} finite numbers, got {quote(raw)}")
     return row
