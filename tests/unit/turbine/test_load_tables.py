@@ -66,7 +66,10 @@ def test_a_changed_file_is_read_again(tmp_path):
         ("time,rotor_torque\n0,1\n", "torque.csv has 1 lines of numbers, expected two or more"),
         ("time,rotor_torque\n0,1\n1\n", "torque.csv, line 3: expected 2 finite numbers, got '1'"),
         ("time,rotor_torque\n0,1\n1,nan\n", "torque.csv, line 3: expected 2 finite numbers, got"),
-        ("time;rotor_torque\n0;1\n1; 2,5\n", "torque.csv, line 3: expected 2 .* got '1; 2,5'"),
+        (
+            "time;rotor_torque\n0;1\n1; 2,5\n",
+            "torque.csv, line 3: expected 2 finite numbers, got '1; 2,5'",
+        ),
         ("time,rotor_torque\n0,1\n1,a\n", "torque.csv, line 3: expected 2 finite numbers, got "),
         ("time,rotor_torque\n0,1\n2,1\n2,3\n", "torque.csv, line 4: times must rise, got 2 s aft"),
         ("time,rotor_torque\n0,1\n1,1e31\n", "torque.csv, line 3: rotor_torque = 1e+31 N m must "),
