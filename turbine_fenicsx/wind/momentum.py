@@ -144,7 +144,7 @@ def solve_momentum(
 def _find_induction(
     annuli: Annuli, polars: Lookup, phi: Array, ratio: Array
 ) -> tuple[Array, Array]:
-    """A and t = w_t/V_x that balance the loads at inflow angles, both within `MAX_INDUCTION`."""
+    """Induction a and t = w_t/V_x that balance the loads at inflow angles, |a| and |a'| <= 1."""
     C_l, C_d = polars(phi)
     s, c = np.sin(phi), np.cos(phi)
     C_n, C_t = C_l * c + C_d * s, C_l * s - C_d * c

@@ -31,7 +31,8 @@ def place_by_plane(plane: Entry, handle: str, shape: Contours) -> Curve | None:
     side = plane["side"].text() if "side" in plane else "both"
     on_suction = handle == HANDLES[0] if side == "both" else side == "suction"
     angle = np.radians(first["rotation"].number(-360.0, 360.0) if "rotation" in first else 0.0)
-    offset = read_curve(plane["offset"], -WIDEST, WIDEST)
+    none = Curve(np.array([0.0, 1.0]), np.zeros(2))
+    offset = read_curve(plane["offset"], -WIDEST, WIDEST) if "offset" in plane else none
     s = FINE[(FINE >= offset.start) & (FINE <= offset.end)]
     turn = np.array([np.sin(angle), np.cos(angle)])  # y of what was turned about z
     y0, y1 = shape.reference_points(first["anchors_nd_grid"].numbers(2))[:, :2] @ turn
