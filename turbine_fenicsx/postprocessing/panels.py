@@ -171,7 +171,7 @@ def _draw_per_blade(
 
 
 def _leave_out_first(family: Family, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values; the first load is left out, since loads are means of the step before."""
+    """Values; the first load is left out, since loads are means of the steps before."""
     if family not in (names.ROOT_MOMENT, names.TOWER_BASE_MOMENT):
         return values
     shown = values.copy()
