@@ -14,7 +14,7 @@ from turbine_fenicsx.turbine.component import Channels, Turbine
 
 CONVENTIONS = (
     "Azimuth is 0 when blade 2 points up, 120 deg when blade 1 does (AzimB1Up = 120 deg); RotSpeed "
-    "and Root loads are means of the two steps before the time of the row"
+    "is the mean of the step that ends at the time of the row, loads are those of the last two"
 )
 """Line in the head of ``history.out``."""
 
