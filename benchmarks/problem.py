@@ -110,19 +110,18 @@ def mesh_case(elements: tuple[int, int, int]) -> dict:
 
 def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
     """Make the mesh of the rotor; returns the paths for ``msh`` and ``arrays``."""
-    from mpi4py import MPI
-
-    from turbine_fenicsx.meshing import cache_mesh
+    from turbine_fenicsx.meshing import build_rotor
     from turbine_fenicsx.meshing.read import read_msh
     from turbine_fenicsx.turbine.case.case import Case
     from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     plan = plan_rotor(Case.parse(mesh_case(elements)))
-    layout = plan.layout
-    msh = cache_mesh(MPI.COMM_SELF, plan.blades.geometry, layout, plan.blades.options)
+    layout, name = plan.layout, "x".join(map(str, elements))
+    msh = folder / f"{name}.msh"
+    build_rotor(plan.blades.geometry, layout, plan.blades.options, msh)
     mesh = read_msh(msh, layout.volume_groups, ())
     roots = [mesh.surfaces[f"root_{k}"] for k in (1, 2, 3)]
-    arrays = folder / f"{'x'.join(map(str, elements))}.npz"
+    arrays = folder / f"{name}.npz"
     np.savez(
         arrays,
         points=mesh.points,

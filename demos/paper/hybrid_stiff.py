@@ -18,7 +18,13 @@ from turbine_fenicsx import (
     Simulation,
 )
 from turbine_fenicsx.bodies.frame_fields import frame_fields
-from turbine_fenicsx.meshing import BladeGeometry, MeshOptions, RotorLayout, cache_mesh, load_msh
+from turbine_fenicsx.meshing import (
+    BladeGeometry,
+    MeshOptions,
+    RotorLayout,
+    load_arrays,
+    mesh_rotor,
+)
 from turbine_fenicsx.simulation.observers import history
 
 E2, E3 = np.eye(3)[1:]
@@ -28,7 +34,7 @@ def main(path="history.csv", end=12.0, comm=MPI.COMM_WORLD):
     """Run to the end time [s] and return the last snapshot."""
     hub_centre = -5.0 * E3
     layout = RotorLayout(centre=tuple(hub_centre))
-    mesh = load_msh(comm, cache_mesh(comm, BladeGeometry(), layout, MeshOptions()))
+    mesh = load_arrays(comm, lambda: mesh_rotor(BladeGeometry(), layout, MeshOptions()), "rotor")
 
     # Rigid parts (1)-(8) of Table 1; yaw and rotor bearings (12) with joint angles (15)-(18)
     nacelle = RigidBody("nacelle", mass=2.0e5, euler=(6.0e5, 6.0e5, 6.0e5))

@@ -25,7 +25,7 @@ from dolfinx.mesh import locate_entities_boundary, meshtags
 
 from turbine_fenicsx import BladeGeometry, Case, _compat
 from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
-from turbine_fenicsx.meshing import RotorLayout, cache_mesh, load_msh
+from turbine_fenicsx.meshing import RotorLayout, load_arrays, mesh_rotor
 
 LAYOUT = RotorLayout(centre=(0.0, 0.0, 0.0), azimuths=(0.0,))  # a single blade that points up
 SPAN, CHORD, THICKNESS = LAYOUT.frame(1)
@@ -63,7 +63,7 @@ class ClampedBlade:
     def __init__(self, comm, options, degree, material=None):
         """Compile the forms and find the free displacements."""
         geometry = BladeGeometry()
-        loaded = load_msh(comm, cache_mesh(comm, geometry, LAYOUT, options))
+        loaded = load_arrays(comm, lambda: mesh_rotor(geometry, LAYOUT, options), "blade")
         mesh = self.mesh = loaded.mesh
         self.volume = loaded.report.volumes["blade_1"]
         V = _compat.vector_space(mesh, degree)

@@ -1,7 +1,6 @@
 """Meshes of blades and tower: parametric shapes, hexahedra and tetrahedra, reading, quality."""
 
 from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
-from turbine_fenicsx.meshing.cache import cache_directory, cache_mesh
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.hollow_block import HollowBlock
@@ -26,8 +25,6 @@ __all__ = [
     "Web",
     "build_rotor",
     "build_tower",
-    "cache_directory",
-    "cache_mesh",
     "load_arrays",
     "load_msh",
     "mesh_hollow",

@@ -57,12 +57,6 @@ def gmsh_session(options: Mapping[str, float] | None = None) -> Iterator[Any]:
                 gmsh.finalize()
 
 
-def gmsh_version() -> str:
-    """Return the version of the installed gmsh library."""
-    with gmsh_session() as gmsh:
-        return str(gmsh.option.getString("General.Version"))
-
-
 def _import_gmsh() -> Any:
     """Return the module gmsh or raise MeshError that says how to install it."""
     try:

@@ -19,7 +19,6 @@ from turbine_fenicsx.meshing import (
     MeshOptions,
     MeshReport,
     RotorLayout,
-    cache_mesh,
     mesh_rotor,
     read_msh,
 )
@@ -109,16 +108,12 @@ class SolidBlades:
     ) -> tuple[str, Callable[[], MeshArrays]]:
         """What the mesh is called, and what makes it on rank 0. Collective.
 
-        It is read from a file, the user's own or one of tetrahedra that was cached. Hexahedra are
-        made each time, which takes less than reading them.
-
         Raises:
             ModelError: if the mesh cannot be made.
         """
-        geometry, options = self.geometry, self.options
-        if self.file is None and (options.cell == "hexahedron" or geometry.wall):
-            return "mesh of the blades", lambda: mesh_rotor(geometry, layout, options)
-        path = Path(self.file or cache_mesh(comm, geometry, layout, options))
+        if self.file is None:
+            return "mesh of the blades", lambda: mesh_rotor(self.geometry, layout, self.options)
+        path = Path(self.file)
         return f"mesh file '{path}'", lambda: read_msh(path, layout.volume_groups, ROOTS)
 
     def list_mistakes(self, mesh: MeshArrays, layout: RotorLayout) -> tuple[str, ...]:
