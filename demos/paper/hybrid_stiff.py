@@ -5,6 +5,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx import (
+    BladeGeometry,
     Coupling,
     FlexibleBody,
     Gravity,
@@ -18,13 +19,7 @@ from turbine_fenicsx import (
     Simulation,
 )
 from turbine_fenicsx.bodies.frame_fields import frame_fields
-from turbine_fenicsx.meshing import (
-    BladeGeometry,
-    MeshOptions,
-    RotorLayout,
-    load_arrays,
-    mesh_rotor,
-)
+from turbine_fenicsx.meshing import MeshOptions, RotorLayout, load_arrays, mesh_rotor
 from turbine_fenicsx.simulation.observers import history
 
 E2, E3 = np.eye(3)[1:]
