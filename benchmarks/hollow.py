@@ -79,7 +79,7 @@ def parse(span, around, **more):
 def write_problem(span, around, steps, folder):
     """The mesh, and what the codes with clamped blades solve; returns the file of the problem."""
     plan = plan_rotor(parse(span, around))
-    _, make = plan.mesh_source(MPI.COMM_SELF)
+    _, make = plan.mesh_source()
     mesh, msh = make(), folder / "hollow.msh"
     write_msh(mesh, msh)
     arrays = write_serendipity(mesh, plan.tips, folder / "hollow.npz")

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mpi4py import MPI
-
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout
@@ -86,14 +84,8 @@ class BladePlan(Protocol):
     def size(self) -> MeshSize:
         """Size of the mesh of all blades that is made, counted or estimated."""
 
-    def mesh_source(
-        self, layout: RotorLayout, comm: MPI.Intracomm
-    ) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh is called, and what makes it on rank 0. Collective.
-
-        Raises:
-            ModelError: if it cannot be made.
-        """
+    def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
+        """What the mesh is called, and what makes it on rank 0."""
 
     def list_mistakes(self, mesh: MeshArrays, layout: RotorLayout) -> tuple[str, ...]:
         """One sentence for everything that keeps a mesh from being these blades."""

@@ -45,7 +45,7 @@ class FlexibleBlades(Component):
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
         rotor = assembly.rotor
-        source, make = rotor.mesh_source(assembly.comm)
+        source, make = rotor.mesh_source()
 
         def examine(mesh: MeshArrays) -> tuple[str, ...]:
             mistakes = rotor.list_mistakes(mesh)

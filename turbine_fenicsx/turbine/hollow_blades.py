@@ -127,9 +127,7 @@ class HollowBlades:
         """Stiffness and density of cells."""
         return tabulate_walls(cells.find_plies(), cells.thickness, self.moments)
 
-    def mesh_source(
-        self, layout: RotorLayout, comm: MPI.Intracomm
-    ) -> tuple[str, Callable[[], MeshArrays]]:
+    def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
         """What the mesh is called, and what makes it on rank 0, or reads it from a file.
 
         Raises:

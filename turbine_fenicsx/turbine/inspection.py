@@ -56,7 +56,7 @@ def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
     """
     try:
         plan = plan_rotor(case, comm)
-        name, make = plan.mesh_source(comm)
+        name, make = plan.mesh_source()
         return on_rank0(comm, lambda: _inspect(case, plan, name, make))
     except OSError as error:
         raise InputError(str(error)) from None

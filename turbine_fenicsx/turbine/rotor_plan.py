@@ -43,13 +43,9 @@ class RotorPlan:
         numbers = range(1, self.layout.n_blades + 1)
         return [self.layout.place(self.blades.tip[None], k)[0] for k in numbers]
 
-    def mesh_source(self, comm: MPI.Intracomm) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh of the blades is called, and what makes it on rank 0. Collective.
-
-        Raises:
-            ModelError: if the mesh cannot be made.
-        """
-        return self.blades.mesh_source(self.layout, comm)
+    def mesh_source(self) -> tuple[str, Callable[[], MeshArrays]]:
+        """What the mesh of the blades is called, and what makes it on rank 0."""
+        return self.blades.mesh_source(self.layout)
 
     def list_mistakes(self, mesh: MeshArrays) -> tuple[str, ...]:
         """One sentence for everything that keeps a mesh from being these blades."""

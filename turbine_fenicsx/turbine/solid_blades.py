@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -103,14 +101,8 @@ class SolidBlades:
         """Size of the mesh that is made, counted or estimated."""
         return size_of_options(self.geometry, self.options, self.degree)
 
-    def mesh_source(
-        self, layout: RotorLayout, comm: MPI.Intracomm
-    ) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh is called, and what makes it on rank 0. Collective.
-
-        Raises:
-            ModelError: if the mesh cannot be made.
-        """
+    def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
+        """What the mesh is called, and what makes it on rank 0, or reads it from a file."""
         if self.file is None:
             return "mesh of the blades", lambda: mesh_rotor(self.geometry, layout, self.options)
         path = Path(self.file)

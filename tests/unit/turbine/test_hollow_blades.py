@@ -127,7 +127,7 @@ def test_roots_that_overlap_are_refused(make, comm):
 @pytest.mark.parametrize(("span", "around"), [(5, 16), (10, 24), (16, 40)])
 def test_the_size_is_known_before_the_mesh_is_made(make, span, around):
     plan = plan_rotor(make(mesh={"span": span, "around": around}))
-    _, mesh = plan.mesh_source(MPI.COMM_SELF)
+    _, mesh = plan.mesh_source()
     counted, guessed = size_of_arrays(mesh(), ROOTS, 2), plan.blades.size
     assert counted.exact and not guessed.exact
     for name in ("cells", "vertices", "nodes", "root_nodes"):

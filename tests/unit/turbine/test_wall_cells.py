@@ -39,7 +39,7 @@ def tables(**mesh):
 def arrays(comm, shared_tmp_path):
     """The mesh that is made for the small turbine, on rank 0."""
     on_rank0(comm, lambda: write_turbine(small_turbine(), shared_tmp_path))
-    _, make = plan_rotor(Case.parse(tables(), shared_tmp_path), comm).mesh_source(comm)
+    _, make = plan_rotor(Case.parse(tables(), shared_tmp_path), comm).mesh_source()
     return make() if comm.rank == 0 else None
 
 

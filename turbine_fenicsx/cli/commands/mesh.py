@@ -33,7 +33,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if not options.force:
         refuse_mesh(case, comm)
     try:
-        _, make = plan.mesh_source(comm)
+        _, make = plan.mesh_source()
         report = on_rank0(comm, lambda: write_rotor(make, options.out))
     except OSError as error:
         raise InputError(str(error)) from None

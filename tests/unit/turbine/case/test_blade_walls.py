@@ -3,8 +3,6 @@
 from dataclasses import replace
 from math import pi
 
-from mpi4py import MPI
-
 import numpy as np
 import pytest
 from case_mistakes import mistakes
@@ -81,7 +79,7 @@ def test_a_mesh_too_large_to_be_counted_is_refused():
 
 def test_a_wall_makes_hollow_blades_of_the_counted_size():
     plan = plan_rotor(Case.parse(HOLLOW))
-    _, make = plan.mesh_source(MPI.COMM_SELF)
+    _, make = plan.mesh_source()
     mesh = make()
     assert plan.list_mistakes(mesh) == ()
     parts, layers = count_parts(mesh.points, mesh.cells)
