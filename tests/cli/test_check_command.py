@@ -1,13 +1,11 @@
-"""``check`` refuses what ``run`` refuses, and estimates what a run would take."""
+"""``check`` refuses what ``run`` refuses, and looks at the mesh."""
 
 import json
 import re
-import time
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from patience import patience
 from refusals import MISTAKES, SENTENCE, arguments_of, refused, without_warnings
 
 from turbine_fenicsx.cli.main import main
@@ -74,35 +72,17 @@ def test_check_of_a_users_mesh_counts_and_warns(demo, meshes, capfd):
     text = capfd.readouterr().out
     assert "warning: mesh.elements has no effect beside mesh.file\n" in text
     assert "warning: blade_1 ends at a radius of 12.25 m" in text
-    assert re.search(r"^unknowns: \d+ \(\d+ displacements, ", text, re.MULTILINE)
+    assert re.search(r"^unknowns: \d+ displacements, \d+ coupling multipliers$", text, re.MULTILINE)
     assert "mass of the blades 45 t\n" in text  # three boxes of 10 m^3 with 1500 kg/m^3
 
 
-def test_estimate_of_a_huge_mesh_comes_without_building_it(demo, capfd):
-    start = time.monotonic()
-    changes = ["mesh.elements=[100, 100, 4000]", "mesh.degree=1"]
-    assert main(["check", str(demo("hybrid_stiff.toml")), "--set", *changes]) == 0
-    text = capfd.readouterr().out
-    assert f"({9 * 101 * 101 * 4001} displacements" in text
-    assert "linear solver: iterative" in text
-    assert "too large to be made" in text
-    changes = ["tower.flexible=true", "tower.elements=[400, 40, 400]"]
-    assert main(["check", str(demo("hybrid_stiff.toml")), "--set", *changes]) == 0
-    assert "mesh of the tower is too large to be made" in capfd.readouterr().out
-    assert time.monotonic() - start < patience(10.0)
-
-
-def test_check_estimates_for_other_ranks_and_looks_at_the_folder(demo, tmp_path, capfd):
+def test_check_looks_at_the_folder(demo, tmp_path, capfd):
     case = str(demo("hybrid_stiff.toml"))
-    assert main(["check", case, "--ranks", "64", "-o", str(tmp_path)]) == 0
-    text = capfd.readouterr().out
-    assert " on 64 ranks, " in text
-    assert "warning" not in text
+    assert main(["check", case, "-o", str(tmp_path)]) == 0
+    assert "warning" not in capfd.readouterr().out
     (tmp_path / "summary.json").touch()
     assert main(["check", case, "-o", str(tmp_path)]) == 0
     assert f"warning: '{tmp_path}' holds a run already\n" in capfd.readouterr().out
-    assert main(["check", case, "--ranks", "0"]) == 2
-    assert "--ranks 0: must be at least 1" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

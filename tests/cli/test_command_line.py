@@ -79,7 +79,7 @@ def test_mesh_writes_what_run_can_read_back(demo, capfd, tmp_path):
         assert f'"{group}"' in path.read_text(encoding="utf-8")
     assert main(["check", case, "--set", f"mesh.file={path}"]) == 0
     read_back = capfd.readouterr().out
-    assert report.splitlines()[1:] == read_back.splitlines()[-7:-2]
+    assert report.splitlines()[1:] == read_back.splitlines()[-8:-3]
 
 
 def test_settings_may_be_given_together_or_apart(demo, tmp_path, capfd):

@@ -5,7 +5,6 @@ from functools import partial
 
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
-from turbine_fenicsx.linear_solvers.choice import choose_solver
 from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
@@ -47,5 +46,4 @@ __all__ = [
     "MonolithicLU",
     "QuasiNewton",
     "SectionMultigrid",
-    "choose_solver",
 ]

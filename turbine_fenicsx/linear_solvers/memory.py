@@ -1,94 +1,104 @@
-"""Memory that a run with a linear solver needs, and the solver that this leaves.
-
-Fits to what runs of slender solid blades took at most, see `benchmarks/README.md`; within a third.
-"""
+"""Memory that matrices and factors of a system need, counted before any of them is made."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from petsc4py import PETSc
 
-from turbine_fenicsx.linear_solvers.substructures import WIDEST
-from turbine_fenicsx.meshing.size import MeshSize
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
-PROGRAM = 0.17e9
-"""Memory of a rank without unknowns [B]."""
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.machine import machine_memory
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.factor import to_petsc
+from turbine_fenicsx.linear_solvers.substructures import find_shared_nodes
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.system import MultibodySystem
 
-QUADRATIC_HEXAHEDRA = 1.8
-"""Their memory over that of other cells with as many displacements: their rows are longer."""
+ENTRY, FACTOR_ENTRY = 12.0, 8.0
+"""Bytes of an entry of a matrix, value and column, and of a factor, which keeps blocks."""
 
-EQUAL_PARTS = 5.4e3
-"""Memory for each displacement of three equal blades that share a factor [B]. Measured on one rank
-with 70 713, 220 545, 301 725, 575 000, 1 202 607 displacements: 0.54, 1.42, 1.84, 3.5, 7.9 GB, and
-0.45 and 1.58 GB with the first and the third since a matrix is freed before the factor is made."""
+BEFORE_FACTOR, BESIDE_FACTOR = 4.4, 2.2
+"""Copies of the matrix at most, while it is taken apart and while it is factorised. Measured with
+70 000 to 1 260 000 unknowns."""
 
-ITERATIVE = 4.5e3
-"""Memory for each displacement with the iterative solver [B]. Measured on one rank with 70 713 and
-220 545 displacements: 0.46 and 1.19 GB."""
-
-SEVERAL_RANKS = 1.35
-"""Memory of several ranks over that of one; measured on two with 302 000 displacements, 3.94 GB
-with a factor for each part and 2.48 GB with one for all, and 0.77 GB with 70 713."""
-
-FITS = 0.75
-"""Part of the machine's memory that a run may need by the estimate, which is within a third."""
-
-SOLID = {"hexahedron": 0.75, "tetrahedron": 4.0}
-"""Cells per vertex above which a mesh is solid: some 7 x 7 hexahedra in a section.
-
-Thin walls and slender rods have fewer, and their factor grows hardly faster than their mesh: a
-tube of 520 560 displacements, one cell through the wall, takes 13 s and 2.8 GB.
-"""
+FACTORS = {"frozen": 1.0, "iterative": 0.0, "lu": 2.0, "monolithic": 2.0}
+"""Entries that a linear solver keeps for each entry of L: L L^T one, L U two."""
 
 
-def shares_factor(mesh: MeshSize, ranks: int) -> bool:
-    """Whether equal parts of a mesh will share a factor on each of so many ranks.
+def check_memory(system: MultibodySystem, linear_solver: str, shared: bool) -> None:
+    """Refuse a system that the machines cannot hold. Collective.
 
-    They do where the slabs of a rank are cut alike, and what surrounds them is small enough for
-    `turbine_fenicsx.linear_solvers.substructures`.
-    """
-    if not mesh.is_cut_alike(ranks):
-        return False
-    corners = mesh.vertices / (mesh.parts * (mesh.layers + 1))
-    section = 3.0 * corners * (mesh.nodes / mesh.vertices) ** (2.0 / 3.0)
-    around = min(ranks - 1, 2) * section
-    return bool(mesh.parts * around**2 <= WIDEST * 3.0 * mesh.nodes / ranks)
-
-
-def estimate_memory(solver: str, meshes: Sequence[MeshSize], ranks: int, shared: bool) -> float:
-    """Memory of all ranks [B].
+    The unknowns and, on one rank, the entries of the matrices are exact. Those of the factors are
+    MUMPS's count for the graph of the nodes, which CHOLMOD's factors exceed by up to 15 %. What
+    several ranks add where they meet is left out.
 
     Args:
-        solver: A key of `LINEAR_SOLVERS`.
-        meshes: Meshes of the flexible bodies.
-        ranks: Number of ranks.
-        shared: Whether the large one is of equal parts that share a factor on each rank.
+        system: The system.
+        linear_solver: A key of `FACTORS`.
+        shared: Whether components of equal size share a factor, as undeformed ones do.
+
+    Raises:
+        InputError: on all ranks, if the memory is too small.
     """
-    found = 0.0
-    for mesh in meshes:
-        n = 3.0 * mesh.nodes
-        quadratic = mesh.nodes > 2 * mesh.vertices
-        longer = QUADRATIC_HEXAHEDRA if quadratic and mesh.cell == "hexahedron" else 1.0
-        needed = ITERATIVE * n if solver == "iterative" else 630.0 * n**1.2
-        if solver == "frozen" and shared:
-            needed = min(needed, EQUAL_PARTS * n)
-        found += longer * needed
-    return ranks * PROGRAM + found * (SEVERAL_RANKS if ranks > 1 else 1.0)
+    models, available = system.flexible_models, machine_memory(system.comm)
+    # a row has at least the nodes of one cell; where not even these fit, the graph may not either
+    rows = [(m.n_owned, _compat.dofs_of_cells(m.space).shape[1]) for m in models]
+    least = np.array([3.0 * sum(n for n, _ in rows), 9.0 * sum(n * width for n, width in rows)])
+    unknowns, entries = sum_over_ranks(system.comm, least)
+    factor, parts = 0.0, f"at least {entries:.3g} entries of their matrix"
+    if BEFORE_FACTOR * ENTRY * entries <= available:
+        counts = sum((_count_entries(m, shared) for m in models), np.zeros(2))
+        entries, factor = sum_over_ranks(system.comm, counts)
+        factor *= FACTORS[linear_solver]
+        parts = f"{entries:.3g} entries of their matrix and {factor:.3g} of its factor"
+    without = BEFORE_FACTOR * ENTRY * entries
+    needed = max(without, BESIDE_FACTOR * ENTRY * entries + FACTOR_ENTRY * factor)
+    if needed <= available:
+        return
+    fits = linear_solver == "frozen" and shared and without <= available
+    way_out = f'; solver.linear_solver = "iterative" needs {_in_gigabytes(without)}' if fits else ""
+    raise InputError(
+        f"{unknowns:.0f} displacements need {_in_gigabytes(needed)} of memory for {parts}, the "
+        f"machine has {_in_gigabytes(available)}{way_out}; --force continues anyway"
+    )
 
 
-def choose_by_memory(meshes: Sequence[MeshSize], ranks: int, shared: bool, available: float) -> str:
-    """The frozen factor, or the iterative solver where the factor of a solid body does not fit.
+def _count_entries(model: FlexibleModel, shared: bool) -> Array:
+    """Entries of the matrix and of its factor L, of this rank's nodes, shape (2,)."""
+    cells, n = _compat.dofs_of_cells(model.space), len(model.local_positions)
+    starts = np.arange(0, cells.size + 1, cells.shape[1])
+    nodes_of = csr_matrix((np.ones(cells.size), cells.ravel(), starts), (len(cells), n))
+    graph = (nodes_of.T @ nodes_of).tocsr()[: model.n_owned]
+    own = np.flatnonzero(~find_shared_nodes(model))
+    inner = graph[own][:, own]
+    component = connected_components(inner, directed=False)[1]
+    sizes, found = np.bincount(component), 0.0
+    for size, number in zip(*np.unique(sizes, return_counts=True), strict=True):
+        part = component == np.flatnonzero(sizes == size)[0]
+        found += _count_factor(inner[part][:, part]) * (1 if shared else number)
+    return np.array([9.0 * graph.nnz, 9.0 * found])
 
-    A factor that fits is the faster one: three blades of 400 000 displacements each take 5 s per
-    step, with the iterative solver 11 s.
 
-    Args:
-        meshes: Meshes of the flexible bodies.
-        ranks: Number of ranks.
-        shared: Whether the large one is of equal parts that share a factor on each rank.
-        available: Memory that all ranks may use [B].
-    """
-    if estimate_memory("frozen", meshes, ranks, shared) <= FITS * available:
-        return "frozen"
-    largest = max(meshes, key=lambda mesh: mesh.nodes, default=None)
-    solid = largest is not None and largest.cells > SOLID[largest.cell] * largest.vertices
-    return "iterative" if solid else "frozen"
+def _count_factor(graph: csr_matrix) -> float:
+    """Entries of the factor L of a symmetric matrix with such a graph."""
+    matrix, pc = to_petsc(graph), PETSc.PC().create(PETSc.COMM_SELF)
+    pc.setOperators(matrix)
+    pc.setType("cholesky")
+    pc.setFactorSolverType("mumps")
+    pc.setFactorSetUpSolverType()
+    factor = pc.getFactorMatrix()
+    factor.setMumpsIcntl(23, 1)  # one megabyte: MUMPS analyses, and does not factorise
+    pc.setUp()
+    found = float(factor.getMumpsInfog(3))
+    pc.destroy()
+    matrix.destroy()
+    return found if found >= 0.0 else -1e6 * found  # MUMPS counts large ones in millions
+
+
+def _in_gigabytes(size: float) -> str:
+    """A size in words."""
+    return f"{size / 1e9:.3g} GB"

@@ -13,7 +13,11 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.meshing.size import THINNEST
+
+THINNEST = 6
+"""Layers of cells that a rank has of each equal part at least, and never fewer than there are
+ranks: what all ranks solve for, where they meet, grows with their number, what each holds becomes
+thinner."""
 
 UNEVEN = 1.1
 """The largest part has at most so many times the cells of their mean."""
@@ -41,21 +45,6 @@ def share_equal_components(points: Array, cells: IntArray, ranks: int) -> NDArra
             return None
         owners[component == k] = slabs
     return owners
-
-
-def count_parts(points: Array, cells: IntArray) -> tuple[int, int]:
-    """Number of equal components of a mesh and of layers of cells along the shortest, or 1 and 0.
-
-    Args:
-        points: Coordinates of the nodes, shape (n, 3) [m].
-        cells: Nodes of each cell, shape (m, nodes per cell).
-    """
-    found = _find_layers(points, cells)
-    if found is None:
-        return 1, 0
-    component, layers = found
-    n = int(component.max()) + 1
-    return n, 1 + int(min(layers[component == k].max() for k in range(n)))
 
 
 def _find_layers(points: Array, cells: IntArray) -> tuple[IntArray, IntArray] | None:

@@ -17,7 +17,7 @@ from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton, choose_solver
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
@@ -52,8 +52,7 @@ class SolverOptions:
     """Options of the step solver.
 
     Args:
-        linear_solver: Name of the linear solver, a key of `LINEAR_SOLVERS`, or "auto": "frozen",
-            and "iterative" for very many unknowns.
+        linear_solver: Name of the linear solver, a key of `LINEAR_SOLVERS`.
         tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
             each block; constraints take a hundredth of it.
         stagnation: A residual that no longer decreases is taken as round-off if it is below this,
@@ -65,7 +64,7 @@ class SolverOptions:
         ModelError: for an unknown linear solver or a tolerance outside (0, 1).
     """
 
-    linear_solver: str = "auto"
+    linear_solver: str = "frozen"
     tolerance: float = 1e-12
     stagnation: float = 1e-9
     max_iterations: int = 30
@@ -73,9 +72,9 @@ class SolverOptions:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if self.linear_solver not in ("auto", *LINEAR_SOLVERS):
+        if self.linear_solver not in LINEAR_SOLVERS:
             raise ModelError(
-                f"solver.linear_solver must be one of {['auto', *sorted(LINEAR_SOLVERS)]}, "
+                f"solver.linear_solver must be one of {sorted(LINEAR_SOLVERS)}, "
                 f"got {self.linear_solver!r}"
             )
         if not 0.0 < self.tolerance < 1.0:
@@ -104,7 +103,7 @@ class NewtonStepper:
         self.options = options = options or SolverOptions()
         self.step, self.system = step, step.system
         self.dissipation_names = step.dissipation_names
-        self.linear_solver = choose_solver(options.linear_solver, step.system)
+        self.linear_solver = options.linear_solver
         self._solvers = _LinearSolvers(step, options.prefix)
         # without flexible bodies all but "monolithic" are the same
         known = FALLBACKS if self.system.flexible_bodies else {}

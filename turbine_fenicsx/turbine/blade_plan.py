@@ -10,7 +10,6 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -79,10 +78,6 @@ class BladePlan(Protocol):
     @property
     def root_radius(self) -> float:
         """Radius of a circle around the root section [m]."""
-
-    @property
-    def size(self) -> MeshSize:
-        """Size of the mesh of all blades that is made, counted or estimated."""
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
         """What the mesh is called, and what makes it on rank 0."""

@@ -23,6 +23,7 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.interrupts import end_at_once_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.postprocessing.conventions import BLADES
 from turbine_fenicsx.postprocessing.output_folder import (
@@ -40,7 +41,6 @@ from turbine_fenicsx.turbine.mode_files import ModeTable, write_shapes, write_ta
 from turbine_fenicsx.turbine.mode_table import tell_modes
 from turbine_fenicsx.turbine.model import build_turbine, list_components
 from turbine_fenicsx.turbine.nacelle import ROTOR, YAW
-from turbine_fenicsx.turbine.refusal import refuse_modes
 from turbine_fenicsx.turbine.resume import write_case
 from turbine_fenicsx.turbine.start import list_held, turn_blades
 
@@ -107,13 +107,11 @@ def find_modes(
         KeyboardInterrupt: if a signal came before the modes at the first speed were found.
     """
     import_slepc()
-    if not force:
-        refuse_modes(case, comm, wanted.count or COUNT)
     if out is None:
-        return _find(case, None, comm, wanted, found)
+        return _find(case, None, comm, wanted, found, force)
     with lock_folder(comm, out) as folder:
         on_rank0(comm, lambda: _refuse_to_overwrite(folder, overwrite))
-        return _find(case, folder, comm, wanted, found)
+        return _find(case, folder, comm, wanted, found, force)
 
 
 def _find(
@@ -122,6 +120,7 @@ def _find(
     comm: MPI.Intracomm,
     wanted: ModesWanted,
     found: Callable[[ModeTable], bool],
+    force: bool,
 ) -> tuple[list[ModeTable], list[str]]:
     """Find the modes, and write them into a folder that is locked."""
     turning = any(wanted.speeds)
@@ -133,6 +132,8 @@ def _find(
         case = case.model_copy(update={"loads": case.loads.model_copy(update={"gravity": 0.0})})
     with end_at_once_alone(comm):
         turbine = build_turbine(case, comm, [*list_components(case), Brakes(wanted.locked)])
+    if not force:
+        check_memory(turbine.system, "frozen", shared=False)  # the modes' own factor is like it
     free = count_degrees_of_freedom(turbine.system)
     count = wanted.count or min(COUNT, free)
     more = min(MORE, max(free - count, 0))

@@ -25,13 +25,11 @@ from turbine_fenicsx.meshing.hollow_block import HollowBlock
 from turbine_fenicsx.meshing.hollow_cells import HEXAHEDRON
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import cell_centres, cell_volumes
-from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.size import size_of_hollow
 from turbine_fenicsx.turbine.case.tables import MaterialCase
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.wall_cells import WallCells
@@ -98,12 +96,6 @@ class HollowBlades:
         """Radius of a circle around the root section [m]."""
         ring = self.shape.surface(np.zeros(1), np.linspace(0.0, 1.0, 65))
         return float(np.linalg.norm(ring[:, 1:], axis=1).max())
-
-    @property
-    def size(self) -> MeshSize:
-        """Size of the mesh that is made, estimated."""
-        webs = [web.end - web.start for web in self.shape.webs]
-        return size_of_hollow(self.span, self.around, webs)
 
     @cached_property
     def block(self) -> HollowBlock:

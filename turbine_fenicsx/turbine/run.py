@@ -20,6 +20,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.interrupts import end_at_once_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.output_folder import (
     holds_modes,
@@ -43,7 +44,6 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.channels import CONVENTIONS, turbine_channels
 from turbine_fenicsx.turbine.component import Component, Turbine
 from turbine_fenicsx.turbine.model import build_turbine
-from turbine_fenicsx.turbine.refusal import refuse_run
 from turbine_fenicsx.turbine.resume import change_case, label_case, write_case
 from turbine_fenicsx.turbine.scheme import make_stepper
 from turbine_fenicsx.turbine.start import make_start
@@ -92,8 +92,6 @@ def run_case(
         StepFailure: if a step does not converge at the smallest size.
         KeyboardInterrupt: if a signal came before the first step, on one rank.
     """
-    if not force:
-        refuse_run(case, comm)
     with ExitStack() as open_folder:
         folder = open_folder.enter_context(lock_folder(comm, out))
         if not (resume or overwrite):
@@ -101,6 +99,10 @@ def run_case(
         open_folder.enter_context(log_to_file(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         turbine = build_turbine(case, comm, components)
+        if not force:
+            undeformed = case.time.start == "undeformed"  # else the start needs factors
+            solver = case.solver.linear_solver if undeformed else "lu"
+            check_memory(turbine.system, solver, shared=undeformed)
         watching: list[Observer] = [Progress(comm, case.time.end, progress), StepLog(), *observers]
         return _run(case, turbine, folder, resume, watching, stop)
 

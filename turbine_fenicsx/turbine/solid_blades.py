@@ -22,13 +22,11 @@ from turbine_fenicsx.meshing import (
 )
 from turbine_fenicsx.meshing.hollow_ellipse import EllipticShape
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.meshing.size import MeshSize
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.doubts import find_mass_doubt
-from turbine_fenicsx.turbine.case.size import size_of_options
 from turbine_fenicsx.turbine.case.tables import MaterialCase
 
 
@@ -95,11 +93,6 @@ class SolidBlades:
     def root_radius(self) -> float:
         """Radius of a circle around the root section [m]."""
         return 0.5 * max(self.geometry.chord[0], self.geometry.thickness[0])
-
-    @property
-    def size(self) -> MeshSize:
-        """Size of the mesh that is made, counted or estimated."""
-        return size_of_options(self.geometry, self.options, self.degree)
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
         """What the mesh is called, and what makes it on rank 0, or reads it from a file."""

@@ -14,12 +14,14 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.turbine.case.size import PLANE_POINTS as POINTS
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 
 PLANE = 0
 """Part of the plane; those of the blades are their numbers."""
+
+POINTS = 21
+"""Points along each side of the plane."""
 
 WIDTH = 1.2
 """Half width of the plane in radii of the rotor."""

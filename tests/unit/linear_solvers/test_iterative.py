@@ -12,10 +12,9 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.linear_solvers.gathered import GatheredFactor
 from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
 from turbine_fenicsx.linear_solvers.sections import section_motions
-from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.linear_solvers.symmetric import GatheredFactor, SymmetricFactor
 from turbine_fenicsx.linear_solvers.triangle import take_diagonal, take_upper_triangle
 from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem

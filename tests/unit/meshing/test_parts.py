@@ -7,9 +7,8 @@ from rotor_meshes import BLADE, ROTOR
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.meshing import MeshOptions, load_arrays
-from turbine_fenicsx.meshing.parts import count_parts, share_equal_components
+from turbine_fenicsx.meshing.parts import share_equal_components
 from turbine_fenicsx.meshing.rotor import mesh_rotor
-from turbine_fenicsx.meshing.size import MeshSize
 
 pytestmark = pytest.mark.parallel
 
@@ -51,22 +50,9 @@ def test_parts_of_a_rank_are_one_another_turned(rotor):
             assert min(apart) < 1e-9
 
 
-def test_layers_along_equal_parts_are_counted_in_any_order_of_the_cells(rotor):
-    order = np.random.default_rng(4).permutation(len(rotor.cells))
-    assert count_parts(rotor.points, rotor.cells[order]) == (3, LAYERS)
-    assert count_parts(rotor.points, rotor.cells[5:]) == (1, 0)  # one is shorter
-    assert count_parts(rotor.points, rotor.cells[rotor.cell_groups == 1]) == (1, 0)
-
-
-@pytest.mark.parametrize("elements", [(2, 2, 24), (2, 1, 11)])
-def test_ranks_are_counted_that_meshes_are_cut_alike_for(elements):
-    mesh = mesh_rotor(BLADE, ROTOR, MeshOptions("hexahedron", 1, elements=elements))
-    parts, layers = count_parts(mesh.points, mesh.cells)
-    size = MeshSize("hexahedron", 0, 0, 0, parts=parts, layers=layers)
-    for ranks in range(2, 7):
-        alike = share_equal_components(mesh.points, mesh.cells, ranks) is not None
-        assert size.is_cut_alike(ranks) == alike
-    assert size.is_cut_alike(1)
+def test_unequal_parts_are_not_shared(rotor):
+    assert share_equal_components(rotor.points, rotor.cells[5:], 2) is None
+    assert share_equal_components(rotor.points, rotor.cells[rotor.cell_groups == 1], 2) is None
 
 
 def prismatic_rotor(phase):

@@ -15,9 +15,7 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.materials import KelvinVoigt
 from turbine_fenicsx.meshing.quality import cell_volumes
 from turbine_fenicsx.simulation.simulation import Simulation
-from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.size import size_of_arrays
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
@@ -122,16 +120,6 @@ def test_roots_that_overlap_are_refused(make, comm):
     case = make(blade={"hub_radius": 0.3})
     with pytest.raises(ModelError, match=r"overlap at a hub radius of 0.3 m"):
         build_turbine(case, comm)
-
-
-@pytest.mark.parametrize(("span", "around"), [(5, 16), (10, 24), (16, 40)])
-def test_the_size_is_known_before_the_mesh_is_made(make, span, around):
-    plan = plan_rotor(make(mesh={"span": span, "around": around}))
-    _, mesh = plan.mesh_source()
-    counted, guessed = size_of_arrays(mesh(), ROOTS, 2), plan.blades.size
-    assert counted.exact and not guessed.exact
-    for name in ("cells", "vertices", "nodes", "root_nodes"):
-        assert getattr(guessed, name) == pytest.approx(getattr(counted, name), rel=0.1)
 
 
 def test_check_tells_mass_centre_panels_and_caps(make, comm):

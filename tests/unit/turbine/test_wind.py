@@ -20,7 +20,6 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.turbine import start as start_module
 from turbine_fenicsx.turbine.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.estimate import RIGID_STEP, checkpoint_bytes, estimate
 from turbine_fenicsx.turbine.generator import find_steady_loads
 from turbine_fenicsx.turbine.inspection import inspect_mesh
 from turbine_fenicsx.turbine.model import build_turbine
@@ -114,18 +113,6 @@ def test_loads_and_wind_are_written_as_vectors(comm, files, tmp_path_factory, mo
         for points in (found["0/points"], found["3/points"])
     ]
     assert abs(turned[1] - turned[0]) == pytest.approx(0.12 * 11.0 * RPM, rel=2e-2)
-
-
-def test_check_knows_what_runs_in_wind_take_and_write(comm, files, tmp_path_factory):
-    given = case(files, end=0.8, output={"fields_every": 0.04})
-    folder, _ = run(comm, tmp_path_factory, given)
-    sizes = {path.name: path.stat().st_size for path in folder.iterdir()}
-    fields = sum(sizes[f"{name}.{end}"] for name in ("fields", "wind") for end in ("xdmf", "bin"))
-    history = sizes["history.csv"] + sizes["history.out"]
-    found, quiet = (estimate(each, None).disk for each in (given, case(files, end=0.8)))
-    assert 2.0 * RIGID_STEP < estimate(given, None).step_seconds < 4.0 * RIGID_STEP
-    assert found - quiet == pytest.approx(fields, rel=0.01)
-    assert quiet - checkpoint_bytes(0) == pytest.approx(history, rel=0.05)
 
 
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])

@@ -1,4 +1,4 @@
-"""Check a case and its mesh, and estimate what a run takes, without running it."""
+"""Check a case and its mesh without running it."""
 
 from __future__ import annotations
 
@@ -11,31 +11,20 @@ from turbine_fenicsx.cli.commands._common import OK, add_case, need_dolfinx
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add_case(parser)
-    parser.add_argument(
-        "--ranks",
-        metavar="N",
-        type=int,
-        help="estimate for so many MPI ranks; those of now if left",
-    )
     parser.add_argument("-o", "--out", metavar="OUT", help="also look at this output folder")
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
-    """Say everything that is wrong, or the estimate and then size and quality of the mesh."""
+    """Say everything that is wrong, or the size and quality of the mesh."""
     need_dolfinx()
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.foundation.machine import machine_memory
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing.output_folder import holds_run
     from turbine_fenicsx.turbine.case.case import Draft
-    from turbine_fenicsx.turbine.case.estimate import estimate
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
     from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-    from turbine_fenicsx.turbine.inspection import TOO_LARGE, inspect_mesh
-    from turbine_fenicsx.turbine.refusal import size_of_blades
+    from turbine_fenicsx.turbine.inspection import describe_tower, inspect_mesh
 
-    if options.ranks is not None and options.ranks < 1:
-        raise InputError(f"--ranks {options.ranks}: must be at least 1")
     draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
     case = draft.case
     hybrid, mistakes = case.turbine.model == "hybrid", [m.sentence for m in draft.mistakes]
@@ -47,11 +36,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if mistakes:
         raise InputError("\n".join(dict.fromkeys(mistakes)))
 
-    size = own.size if own else size_of_blades(case, comm)
-    here, warnings = machine_memory(comm), on_rank0(comm, lambda: list(case.warnings))
-    expected = estimate(case, size, options.ranks or comm.size, here)
-    if options.ranks in (None, comm.size):  # others run on other machines
-        warnings += filter(None, [expected.describe_shortage(here)])
+    warnings = on_rank0(comm, lambda: list(case.warnings))
     if case.turbine.file:
         from turbine_fenicsx.windio.validation import list_schema_mistakes
 
@@ -62,17 +47,15 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     _warn(comm, warnings)
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_file(case))))
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_aerodynamics(case))))
-    _print(comm, str(expected))
     if not hybrid:
         _print(comm, "rigid turbine, no mesh of blades")
-    elif own is None and size is not None and size.vertices > TOO_LARGE:
-        _print(comm, "the mesh is too large to be made just for a check; use the command mesh")
     else:
         found = own or inspect_mesh(case, comm)
         if found.mistakes:
             raise InputError("\n".join(found.mistakes))
         _warn(comm, found.warnings)
         _print(comm, found.report)
+    _print(comm, "\n".join(on_rank0(comm, lambda: describe_tower(case))))
     _print(comm, f"{options.case}: valid")
     return OK
 

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import Any
 
-from turbine_fenicsx.cli.commands._common import OK, add_case, add_force, load_case
+from turbine_fenicsx.cli.commands._common import OK, add_case, load_case
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,7 +14,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_case(parser)
     parser.add_argument("-o", "--out", metavar="FILE", required=True, help="mesh file (.msh)")
     parser.add_argument("--overwrite", action="store_true", help="replace FILE if it is there")
-    add_force(parser)
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -23,15 +22,12 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.meshing import write_rotor
-    from turbine_fenicsx.turbine.refusal import refuse_mesh
     from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
         raise InputError(f"{options.out!r} is there already: --overwrite replaces it")
     made = case.mesh.model_copy(update={"file": None})  # the built-in one, also beside a file
     plan = plan_rotor(case.model_copy(update={"mesh": made}), comm)
-    if not options.force:
-        refuse_mesh(case, comm)
     try:
         _, make = plan.mesh_source()
         report = on_rank0(comm, lambda: write_rotor(make, options.out))

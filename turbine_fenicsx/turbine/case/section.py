@@ -13,8 +13,8 @@ from turbine_fenicsx.turbine.case.quantities import EulerMoment, Whole, require_
 HUGE = 1e30
 """No number of a case is larger, so that products of a few of them are finite."""
 
-MAX_UNKNOWNS = 2**31
-"""Displacements of a mesh; PETSc counts with 32 bits."""
+MAX_ELEMENTS = 1_000_000
+"""Elements of a blade or of a tower."""
 
 Positive = Field(gt=0.0, le=HUGE)
 NotNegative = Field(ge=0.0, le=HUGE)

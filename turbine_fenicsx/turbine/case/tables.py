@@ -319,7 +319,7 @@ class LoadsCase(Section):
 class SolverCase(Section):
     """Solver of the step."""
 
-    linear_solver: Literal["auto", "frozen", "iterative", "lu", "monolithic"] = "auto"
+    linear_solver: Literal["frozen", "iterative", "lu", "monolithic"] = "frozen"
     """Linear solver, see howto/solver."""
     tolerance: Annotated[Number, Field(gt=0.0, lt=1.0)] = 1e-12
     """Relative residual at which an iteration ends."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
+from math import prod
 from typing import Annotated
 
 from pydantic import Field
@@ -11,7 +12,7 @@ from pydantic import Field
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.quantities import Density, Kilograms, Metres, Number, Pascal
 from turbine_fenicsx.turbine.case.section import (
-    MAX_UNKNOWNS,
+    MAX_ELEMENTS,
     Count,
     Degree,
     Flag,
@@ -112,25 +113,23 @@ def _check_wall(t: TowerCase) -> str:
 
 
 def _check_size(t: TowerCase) -> str:
-    """The tower is a tube, and not too large to be counted."""
+    """The tower is a tube, of not absurdly many elements."""
     if not t.flexible:
         return ""
-    around, through, along = (t.degree * n for n in t.elements)
     if t.elements[0] < 3:
         return f"tower.elements = {quote(list(t.elements))}: expected 3 or more around the tower"
-    displacements = 3.0 * around * (through + 1.0) * (along + 1.0)
-    if displacements < MAX_UNKNOWNS:
+    if prod(t.elements) <= MAX_ELEMENTS:
         return ""
     return (
-        f"tower.elements = {quote(list(t.elements))}: gives some {displacements:.1e} "
-        f"displacements, expected fewer than {MAX_UNKNOWNS:.1e}"
+        f"tower.elements = {quote(list(t.elements))}: expected at most {MAX_ELEMENTS} elements, "
+        f"got {prod(t.elements)}"
     )
 
 
 TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
     (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _check_wall),
     (("tower.stations", "tower.diameters", "tower.walls"), _check_stations),
-    (("tower.elements", "tower.degree"), _check_size),
+    (("tower.elements",), _check_size),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 

@@ -72,7 +72,7 @@ def test_one_arm_for_all_blades_balances_the_rotor(arm):
         ("blade.stations", [], "fractions of the span that begin with 0 and end with 1"),
         ("blade.stations", [0, 0.5, 0.4, 1], "increasing fractions"),
         ("blade.chord", [1.8, 0.6], "one width for each of the 3 blade.stations, got 2"),
-        ("mesh.size", 1e-9, "displacements"),
+        ("mesh.size", 1e-9, "elements in each blade"),
         ("time.step", 1e-12, "more than 1e+09 steps"),
         ("solver.max_iterations", 10**10, "less than or equal to 100000"),
         ("mesh.size", "0 m", "greater than 0"),

@@ -17,9 +17,7 @@ from hypothesis import strategies as st
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.estimate import estimate
 from turbine_fenicsx.turbine.case.quantities import to_si
-from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
 DEMOS = Path(__file__).parents[4] / "demos" / "paper"
 UNITS = ["s", "m", "kg", "kg m^2", "kg/m^3", "Pa", "N m", "N m s/rad", "m/s^2", "rad", ""]
@@ -143,22 +141,6 @@ def test_any_tables_are_a_case_or_sentences_about_keys(data):
 @given(values)
 def test_anything_in_the_place_of_the_tables(data):
     is_told(lambda: Case.parse(data))
-
-
-@examples(300)
-@given(tables(sane=True))
-def test_every_valid_case_can_be_estimated(data):
-    case = is_told(lambda: Case.parse(data))
-    if case is None:
-        return
-    size = None
-    if case.turbine.model == "hybrid" and case.mesh.file is None:
-        size = plan_rotor(case).blades.size
-    found = estimate(case, size)
-    assert 0.0 < found.seconds < math.inf
-    assert 0.0 < found.memory < math.inf
-    assert "nan" not in str(found)
-    assert all(isinstance(text, str) for text in [found.describe_shortage(1e9), *case.warnings])
 
 
 def toml(value, depth=0):

@@ -20,8 +20,16 @@ from turbine_fenicsx.turbine.case.case import Case
         ),
         (
             {"tower": {"flexible": True, "elements": [50000, 100, 100]}},
-            "tower.elements = [50000, 100, 100]: gives some 1.2e+10 displacements, expected fewer "
-            "than 2.1e+09",
+            "tower.elements = [50000, 100, 100]: expected at most 1000000 elements, got 500000000",
+        ),
+        (
+            {"mesh": {"elements": [100, 100, 101]}},
+            "mesh.elements = [100, 100, 101]: expected at most 1000000 elements in each blade, got "
+            "some 1e+06",
+        ),
+        (
+            {"mesh": {"size": "1 cm", "cell": "tetrahedron"}},
+            "mesh.size = 0.01: expected at most 1000000 elements in each blade, got some 1.2e+08",
         ),
         (
             {"pitch": {"bearings": True, "drive": "spring"}},
