@@ -4,7 +4,7 @@ Writers and readers both take them from here. A name ends with its unit in brack
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from string import Formatter
 
@@ -37,6 +37,26 @@ INTERRUPTED = "interrupted"
 VERSIONS = "versions"
 WARNINGS = "warnings"
 
+SUMMARY = (
+    "angles_[rad].{joint}",
+    "factors.{what}",
+    "halved_steps",
+    "masses_[kg].{body}",
+    "mean_krylov_iterations",
+    "mean_newton_iterations",
+    "mesh.{what}",
+    "ranks",
+    "rotor_inertia_[kgm2]",
+    "solver_fallbacks",
+    "steps",
+    "time_per_step_[s]",
+    "time_per_step_by_part_[s].{part}",
+    "tower_mesh.{what}",
+    "unknowns.{block}",
+    "worst_constraint_error_[-]",
+)
+"""Other numbers of ``summary.json``, by dotted key."""
+
 _UNIT = re.compile(r"[_ ]\[([^\]]*)\]")
 
 
@@ -61,15 +81,14 @@ class Family:
             columns: Names to look through.
             fields: All fields but one.
         """
-        parts = [
-            (literal, "(.+)" if field not in fields else re.escape(str(fields[field])))
-            for literal, field, _, _ in Formatter().parse(self.pattern)
-            if field is not None
-        ]
-        end = self.pattern.rpartition("}")[2]
-        text = "".join(re.escape(literal) + field for literal, field in parts) + re.escape(end)
+        text = _make_pattern(self.pattern, fields)
         matches = ((column, re.fullmatch(text, column)) for column in columns)
         return {match[1]: column for column, match in matches if match}
+
+    def matches(self, name: str, **fields: object) -> bool:
+        """Whether a name is of this family, with or without its unit, with some fields given."""
+        patterns = self.pattern, split_unit(self.pattern)[0]
+        return any(re.fullmatch(_make_pattern(pattern, fields), name) for pattern in patterns)
 
 
 LINEAR_MOMENTUM = Family("linear_momentum_{axis}_[kgm/s]")
@@ -103,6 +122,17 @@ JOINT_MOMENT = Family("joint_moment_{joint}_{axis}_[Nm]")
 
 MODAL_MASS = Family("modal_mass_of_{part}_[-]")
 MOTION_SHARE = Family("share_of_{way}_[-]")
+
+
+def _make_pattern(pattern: str, fields: Mapping[str, object]) -> str:
+    """A regular expression with a group for each field that is not given."""
+    parts = [
+        (literal, "(.+)" if field not in fields else re.escape(str(fields[field])))
+        for literal, field, _, _ in Formatter().parse(pattern)
+        if field is not None
+    ]
+    end = pattern.rpartition("}")[2]
+    return "".join(re.escape(literal) + field for literal, field in parts) + re.escape(end)
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import suggest
+from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.names import INTERRUPTED, TIME, split_unit
 from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
@@ -104,6 +106,25 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
     return drifts
 
 
+def check_quantities(wanted: Iterable[str]) -> None:
+    """Refuse names of quantities that no run writes.
+
+    Args:
+        wanted: Names, with or without their units.
+
+    Raises:
+        InputError: for the first that is none.
+    """
+    known = [*vars(names).values(), *names.SUMMARY]
+    families = [names.Family(x) if isinstance(x, str) else x for x in known]
+    families = [family for family in families if isinstance(family, names.Family)]
+    for name in wanted:
+        # turbines write one index of plies
+        if not any(family.matches(name, criterion="tsai_wu") for family in families):
+            near = suggest(name, [split_unit(family.pattern)[0] for family in families])
+            raise InputError(f"quantity {name!r} is none that a run writes{near}")
+
+
 def find_quantity(results: Mapping[str, float], name: str) -> str:
     """Full name of a quantity that is given with or without its unit.
 
@@ -138,19 +159,19 @@ def write_table(
         keys: Keys of the cases that become columns.
         quantities: Results that become columns; all if empty.
     """
-    names = list(dict.fromkeys(name for found in results.values() for name in found))
+    columns = list(dict.fromkeys(name for found in results.values() for name in found))
     if quantities and results:
         first = next(iter(results.values()))
-        names = [find_quantity(first, name) for name in quantities]
+        columns = [find_quantity(first, name) for name in quantities]
     temporary = path.with_suffix(".part")
     with temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["run", "state", *keys, *names])
+        writer.writerow(["run", "state", *keys, *columns])
         for run in runs:
             found = results.get(run.name, {})
             state = "finished" if found else "failed" if run.name in failed else "not run"
             values = [_format_cell(run.value(key)) for key in keys]
-            writer.writerow([run.name, state, *values, *(found.get(name, "") for name in names)])
+            writer.writerow([run.name, state, *values, *(found.get(name, "") for name in columns)])
     temporary.replace(path)
 
 

@@ -12,12 +12,11 @@ from turbine_fenicsx.study.curve import read_reference
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import Run, group_series, plan
-from turbine_fenicsx.study.probe import check_quantities
 from turbine_fenicsx.study.progress import StudyProgress
 from turbine_fenicsx.study.results import (
+    check_quantities,
     find_drifts,
     find_quantity,
-    is_finished,
     is_other,
     read_results,
     write_table,
@@ -68,7 +67,7 @@ def run_study(
 
     Raises:
         InputError: before any run, for a wrong case, a folder that holds another run, or a quantity
-            that there is not.
+            that no run writes; after the first, for one that just these runs do not write.
         KeyboardInterrupt: after Ctrl-C; another call continues.
     """
     runs = plan(study, overrides)
@@ -78,7 +77,7 @@ def run_study(
     wanted = study.wanted
     if study.curve and study.curve.reference is not None:
         read_reference(study.curve.reference, study.curve.x, study.curve.y)
-    check_quantities([run for run in runs if not is_finished(run, out / run.name)], wanted)
+    check_quantities(wanted)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -18,7 +18,7 @@ from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.far_points import tell_far_points
+from turbine_fenicsx.system.far_points import find_far_points
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.initial_fields import initial_displacement, initial_velocity
 from turbine_fenicsx.system.numbering import number_parts
@@ -100,7 +100,7 @@ class MultibodySystem:
         )
         self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
-        warnings = [*numbering.warnings, *tell_far_points(found)]
+        warnings = [*numbering.warnings, *find_far_points(found)]
         if comm.rank == 0:
             for warning in warnings:
                 log.warning(warning)

@@ -26,7 +26,6 @@ from turbine_fenicsx.simulation.observers.gauges import gauge_channel
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
@@ -76,8 +75,7 @@ class FlexibleBlades(Component):
             root = layout.point_on_span(int(k), blades.hub_radius)
             reactions.append(Reaction(coupling, root, axes))
             followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
-        sums = SharedSum(system.comm)
-        loads, tips = Reactions(system, reactions, sums), Tips(system, followed, sums)
+        loads, tips = Reactions(system, reactions), Tips(system, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         columns = [
             family(blade=k, axis=axis)
@@ -85,7 +83,7 @@ class FlexibleBlades(Component):
             for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
             for axis in "xyz"
         ]
-        gauges = make_gauges(turbine, turbine.part(BODY), sums)
+        gauges = make_gauges(turbine, turbine.part(BODY))
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]

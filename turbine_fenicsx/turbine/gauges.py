@@ -10,7 +10,6 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_plan import BladeSurface
@@ -24,13 +23,12 @@ _SAMPLES = np.arange(64) / 64.0
 """Contour fractions whose mean point is inside a section."""
 
 
-def make_gauges(turbine: Turbine, body: FlexibleBody, sums: SharedSum) -> Gauges | None:
+def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
     """The gauges of a case; None if it has none. Collective.
 
     Args:
         turbine: The turbine.
         body: Its blades.
-        sums: Where the sums over the ranks are made.
 
     Raises:
         ModelError: for a gauge that lies beside its blade.
@@ -56,7 +54,7 @@ def make_gauges(turbine: Turbine, body: FlexibleBody, sums: SharedSum) -> Gauges
         found.append(
             Gauge(name, body, point=start, outward=outward, along=frame[0], angle=case.angle)
         )
-    return Gauges(turbine.system, found, sums)
+    return Gauges(turbine.system, found)
 
 
 def find_place(shape: BladeSurface, station: float, around: float | str) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.study.convergence import (
     make_series,
     observed_order,
@@ -14,7 +15,14 @@ from turbine_fenicsx.study.convergence import (
     richardson,
     write_series,
 )
-from turbine_fenicsx.study.results import find_quantity, format_lines, read_results
+from turbine_fenicsx.study.results import (
+    check_quantities,
+    find_quantity,
+    format_lines,
+    read_results,
+)
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.run import run_case
 
 H = np.array([0.4, 0.2, 0.1, 0.05])
 
@@ -107,3 +115,24 @@ def test_results_are_the_numbers_of_the_summary_and_the_last_row(tmp_path):
     assert find_quantity(found, "masses.hub") == "masses_[kg].hub"
     with pytest.raises(InputError, match=r"'enrgy' is none of .*energy_"):
         find_quantity(found, "enrgy")
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_whatever_a_run_writes_is_known(tmp_path, comm, model):
+    tables = {
+        "turbine": {"model": model},
+        "time": {"end": 0.02},
+        "mesh": {"elements": [1, 1, 2]},
+        "pitch": {"bearings": True},
+        "tower": {"flexible": True, "elements": [4, 1, 2], "degree": 1},
+    }
+    run_case(Case.parse(tables), tmp_path, comm, "none")
+    written = list(read_results(tmp_path))
+    check_quantities([*written, *(split_unit(name)[0] for name in written)])
+    check_quantities(["web_1_tsai_wu", "cap_tsai_wu_at_[m]", "strain_root_[-]", "aero_power"])
+
+
+@pytest.mark.parametrize("name", ["enrgy", "tip_deflection", "web_1_tsai", "masses", "(", "{x}"])
+def test_what_no_run_writes_is_refused(name):
+    with pytest.raises(InputError, match="is none that a run writes"):
+        check_quantities(["kinetic_energy", name])

@@ -8,7 +8,6 @@ from users_meshes import write_mesh
 
 from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.turbine.case.case import Case
@@ -33,7 +32,7 @@ def build(tables, comm, folder="."):
     """The turbine of a case, and its gauges."""
     turbine = build_turbine(Case.parse(tables, folder), comm)
     body = turbine.part("blades")
-    return turbine, make_gauges(turbine, body, SharedSum(comm))
+    return turbine, make_gauges(turbine, body)
 
 
 def find_points(turbine, gauges):

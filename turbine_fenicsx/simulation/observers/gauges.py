@@ -20,10 +20,10 @@ from scipy.sparse import csr_matrix
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.system.system import MultibodySystem
@@ -69,7 +69,6 @@ class Gauges:
     Args:
         system: The system.
         gauges: The gauges.
-        sums: Where the sums over the ranks are made; its own if None.
 
     Raises:
         ModelError: for a body that is not part of the system, a half-line that misses its body, or
@@ -79,10 +78,8 @@ class Gauges:
         Collective.
     """
 
-    def __init__(
-        self, system: MultibodySystem, gauges: Sequence[Gauge], sums: SharedSum | None = None
-    ) -> None:
-        self.gauges = tuple(gauges)
+    def __init__(self, system: MultibodySystem, gauges: Sequence[Gauge]) -> None:
+        self.gauges, self._comm = tuple(gauges), system.comm
         for gauge in self.gauges:
             whose = f"gauge {gauge.name!r}"
             check_among_parts("body", gauge.body, system.flexible_bodies, whose)
@@ -102,11 +99,10 @@ class Gauges:
                 values += weights[own].tolist()
             shape = (len(self.gauges), model.n_owned)
             self._weights.append((k, csr_matrix((values, (rows, columns)), shape=shape)))
-        self._sum = (sums or SharedSum(system.comm)).add(self._stretch)
 
     def at(self, snapshot: Snapshot) -> Array:
         """Strains at a snapshot, shape (n,), equal on all ranks. Collective."""
-        fibres = self._directions + self._sum(snapshot)
+        fibres = self._directions + sum_over_ranks(self._comm, self._stretch(snapshot))
         strains: Array = np.linalg.norm(fibres, axis=1) - 1.0
         return strains
 

@@ -24,7 +24,6 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.state import State
@@ -61,7 +60,6 @@ class Points:
     Args:
         system: The system.
         points: The points.
-        sums: Where the sums over the ranks are made; its own if None.
 
     Attributes:
         points: The points.
@@ -73,9 +71,7 @@ class Points:
         Collective.
     """
 
-    def __init__(
-        self, system: MultibodySystem, points: Sequence[Point], sums: SharedSum | None = None
-    ) -> None:
+    def __init__(self, system: MultibodySystem, points: Sequence[Point]) -> None:
         self.points = tuple(points)
         self._comm = system.comm
         bodies = [*system.rigid_bodies, *system.flexible_bodies]
@@ -95,7 +91,6 @@ class Points:
             mine = [k for k, p in enumerate(self.points) if p.body is block.body]
             names = [self.points[k].name for k in mine]
             self._flexible.append((mine, _shape_functions(block, X[mine], names)))
-        self._sum = (sums or SharedSum(self._comm)).add(lambda s: self._local(s.state))
 
     def at(self, snapshot: Snapshot) -> Array:
         """Positions [m] and velocities [m/s] at a snapshot, shape (n, 2, 3), equal on all ranks.
@@ -103,7 +98,7 @@ class Points:
         Note:
             Collective.
         """
-        return self._sum(snapshot)
+        return self.motion(snapshot.state)
 
     def motion(self, state: State) -> Array:
         """Positions [m] and velocities [m/s] of a state, shape (n, 2, 3), equal on all ranks.

@@ -27,8 +27,8 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.observers.step_loads import StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
@@ -58,18 +58,12 @@ class Reactions(StepLoads):
     Args:
         system: The system.
         reactions: What to measure.
-        sums: Where the sums over the ranks are made; its own if None.
 
     Raises:
         ModelError: if a coupling is not part of the system.
     """
 
-    def __init__(
-        self,
-        system: MultibodySystem,
-        reactions: Sequence[Reaction],
-        sums: SharedSum | None = None,
-    ) -> None:
+    def __init__(self, system: MultibodySystem, reactions: Sequence[Reaction]) -> None:
         super().__init__([r.axes for r in reactions], [r.coupling.rigid for r in reactions])
         self._where: list[tuple[int, slice, Array]] = []
         self._slots = np.full(len(reactions), len(system.rigid_bodies))  # the ground is the last
@@ -86,11 +80,11 @@ class Reactions(StepLoads):
                 self._slots[k] = system.rigid_bodies.index(coupling.rigid)
             weights = np.column_stack([np.ones(len(X)), arms @ R])
             self._where.append((index, rows, np.ascontiguousarray(weights.T)))
-        self._sum = (sums or SharedSum(system.comm)).add(self._local_sums)
+        self._comm = system.comm
 
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
         """Loads on the carriers from the sums over all nodes."""
-        sums = -self._sum(snapshot)
+        sums = -sum_over_ranks(self._comm, self._local_sums(snapshot))
         q = np.concatenate([0.5 * (q0 + snapshot.state.q), GROUND])
         d = q.reshape(-1, 4, 3)[self._slots, 1:]
         loads = np.empty((len(sums), 2, 3))

@@ -12,11 +12,10 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
-from turbine_fenicsx.foundation.parallel import largest_of_ranks
+from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -52,7 +51,6 @@ class Tips:
     Args:
         system: The system.
         tips: The points.
-        sums: Where the sums over the ranks are made; its own if None.
 
     Raises:
         ModelError: for a body or carrier that is not part of the system.
@@ -61,10 +59,8 @@ class Tips:
         Collective.
     """
 
-    def __init__(
-        self, system: MultibodySystem, tips: Sequence[Tip], sums: SharedSum | None = None
-    ) -> None:
-        comm = system.comm
+    def __init__(self, system: MultibodySystem, tips: Sequence[Tip]) -> None:
+        self._comm = comm = system.comm
         self.tips = tuple(tips)
         self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []
         for k, tip in enumerate(self.tips):
@@ -86,11 +82,10 @@ class Tips:
                     axes = np.asarray(tip.axes, dtype=float) @ R
                 dofs = slice(3 * node, 3 * node + 3)
                 self._mine.append((k, index, dofs, q, X, xi, axes))
-        self._sum = (sums or SharedSum(comm)).add(self._local)
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
-        return self._sum(snapshot)
+        return sum_over_ranks(self._comm, self._local(snapshot))
 
     def _local(self, snapshot: Snapshot) -> Array:
         """Deflections of the nodes of this rank, zero for the others."""

@@ -1,7 +1,5 @@
 """Claims about the motion of material points."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.points import Point, Points, point_channel
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 
@@ -108,20 +105,6 @@ def test_velocities_are_those_of_the_positions(machine, shared_tmp_path, comm):
     ]
     table = np.array([row.split(",") for row in rows], dtype=float)
     assert np.array_equal(table, np.array(seen).reshape(6, -1))
-
-
-def test_sums_are_shared(machine, comm, monkeypatch):
-    system = (m := machine()).system()
-    sums = SharedSum(comm)
-    first, second = (Points(system, followed(m), sums) for _ in range(2))
-    calls = []
-    monkeypatch.setattr(
-        "turbine_fenicsx.simulation.observers.shared_sum.sum_over_ranks",
-        lambda comm, x: calls.append(x.size) or comm.allreduce(x),
-    )
-    snapshot = SimpleNamespace(state=system.initial_state())
-    assert np.array_equal(first.at(snapshot), second.at(snapshot))
-    assert calls == [2 * 6 * len(first.points)]
 
 
 def test_a_point_outside_its_body_is_refused(machine):

@@ -8,7 +8,6 @@ from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.simulation.observers.shared_sum import SharedSum
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -157,24 +156,3 @@ def test_foreign_couplings_are_refused(held, machine):
     m = machine()
     with pytest.raises(ModelError, match="coupling 'root' is not among the parts"):
         Reactions(held[0], [Reaction(m.root, POINT)])
-
-
-def test_shared_sums_are_made_once_per_snapshot(comm):
-    calls = []
-    sums = SharedSum(comm)
-
-    def part(name, value):
-        def local(snapshot):
-            calls.append(name)
-            return value
-
-        return sums.add(local)
-
-    a, b = part("a", np.full((2, 3), comm.rank)), part("b", np.ones(4))
-    none = part("none", np.zeros((0, 4, 3)))
-    first, second = object(), object()
-    for snapshot in (first, first, second):
-        assert np.array_equal(a(snapshot), np.full((2, 3), sum(range(comm.size))))
-        assert np.array_equal(b(snapshot), np.full(4, comm.size))
-        assert none(snapshot).shape == (0, 4, 3)
-    assert calls == ["a", "b", "none"] * 2
