@@ -13,16 +13,25 @@ DEEPEST = 30
 LARGEST = 500_000
 """Values of a file, each alias counted as what it stands for; IEA-22 has fifty thousand."""
 
-_NUMBER = re.compile(r"[-+]?(\d+|(\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)")
-_WORDS = {
-    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
-    **dict.fromkeys(("true", "True", "TRUE"), True),
-    **dict.fromkeys(("false", "False", "FALSE"), False),
-    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
-    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf"), float("inf")),
-    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -float("inf")),
+LONGEST = 400
+"""Characters of a number."""
+
+_TOO_MANY = f"holds more than {LARGEST} values in line {{}}"
+_TAG = "tag:yaml.org,2002:"
+_TAGS = {_TAG + name for name in ("null", "bool", "float", "str", "seq", "map", "merge")}
+_PLAIN = {
+    "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
+    "float": (
+        r"[-+]?(\d+|(\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+|\.(inf|Inf|INF))"
+        r"|\.(nan|NaN|NAN)",
+        list("-+.0123456789"),
+    ),
+    "merge": (r"<<", ["<"]),
 }
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""What unquoted text stands for in YAML 1.2, where 1e-5 is a number, by its first characters."""
+
+_LOADERS = [getattr(yaml, "CSafeLoader", yaml.SafeLoader)]
 
 
 class YamlError(Exception):
@@ -32,127 +41,78 @@ class YamlError(Exception):
 def parse_yaml(text: str) -> Any:
     """Numbers, text, lists and dictionaries of a YAML 1.2 text.
 
-    The parser's events are put together here, without recursion and without its constructors: deep
-    nesting crashes those of libyaml, and aliases of aliases stand for more than fits into memory.
-
     Raises:
         YamlError: for what is no YAML; for tags, repeated keys, too many values.
     """
-    builder = _Builder()
+    loader: Any = type("_Loader", (_LOADERS[0],), {"yaml_implicit_resolvers": {}})
+    for name, (pattern, first) in _PLAIN.items():
+        loader.add_implicit_resolver(_TAG + name, re.compile(f"(?:{pattern})$"), first)
     try:
-        for event in yaml.parse(text, Loader=_LOADER):
-            builder.add(event)
+        _check_events(text)
+        reader = loader(text)
+        node = reader.get_single_node()
+        if node is None:
+            return None
+        _check(node, {})
+        return reader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f" in line {mark.line + 1}" if mark else ""
         raise YamlError(f"is not valid YAML: {error.problem or error.context}{where}") from None
     except yaml.YAMLError as error:  # characters that YAML does not allow
         raise YamlError(f"is not valid YAML: {str(error).splitlines()[0]}") from None
-    return builder.value
 
 
-class _Builder:
-    """Values from the events of the parser."""
-
-    def __init__(self) -> None:
-        self.value: Any = None
-        self._open: list[tuple[Any, str | None, int]] = []  # collections, anchors, sizes before
-        self._keys: list[Any] = []  # of each open table the key whose value comes next
-        self._anchors: dict[str, tuple[Any, int]] = {}
-        self._size = 0
-        self._documents = 0
-
-    def add(self, event: Any) -> None:
-        """Take in the next event."""
-        line = event.start_mark.line + 1
-        if isinstance(event, yaml.DocumentStartEvent):
-            self._documents += 1
-            if self._documents > 1:
-                raise YamlError(f"holds a second document in line {line}")
-        elif isinstance(event, yaml.SequenceStartEvent | yaml.MappingStartEvent):
-            self._begin(event, line)
-        elif isinstance(event, yaml.SequenceEndEvent | yaml.MappingEndEvent):
-            self._end(line)
-        elif isinstance(event, yaml.ScalarEvent):
-            self._check_tag(event, line)
-            self._grow(1, line)
-            value = event.value
-            if event.implicit[0] and not self._awaits_key():
-                value = _resolve(value, line)
-            if event.anchor:
-                self._anchors[event.anchor] = (value, 1)
-            self._put(value, line)
-        elif isinstance(event, yaml.AliasEvent):
-            if event.anchor not in self._anchors:
-                raise YamlError(f"uses {event.anchor!r} in line {line}, which stands for nothing")
-            value, size = self._anchors[event.anchor]
-            self._grow(size, line)
-            self._put(value, line)
-
-    def _begin(self, event: Any, line: int) -> None:
-        self._check_tag(event, line)
-        if self._awaits_key():
-            raise YamlError(f"has a key in line {line} that is not text")
-        if len(self._open) >= DEEPEST:
-            raise YamlError(f"nests its lists and tables more than {DEEPEST} deep in line {line}")
-        is_table = isinstance(event, yaml.MappingStartEvent)
-        self._open.append(({} if is_table else [], event.anchor, self._size))
-        self._keys.append(None)
-
-    def _end(self, line: int) -> None:
-        value, anchor, before = self._open.pop()
-        self._keys.pop()
-        self._grow(1, line)
-        if isinstance(value, dict) and "<<" in value:
-            _merge(value, line)
-        if anchor:
-            self._anchors[anchor] = (value, self._size - before)
-        self._put(value, line)
-
-    def _awaits_key(self) -> bool:
-        return bool(self._open) and isinstance(self._open[-1][0], dict) and self._keys[-1] is None
-
-    def _put(self, value: Any, line: int) -> None:
-        if not self._open:
-            self.value = value
-        elif isinstance(self._open[-1][0], list):
-            self._open[-1][0].append(value)
-        elif self._keys[-1] is not None:
-            self._open[-1][0][self._keys[-1]] = value
-            self._keys[-1] = None
-        elif not isinstance(value, str):
-            raise YamlError(f"has a key in line {line} that is not text")
-        elif value in self._open[-1][0]:
-            raise YamlError(f"has the key {value[:60]!r} in line {line} twice")
-        else:
-            self._keys[-1] = value
-
-    def _grow(self, size: int, line: int) -> None:
-        self._size += size
-        if self._size > LARGEST:
-            raise YamlError(f"holds more than {LARGEST} values in line {line}")
-
-    def _check_tag(self, event: Any, line: int) -> None:
-        if event.tag is not None:
-            raise YamlError(f"has the tag {event.tag[:60]!r} in line {line}, which is not read")
+def _check_events(text: str) -> None:
+    """Refuse deep nesting and many values before anything is put together, which is recursive."""
+    depth = size = 0
+    for event in yaml.parse(text, Loader=_LOADERS[0]):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        size += isinstance(event, yaml.NodeEvent)
+        if depth > DEEPEST or size > LARGEST:
+            line = event.start_mark.line + 1
+            deep = f"nests its lists and tables more than {DEEPEST} deep in line {line}"
+            raise YamlError(deep if depth > DEEPEST else _TOO_MANY.format(line))
 
 
-def _merge(table: dict[str, Any], line: int) -> None:
-    """Take the keys of other tables that a table names under "<<" and does not have itself."""
-    named = table.pop("<<")
-    for other in named if isinstance(named, list) else [named]:
-        if not isinstance(other, dict):
-            raise YamlError(f"merges what is no table in line {line}")
-        for key, value in other.items():
-            table.setdefault(key, value)
+def _check(node: Any, sizes: dict[int, int]) -> int:
+    """Refuse what is none of ours, and return the number of values in a node.
 
-
-def _resolve(text: str, line: int) -> Any:
-    """What an unquoted scalar stands for in YAML 1.2, where 1e-5 is a number."""
-    if text in _WORDS:
-        return _WORDS[text]
-    if not _NUMBER.fullmatch(text):
-        return text
-    if len(text) > 400:
+    Args:
+        node: Text, a list or a table; keys become text.
+        sizes: Those of the nodes that aliases may stand for, by identity.
+    """
+    line = node.start_mark.line + 1
+    if id(node) in sizes:
+        if sizes[id(node)] == 0:
+            raise YamlError(f"has a list or a table in line {line} that is part of itself")
+        return sizes[id(node)]
+    sizes[id(node)], size = 0, 1
+    if node.tag not in _TAGS:
+        raise YamlError(f"has the tag {node.tag[:60]!r} in line {line}, which is not read")
+    if node.tag == _TAG + "float" and len(node.value) > LONGEST:
         raise YamlError(f"holds a number with too many digits in line {line}")
-    return float(text)
+    if isinstance(node, yaml.SequenceNode):
+        size += sum(_check(value, sizes) for value in node.value)
+    elif isinstance(node, yaml.MappingNode):
+        keys: set[str] = set()
+        for key, value in node.value:
+            _check_key(key, keys)
+            size += 1 + _check(value, sizes)
+    if size > LARGEST:
+        raise YamlError(_TOO_MANY.format(line))
+    sizes[id(node)] = size
+    return size
+
+
+def _check_key(key: Any, before: set[str]) -> None:
+    """Refuse a key that is no text or stands there twice; numbers and words become text."""
+    line = key.start_mark.line + 1
+    if not isinstance(key, yaml.ScalarNode) or key.tag not in _TAGS:
+        raise YamlError(f"has a key in line {line} that is not text")
+    if key.value in before:
+        raise YamlError(f"has the key {key.value[:60]!r} in line {line} twice")
+    before.add(key.value)
+    if key.tag != _TAG + "merge":
+        key.tag = _TAG + "str"
