@@ -115,9 +115,9 @@ def check_quantities(wanted: Iterable[str]) -> None:
     Raises:
         InputError: for the first that is none.
     """
-    known = [*vars(names).values(), *names.SUMMARY]
-    families = [names.Family(x) if isinstance(x, str) else x for x in known]
-    families = [family for family in families if isinstance(family, names.Family)]
+    given = [value for name, value in vars(names).items() if name.isupper()]
+    families = [x for x in given if isinstance(x, names.Family)]
+    families += [names.Family(x) for x in (*given, *names.SUMMARY) if isinstance(x, str)]
     for name in wanted:
         # turbines write one index of plies
         if not any(family.matches(name, criterion="tsai_wu") for family in families):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -31,7 +31,15 @@ _PLAIN = {
 }
 """What unquoted text stands for in YAML 1.2, where 1e-5 is a number, by its first characters."""
 
-_LOADERS = [getattr(yaml, "CSafeLoader", yaml.SafeLoader)]
+
+class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """PyYAML's safe loader, with the plain text of YAML 1.2 in place of that of 1.1."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
+
+
+for _name, (_pattern, _first) in _PLAIN.items():
+    Loader.add_implicit_resolver(_TAG + _name, re.compile(f"(?:{_pattern})$"), _first)
 
 
 class YamlError(Exception):
@@ -44,21 +52,19 @@ def parse_yaml(text: str) -> Any:
     Raises:
         YamlError: for what is no YAML; for tags, repeated keys, too many values.
     """
-    loader: Any = type("_Loader", (_LOADERS[0],), {"yaml_implicit_resolvers": {}})
-    for name, (pattern, first) in _PLAIN.items():
-        loader.add_implicit_resolver(_TAG + name, re.compile(f"(?:{pattern})$"), first)
     try:
         _check_events(text)
-        reader = loader(text)
-        node = reader.get_single_node()
+        loader = Loader(text)
+        node = loader.get_single_node()
         if node is None:
             return None
         _check(node, {})
-        return reader.construct_document(node)
+        return loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f" in line {mark.line + 1}" if mark else ""
-        raise YamlError(f"is not valid YAML: {error.problem or error.context}{where}") from None
+        said = ": ".join(filter(None, (error.context, error.problem)))
+        raise YamlError(f"is not valid YAML: {said}{where}") from None
     except yaml.YAMLError as error:  # characters that YAML does not allow
         raise YamlError(f"is not valid YAML: {str(error).splitlines()[0]}") from None
 
@@ -66,7 +72,7 @@ def parse_yaml(text: str) -> Any:
 def _check_events(text: str) -> None:
     """Refuse deep nesting and many values before anything is put together, which is recursive."""
     depth = size = 0
-    for event in yaml.parse(text, Loader=_LOADERS[0]):
+    for event in yaml.parse(text, Loader=Loader):
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         size += isinstance(event, yaml.NodeEvent)

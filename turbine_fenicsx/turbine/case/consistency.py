@@ -130,7 +130,7 @@ def _check_size(case: Tables) -> str:
         count = prod(w / m.size for w in widths) if m.size else float(prod(m.elements))
     if count <= MAX_ELEMENTS:
         return ""
-    return f"{keys}: expected at most {MAX_ELEMENTS} elements in each blade, got some {count:.2g}"
+    return f"{keys}: expected at most {MAX_ELEMENTS} elements in each blade, got some {count:.3g}"
 
 
 def _count_bricks(mesh: MeshCase, blade: BladeCase) -> float:

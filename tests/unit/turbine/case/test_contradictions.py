@@ -25,7 +25,7 @@ from turbine_fenicsx.turbine.case.case import Case
         (
             {"mesh": {"elements": [100, 100, 101]}},
             "mesh.elements = [100, 100, 101]: expected at most 1000000 elements in each blade, got "
-            "some 1e+06",
+            "some 1.01e+06",
         ),
         (
             {"mesh": {"size": "1 cm", "cell": "tetrahedron"}},
