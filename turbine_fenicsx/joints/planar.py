@@ -7,15 +7,16 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.foundation.checks import check_directions, check_vectors
+from turbine_fenicsx.bodies.rigid_body import BodyFrame
+from turbine_fenicsx.foundation.checks import check_directions
 from turbine_fenicsx.foundation.quadratic import Quadratic, dot
 from turbine_fenicsx.foundation.rotations import frame_with_axis
 from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate, angle_between
+from turbine_fenicsx.joints.two_body import TwoBodyJoint
 
 
 @dataclass(frozen=True, eq=False)
-class Planar:
+class Planar(TwoBodyJoint):
     """Planar joint with three joint coordinates.
 
     The three constraints keep the normal n of ``second`` normal to t1 and t2 of ``first``, and its
@@ -24,10 +25,7 @@ class Planar:
     initially.
 
     Args:
-        name: Unique name.
-        first: First partner, None for the ground.
-        second: Second partner.
-        point: Joint point in the initial configuration [m], shape (3,).
+        name, first, second, point: As of `TwoBodyJoint`.
         normal: Normal of the plane in the initial configuration, shape (3,).
         reference: Direction of t1 in the plane, shape (3,); any if None.
         with_coordinates: Whether the joint coordinates are coordinates of the system.
@@ -36,30 +34,21 @@ class Planar:
         ModelError: for a point or a normal that is no three numbers, or no direction.
     """
 
-    name: str
-    first: RigidBody | None
-    second: RigidBody | None
     _: KW_ONLY
-    point: npt.ArrayLike
     normal: npt.ArrayLike
     reference: npt.ArrayLike | None = None
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        check_vectors(self.name, point=self.point)
+        super().__post_init__()
         check_directions(self.name, normal=self.normal)
         if self.reference is not None:
             check_directions(self.name, reference=self.reference)
 
-    @property
-    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
-        """The two partners; None is the ground."""
-        return self.first, self.second
-
     def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
         """Three functions that vanish: parallel normals [-], distance to the plane [m]."""
         t1, t2, n = frame_with_axis(self.normal, self.reference).T
-        gap, n_b = b.point(self.point) - a.point(self.point), b.direction(n)
+        gap, n_b = self.gap(a, b), b.direction(n)
         return [dot(n_b, a.direction(t1)), dot(n_b, a.direction(t2)), dot(gap, a.direction(n))]
 
     def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
@@ -67,11 +56,7 @@ class Planar:
         if not self.with_coordinates:
             return {}
         t1, t2, _ = frame_with_axis(self.normal, self.reference).T
-        gap, t1_a, t2_a = (
-            b.point(self.point) - a.point(self.point),
-            a.direction(t1),
-            a.direction(t2),
-        )
+        gap, t1_a, t2_a = self.gap(a, b), a.direction(t1), a.direction(t2)
         return {
             f"{self.name}.first": Displacement(dot(gap, t1_a)),
             f"{self.name}.second": Displacement(dot(gap, t2_a)),

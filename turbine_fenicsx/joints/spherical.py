@@ -2,48 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy.typing as npt
-
-from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.foundation.checks import check_vectors
+from turbine_fenicsx.bodies.rigid_body import BodyFrame
 from turbine_fenicsx.foundation.quadratic import Quadratic
-from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.joints.two_body import TwoBodyJoint
 
 
 @dataclass(frozen=True, eq=False)
-class Spherical:
+class Spherical(TwoBodyJoint):
     """Spherical joint: three constraints for the common point; no joint coordinates.
 
-    Args:
-        name: Unique name.
-        first: First partner, None for the ground.
-        second: Second partner.
-        point: Joint point in the initial configuration [m], shape (3,).
-
-    Raises:
-        ModelError: for a point that is no three numbers.
+    Its arguments are those of `TwoBodyJoint`.
     """
-
-    name: str
-    first: RigidBody | None
-    second: RigidBody | None
-    point: npt.ArrayLike
-
-    def __post_init__(self) -> None:
-        check_vectors(self.name, point=self.point)
-
-    @property
-    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
-        """The two partners; None is the ground."""
-        return self.first, self.second
 
     def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
         """Three functions that vanish: common point [m]."""
-        return list((b.point(self.point) - a.point(self.point)).components())
-
-    def coordinates(self, a: BodyFrame, b: BodyFrame) -> Mapping[str, JointCoordinate]:
-        """It has no joint coordinates."""
-        return {}
+        return list(self.gap(a, b).components())

@@ -8,16 +8,17 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.foundation.checks import check_directions, check_vectors
+from turbine_fenicsx.bodies.rigid_body import BodyFrame
+from turbine_fenicsx.foundation.checks import check_directions
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, dot
 from turbine_fenicsx.foundation.rotations import unit
 from turbine_fenicsx.joints.coordinates import Angle, JointCoordinate, angle_between
+from turbine_fenicsx.joints.two_body import TwoBodyJoint
 
 
 @dataclass(frozen=True, eq=False)
-class Universal:
+class Universal(TwoBodyJoint):
     """Universal joint with two joint coordinates.
 
     The four constraints are three for the common point, and one that keeps ``second_axis``, fixed
@@ -27,10 +28,7 @@ class Universal:
     initially.
 
     Args:
-        name: Unique name.
-        first: First partner, None for the ground.
-        second: Second partner.
-        point: Joint point in the initial configuration [m], shape (3,).
+        name, first, second, point: As of `TwoBodyJoint`.
         first_axis: Axis fixed in ``first``, initial direction, shape (3,).
         second_axis: Axis fixed in ``second``, initial direction, shape (3,), normal to the other.
         with_coordinates: Whether the joint coordinates are coordinates of the system.
@@ -39,17 +37,13 @@ class Universal:
         ModelError: if the axes are not perpendicular, or a point or axis is no three numbers.
     """
 
-    name: str
-    first: RigidBody | None
-    second: RigidBody | None
     _: KW_ONLY
-    point: npt.ArrayLike
     first_axis: npt.ArrayLike
     second_axis: npt.ArrayLike
     with_coordinates: bool = True
 
     def __post_init__(self) -> None:
-        check_vectors(self.name, point=self.point)
+        super().__post_init__()
         check_directions(self.name, first_axis=self.first_axis, second_axis=self.second_axis)
         n1, n2 = unit(self.first_axis), unit(self.second_axis)
         if abs(n1 @ n2) > 1e-9:
@@ -58,14 +52,9 @@ class Universal:
                 f"{self.first_axis!r} and {self.second_axis!r}"
             )
 
-    @property
-    def bodies(self) -> tuple[RigidBody | None, RigidBody | None]:
-        """The two partners; None is the ground."""
-        return self.first, self.second
-
     def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
         """Four functions that vanish: common point [m], perpendicular axes [-]."""
-        gap = b.point(self.point) - a.point(self.point)
+        gap = self.gap(a, b)
         n1, n2 = unit(self.first_axis), unit(self.second_axis)
         return [*gap.components(), dot(a.direction(n1), b.direction(n2))]
 
