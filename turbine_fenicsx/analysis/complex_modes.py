@@ -12,7 +12,8 @@ from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.canonical_basis import choose_phase
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.mode import Mode
-from turbine_fenicsx.analysis.quadratic_problem import Pair, QuadraticProblem
+from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
+from turbine_fenicsx.analysis.slepc import Pair
 from turbine_fenicsx.analysis.squared_frequencies import square_of_swelling
 from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
@@ -144,16 +145,16 @@ def _tell_rigid_ones(
     image = problem.linear.vectors.new_vector()
     highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
     for pair in pairs:
-        energy, size = _strain(problem, (pair.real, pair.imaginary))
+        energy, size = _strain(problem, pair.parts)
         round_off = max(STRAINED * size, (ROUND_OFF * highest) ** 2)
         if energy > round_off or not _is_slow(problem, pair, SLOW * shift, round_off):
             elastic.append(pair)
             continue
-        for x in (pair.real, pair.imaginary):
-            if _make_normal(problem.mass, x, [p.real for p in rigid], image):
+        for x in pair.parts:
+            if _make_normal(problem.mass, x, [p.parts[0] for p in rigid], image):
                 zero = x.duplicate()
                 zero.set(0.0)
-                rigid.append(Pair(0j, x.copy(), zero))
+                rigid.append(Pair(0j, (x.copy(), zero)))
         pair.destroy()
     image.destroy()
     return rigid, elastic
@@ -176,7 +177,8 @@ def _is_slow(problem: QuadraticProblem, pair: Pair, slow: float, round_off: floa
     if abs(s) <= slow:
         return True
     if problem.damping is not None:
-        a, b, image = pair.real, pair.imaginary, pair.real.duplicate()
+        a, b = pair.parts
+        image = a.duplicate()
         for part, factor in ((a, 1.0), (b, 1j)):
             problem.damping.mult(part, image)
             d += factor * complex(a.dot(image), -b.dot(image))
@@ -229,7 +231,7 @@ def _make_normal(
 
 def _mode(problem: QuadraticProblem, pair: Pair, is_rigid: bool, meter: WhirlMeter | None) -> Mode:
     """The mode of unit modal mass and a phase that does not depend on the iteration."""
-    vectors, a, b = problem.linear.vectors, pair.real, pair.imaginary
+    vectors, (a, b) = problem.linear.vectors, pair.parts
     choose_phase(vectors, a, b)
     image = a.duplicate()
     total = 0.0

@@ -8,9 +8,9 @@ possible.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from petsc4py import PETSc
 
@@ -27,6 +27,8 @@ APART = 1e-4
 
 NOTHING = 1e-9
 """Features whose squares are below this part of those of all features are round-off."""
+
+T = TypeVar("T")
 
 Features = Sequence[Array]
 """Linear functions of a motion a + i b, real or complex arrays."""
@@ -49,7 +51,7 @@ def separate_equal_modes(
         of the first feature that they have much of is positive.
     """
     found: list[Mode] = []
-    for group in _group_equal(modes.modes):
+    for group in group_neighbours(modes.modes, _are_equal):
         seen = [features(mode) for mode in group]
         by_feature = [np.array([np.ravel(f[k]) for f in seen]) for k in range(len(seen[0]))]
         combinations = np.eye(len(group), dtype=by_feature[0].dtype if by_feature else float)
@@ -64,11 +66,11 @@ def separate_equal_modes(
     return replace(modes, modes=tuple(found))
 
 
-def _group_equal(modes: Sequence[Mode]) -> Iterator[list[Mode]]:
+def group_neighbours(modes: Iterable[T], are_equal: Callable[[T, T], bool]) -> Iterator[list[T]]:
     """Neighbours with equal eigenvalues."""
-    group: list[Mode] = []
+    group: list[T] = []
     for mode in modes:
-        if group and not _are_equal(group[-1], mode):
+        if group and not are_equal(group[-1], mode):
             yield group
             group = []
         group.append(mode)

@@ -9,11 +9,12 @@ import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import FlatVectors
 from turbine_fenicsx.analysis.canonical_basis import choose_basis, choose_phase
+from turbine_fenicsx.analysis.equal_modes import group_neighbours
 from turbine_fenicsx.analysis.equilibrium_check import check_equilibrium, imbalance
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.mode import Mode, Modes
-from turbine_fenicsx.analysis.slepc import import_slepc
-from turbine_fenicsx.analysis.squared_frequencies import Pair, SquaredFrequencies
+from turbine_fenicsx.analysis.slepc import Pair, import_slepc
+from turbine_fenicsx.analysis.squared_frequencies import SquaredFrequencies
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.foundation.checks import check_positive
 from turbine_fenicsx.foundation.errors import ModelError
@@ -113,7 +114,7 @@ def _eigenvalue(pair: Pair) -> complex:
     """Root s of s^2 = -w^2 that vibrates, or else that grows [rad/s]."""
     if pair.is_rigid:
         return 0j
-    root = sqrt(-pair.square)
+    root = sqrt(-pair.eigenvalue)
     return root if root.imag >= 0.0 else -root
 
 
@@ -124,28 +125,20 @@ def _put_in_order(flat: FlatVectors, pairs: list[Pair], symmetric: bool) -> list
         s = _eigenvalue(pair)
         return s.imag, -s.real
 
-    groups: list[list[Pair]] = []
-    for pair in sorted(pairs, key=rank):
-        last = groups[-1][-1] if groups else None
-        near = last is not None and abs(pair.square - last.square) <= SAME * abs(pair.square)
-        both_rigid = last is not None and pair.is_rigid and last.is_rigid
-        if symmetric and (near or both_rigid):
-            groups[-1].append(pair)
-        else:
-            groups.append([pair])
+    def are_equal(a: Pair, b: Pair) -> bool:
+        near = abs(b.eigenvalue - a.eigenvalue) <= SAME * abs(b.eigenvalue)
+        return symmetric and (near or (a.is_rigid and b.is_rigid))
+
+    groups = list(group_neighbours(sorted(pairs, key=rank), are_equal))
     for group in groups:
-        if group[0].imaginary is None:
-            choose_basis(flat, [pair.real for pair in group])
+        if len(group[0].parts) == 1:
+            choose_basis(flat, [pair.parts[0] for pair in group])
         else:
-            choose_phase(flat, group[0].real, group[0].imaginary)
+            choose_phase(flat, *group[0].parts)
     return [pair for group in groups for pair in group]
 
 
 def _mode(flat: FlatVectors, pair: Pair) -> Mode:
     """A pair as the motion of all parts."""
-    return Mode(
-        _eigenvalue(pair),
-        flat.motion(pair.real),
-        None if pair.imaginary is None else flat.motion(pair.imaginary),
-        pair.is_rigid,
-    )
+    a, *b = map(flat.motion, pair.parts)
+    return Mode(_eigenvalue(pair), a, b[0] if b else None, pair.is_rigid)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import BorderedSolver, blocks_of
 from turbine_fenicsx.analysis.linear_system import LinearSystem
-from turbine_fenicsx.analysis.slepc import import_slepc, keep_if_interrupted
+from turbine_fenicsx.analysis.slepc import Pair, import_slepc, invert_by, keep_if_interrupted
 from turbine_fenicsx.analysis.small_problem import solve_small
 
 DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
@@ -50,25 +50,6 @@ SAME = 1e-6
 
 NEW = 1e-4
 """A vector is another one if more than this part of its modal mass is normal to those before it."""
-
-
-class Pair(NamedTuple):
-    """An eigenvalue s = sigma + mu with a positive or no imaginary part, and its vector.
-
-    Args:
-        eigenvalue: s [rad/s].
-        real: Real part of x, a flat vector.
-        imaginary: Imaginary part of x, a flat vector.
-    """
-
-    eigenvalue: complex
-    real: PETSc.Vec
-    imaginary: PETSc.Vec
-
-    def destroy(self) -> None:
-        """Free the vectors. Collective."""
-        self.real.destroy()
-        self.imaginary.destroy()
 
 
 class QuadraticProblem:
@@ -167,18 +148,17 @@ class _Pairs:
             size: Eigenvalues closer than `SAME` times this are one.
         """
         others = [p for p in self.pairs if abs(p.eigenvalue - pair.eigenvalue) <= SAME * size]
-        a, b = pair.real, pair.imaginary
+        a, b = pair.parts
         Ma, Mb = a.duplicate(), b.duplicate()
         before = self._measure(a, b, Ma, Mb)
         for _ in range(2):
-            for other in others:
-                # c = other* . M pair, with vectors of unit modal mass
-                c = other.real.dot(Ma) + other.imaginary.dot(Mb)
-                d = other.real.dot(Mb) - other.imaginary.dot(Ma)
-                a.axpy(-c, other.real)
-                a.axpy(d, other.imaginary)
-                b.axpy(-c, other.imaginary)
-                b.axpy(-d, other.real)
+            for x, y in (other.parts for other in others):
+                # c + i d = (x + i y)* . M (a + i b), with vectors of unit modal mass
+                c, d = x.dot(Ma) + y.dot(Mb), x.dot(Mb) - y.dot(Ma)
+                a.axpy(-c, x)
+                a.axpy(d, y)
+                b.axpy(-c, y)
+                b.axpy(-d, x)
                 self._measure(a, b, Ma, Mb)
         left = self._measure(a, b, Ma, Mb)
         for vector in (Ma, Mb):
@@ -231,7 +211,7 @@ class _ShiftedProblem:
         start, allowed, x, y = (linear.vectors.new_vector() for _ in range(4))
         start.array[:] = self._rng.standard_normal(start.array_r.size)
         self._solver.solve(start, allowed)
-        with _toar(operators, _Inverse(self._solver), number) as iteration:
+        with _toar(operators, self._solver, number) as iteration:
             iteration.setInitialSpace(allowed)
             completed = _solve(iteration)
             for k in range(iteration.getConverged() if completed else 0):
@@ -252,7 +232,7 @@ class _ShiftedProblem:
         """Add a pair to those found if it is one."""
         if mu.imag >= 0.0 and self._error(mu, x, y) <= RESIDUAL:
             s = self._sigma * (1.0 + mu)
-            found.add(Pair(s, x.copy(), y.copy()), self._sigma + abs(s))
+            found.add(Pair(s, (x.copy(), y.copy())), self._sigma + abs(s))
 
     def destroy(self) -> None:
         """Free the factors. Collective."""
@@ -308,17 +288,6 @@ class _Sum:
             part.destroy()
 
 
-class _Inverse:
-    """Preconditioner that is the inverse of P(sigma) under the constraints."""
-
-    def __init__(self, solver: BorderedSolver) -> None:
-        self._solver = solver
-
-    def apply(self, _: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Set x to P(sigma)^-1 b."""
-        self._solver.solve(b, x)
-
-
 def _solve(iteration: Any) -> bool:
     """Run SLEPc's solver; False if LAPACK failed on the projected problem, on all ranks alike."""
     try:
@@ -331,7 +300,7 @@ def _solve(iteration: Any) -> bool:
 
 
 @contextmanager
-def _toar(operators: list[PETSc.Mat], inverse: _Inverse, number: int) -> Iterator[Any]:
+def _toar(operators: list[PETSc.Mat], solver: BorderedSolver, number: int) -> Iterator[Any]:
     """SLEPc's solver, with options of the prefix ``modes_``."""
     SLEPc = import_slepc()
     problem = SLEPc.PEP().create(operators[0].getComm())
@@ -345,15 +314,9 @@ def _toar(operators: list[PETSc.Mat], inverse: _Inverse, number: int) -> Iterato
     problem.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
     # else the ranks go apart where round-off decides
     problem.getDS().setParallel(SLEPc.DS.ParallelType.SYNCHRONIZED)
-    transform = problem.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    transform.setMatMode(SLEPc.ST.MatMode.SHELL)
+    transform = invert_by(problem, solver)
     transform.setShift(0.0)
     transform.setTransform(True)
-    solver = transform.getKSP()
-    solver.setType(PETSc.KSP.Type.PREONLY)
-    solver.getPC().setType(PETSc.PC.Type.PYTHON)
-    solver.getPC().setPythonContext(inverse)
     problem.setFromOptions()
     with keep_if_interrupted(problem):
         yield problem

@@ -9,19 +9,17 @@ free bodies and mechanisms have motions without stiffness; these come out with w
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.analysis.bordered_solver import BorderedSolver, blocks_of
+from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.linear_system import LinearSystem
-from turbine_fenicsx.analysis.slepc import keep_if_interrupted
+from turbine_fenicsx.analysis.slepc import Pair, invert_by, keep_if_interrupted
 from turbine_fenicsx.analysis.statics import UNHELD
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.foundation.types import Array
 
 log = logging.getLogger(__name__)
 
@@ -44,29 +42,6 @@ ROUND_OFF = 1e-13
 
 UNSYMMETRIC = 1e-12
 """Difference of a symmetric block and its transpose, over the block, by round-off."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """An eigenvalue w^2 and its vector a + i b, with a.M a + b.M b = 1.
-
-    Args:
-        square: w^2 [rad^2/s^2].
-        real: a, a flat vector.
-        imaginary: b; None if w^2 is real.
-        is_rigid: Whether a has no stiffness but round-off.
-    """
-
-    square: complex
-    real: PETSc.Vec
-    imaginary: PETSc.Vec | None = None
-    is_rigid: bool = False
-
-    def destroy(self) -> None:
-        """Free the vectors. Collective."""
-        self.real.destroy()
-        if self.imaginary is not None:
-            self.imaginary.destroy()
 
 
 class SquaredFrequencies:
@@ -145,7 +120,7 @@ class SquaredFrequencies:
     def _tell_others_that_grow(self, pairs: list[Pair]) -> None:
         """Warn if motions grow that are not among those found."""
         growing = self._solver.count_negative()
-        known = sum(pair.square.real + self._shift < 0.0 for pair in pairs)
+        known = sum(pair.eigenvalue.real + self._shift < 0.0 for pair in pairs)
         if growing > known and self._linear.system.comm.rank == 0:
             log.warning(
                 "the equilibrium is unstable: %d motions grow, and only %d of them are among the "
@@ -170,13 +145,13 @@ class SquaredFrequencies:
 
     def _is_beyond(self, others: list[Pair], pairs: list[Pair], count: int, margin: float) -> bool:
         """Whether other pairs are farther from the shift than so many, and by some part."""
-        distances = sorted(abs(pair.square + self._shift) for pair in pairs)
-        nearest = min((abs(pair.square + self._shift) for pair in others), default=np.inf)
+        distances = sorted(abs(pair.eigenvalue + self._shift) for pair in pairs)
+        nearest = min((abs(pair.eigenvalue + self._shift) for pair in others), default=np.inf)
         return nearest > (1.0 + margin) * distances[count - 1]
 
     def _new_iteration(self, count: int, tolerance: float, found: list[Pair]) -> Any:
         """The solver of SLEPc, with the bordered solver as that of its shift and invert."""
-        EPS, ST = self._SLEPc.EPS, self._SLEPc.ST
+        EPS = self._SLEPc.EPS
         eps = EPS().create(self._linear.system.comm)
         eps.setOptionsPrefix("modes_")
         eps.setOperators(self._A, self._M)
@@ -185,7 +160,7 @@ class SquaredFrequencies:
         free, size = self._linear.degrees_of_freedom, self._A.getSize()[0]
         widest = max(min(2 * count + 6, free - len(found)), count + 1)  # as SLEPc has it
         eps.setDimensions(count, min(widest, size))
-        known = [y for pair in found for y in (pair.real, pair.imaginary) if y is not None]
+        known = [part for pair in found for part in pair.parts]
         if known:
             eps.setDeflationSpace(known)
         start = self._linear.vectors.new_vector()
@@ -197,13 +172,7 @@ class SquaredFrequencies:
         eps.setWhichEigenpairs(EPS.Which.TARGET_MAGNITUDE)
         eps.setTarget(0.0)
         eps.setPurify(False)  # all vectors fulfil the constraints anyway
-        st = eps.getST()
-        st.setType(ST.Type.SINVERT)
-        st.setMatMode(ST.MatMode.SHELL)
-        ksp = st.getKSP()
-        ksp.setType(PETSc.KSP.Type.PREONLY)
-        ksp.getPC().setType(PETSc.PC.Type.PYTHON)
-        ksp.getPC().setPythonContext(_Inverse(self._solver))
+        invert_by(eps, self._solver)
         eps.setFromOptions()
         return eps
 
@@ -227,11 +196,11 @@ class SquaredFrequencies:
             return None
         square = quotient - self._shift
         if theta.imag:
-            return Pair(square, a, b)
+            return Pair(square, parts)
         b.pointwiseMult(self._sizes, a)
         is_rigid = abs(square) <= ROUND_OFF * b.dot(a) + UNHELD
         b.destroy()
-        return Pair(square, a, None, is_rigid)
+        return Pair(square, parts, is_rigid)
 
     def _form(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> float:
         """x.A y."""
@@ -249,14 +218,12 @@ class SquaredFrequencies:
         y, z, error = (self._linear.vectors.new_vector() for _ in range(3))
         allowed = RESIDUAL
         for pair in pairs:
-            theta = complex(pair.square) + self._shift
-            error.pointwiseMult(self._sizes, pair.real)
-            allowed += float(np.finfo(float).eps * error.dot(pair.real) / abs(theta))
-            y.axpy(1.0, pair.real)
-            z.axpy(theta.real + theta.imag, pair.real)
-            if pair.imaginary is not None:
-                y.axpy(1.0, pair.imaginary)
-                z.axpy(theta.real - theta.imag, pair.imaginary)
+            theta = complex(pair.eigenvalue) + self._shift
+            error.pointwiseMult(self._sizes, pair.parts[0])
+            allowed += float(np.finfo(float).eps * error.dot(pair.parts[0]) / abs(theta))
+            for part, sign in zip(pair.parts, (1.0, -1.0), strict=False):
+                y.axpy(1.0, part)
+                z.axpy(theta.real + sign * theta.imag, part)
         self._M.mult(z, error)
         self._solver.solve(error, z)
         z.axpy(-1.0, y)
@@ -268,17 +235,6 @@ class SquaredFrequencies:
                 f"the modes do not fulfil their equations: they are wrong by {wrong:.1e} where "
                 f"{allowed:.1e} is allowed; another shift may help"
             )
-
-
-class _Inverse:
-    """The bordered solver as a preconditioner of PETSc."""
-
-    def __init__(self, solver: BorderedSolver) -> None:
-        self._solver = solver
-
-    def apply(self, pc: PETSc.PC, b: PETSc.Vec, y: PETSc.Vec) -> None:
-        """Solve for one right-hand side."""
-        self._solver.solve(b, y)
 
 
 def _entry_sizes(linear: LinearSystem) -> PETSc.Vec:
@@ -327,17 +283,11 @@ def square_of_swelling(linear: LinearSystem) -> float:
     squares = []
     for m, (K, M) in zip(system.flexible_models, flexible, strict=True):
         swelling = m.new_vector()
-        swelling.array[:] = (m.positions - _centre(system.comm, m.positions)).ravel()
+        sums = system.comm.allreduce(np.append(m.positions.sum(axis=0), len(m.positions)))
+        swelling.array[:] = (m.positions - sums[:3] / sums[3]).ravel()
         squares.append(_quotient(K, M, swelling))
         swelling.destroy()
     return min((s for s in squares if s > UNHELD), default=0.0)
-
-
-def _centre(comm: Any, positions: Array) -> Array:
-    """Mean of the positions of all ranks, shape (3,) [m]."""
-    sums = comm.allreduce(np.append(positions.sum(axis=0), len(positions)))
-    centre: Array = sums[:3] / sums[3]
-    return centre
 
 
 def _quotient(K: PETSc.Mat, M: PETSc.Mat, y: PETSc.Vec) -> float:

@@ -179,16 +179,11 @@ class ControlLoop:
     def restore(self, data: RestartData) -> None:
         """Go on with what was held."""
         self._time = data.numbers["time"]
-        self.orders = _read_orders(data.numbers["orders"])
+        torque, pitch, *others = data.numbers["orders"]
+        self.orders = Orders(torque, tuple(pitch), *others)
         self._actuators.restore(data.numbers["actuators"], self.orders)
         if row := data.numbers.get("unanswered"):
             self._unanswered = Measurements.from_row(row)
         self._controller.restore(data.part("controller"))
         if isinstance(self._sensors, RestartableSensors):
             self._sensors.restore(data.part("sensors"))
-
-
-def _read_orders(values: Sequence[object]) -> Orders:
-    """Orders as they come out of a file."""
-    torque, pitch, yaw_rate, brake, started = values
-    return Orders(torque, tuple(pitch), yaw_rate, brake, started)  # type: ignore

@@ -62,7 +62,8 @@ def section_motions(flexible: FlexibleModel, nodes: Indices) -> PETSc.Mat:
     any_near = np.isfinite(low[:, 0])
     low, high = (np.where(any_near[:, None], x, 0.0) for x in (low, high))
     middle, radius = 0.5 * (low + high), 0.5 * (high - low)
-    degrees = _choose_degrees(2.0 * np.mean(radius[any_near], axis=0) / cell[1:])
+    cells = 2.0 * np.mean(radius[any_near], axis=0) / cell[1:]
+    degrees = np.clip(np.ceil(cells / CELLS - 1e-3), LEAST, MOST).astype(np.int64)
     radius = np.maximum(radius, 1e-3 * np.max(radius, axis=0))  # also where a section is a line
     y = (x[node, 1:] - middle[near]) / radius[near]
     values = _evaluate_polynomials(y, degrees) * weights[weights > 0.0][:, None]
@@ -77,12 +78,6 @@ def section_motions(flexible: FlexibleModel, nodes: Indices) -> PETSc.Mat:
     P = PETSc.Mat().createAIJ(sizes, csr=csr, comm=comm)
     P.assemble()
     return P
-
-
-def _choose_degrees(cells: Array) -> Indices:
-    """Degrees of the polynomials in both directions across, by how many cells lie there."""
-    found: Indices = np.clip(np.ceil(cells / CELLS - 1e-3), LEAST, MOST).astype(np.int64)
-    return found
 
 
 def _evaluate_polynomials(y: Array, degrees: Indices) -> Array:

@@ -181,7 +181,10 @@ class Substructures(FreeSolver):
             own = from_petsc(self._matrix.getDiagonalBlock())
             return own, csr_matrix((own.shape[0], 0)), csr_matrix((0, 0))
         first = self._matrix.getOwnershipRange()[0]
-        i, S_mine, S = map(_make_index_set, (first + self._i, first + self._S, self._all_S))
+        rows = (first + self._i, first + self._S, self._all_S)
+        i, S_mine, S = (
+            PETSc.IS().createGeneral(r.astype(PETSc.IntType), comm=PETSc.COMM_SELF) for r in rows
+        )
         blocks = self._matrix.createSubMatrices([i, i, S_mine], [i, S, S])
         copies = [from_petsc(block) for block in blocks]
         for thing in (*blocks, i, S_mine, S):
@@ -236,8 +239,3 @@ def find_shared_nodes(flexible: FlexibleModel) -> Mask:
     met[np.unique(_compat.dofs_of_cells(flexible.space)[:cells])] = 1.0
     shared: Mask = flexible.sum_at_owners(met)[:, 0] > 1.5
     return shared
-
-
-def _make_index_set(rows: Indices) -> PETSc.IS:
-    """An index set of this rank alone."""
-    return PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=PETSc.COMM_SELF)

@@ -278,24 +278,19 @@ def _write_movie(
 
 def draw(job: Mapping[str, Any]) -> Iterator[None]:
     """Draw the pictures of a job, then its movie; yields after each picture and frame."""
+    from PIL import Image
+
     if job["movie"]:
         import imageio_ffmpeg  # noqa: F401 (say at once if it is missing)
     movie = job["movie"] or {"steps": []}
     scene = Scene(job, [*(step for step, _ in job["pictures"]), *movie["steps"]])
     for step, path in job["pictures"]:
-        _save(scene.draw(step), path)
+        Image.fromarray(scene.draw(step)).save(path, dpi=(300, 300))
         yield
     if job["movie"]:
         phases = movie.get("phases", np.zeros(len(movie["steps"])))
         frames = (scene.draw(k, phase) for k, phase in zip(movie["steps"], phases, strict=True))
         yield from _write_movie(movie["path"], movie["fps"], job["size"], frames)
-
-
-def _save(image: NDArray[np.uint8], path: str) -> None:
-    """Write a picture as PNG."""
-    from PIL import Image
-
-    Image.fromarray(image).save(path, dpi=(300, 300))
 
 
 def main() -> int:

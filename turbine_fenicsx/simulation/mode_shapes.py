@@ -44,7 +44,9 @@ def write_mode_shapes(
     state = modes.state
     displacement = grid.displacement(state.q, state.u)
     points = grid.positions + displacement
-    size = _find_extent(grid.comm, points)
+    ends = np.concatenate([p.max(axis=0, initial=-np.inf) for p in (points, -points)])
+    grid.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    size = float(np.max(ends[:3] + ends[3:]))  # longest edge of the box around all points [m]
     series = grid.open(path, information=information)
     for number, mode in enumerate(modes.modes, start=1):
         a = grid.motion(mode.real.q, mode.real.u)
@@ -61,13 +63,6 @@ def write_mode_shapes(
                 "mode_imaginary": factor * b,
             },
         )
-
-
-def _find_extent(comm: MPI.Intracomm, points: Array) -> float:
-    """Longest edge of the box around all points [m]."""
-    ends = np.concatenate([p.max(axis=0, initial=-np.inf) for p in (points, -points)])
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    return float(np.max(ends[:3] + ends[3:]))
 
 
 def _find_largest(comm: MPI.Intracomm, a: Array, b: Array) -> float:

@@ -65,13 +65,9 @@ def _find_unit(key: str) -> str:
         if field is None:
             return ""
         kind, marks = field.annotation, field.metadata
-    unit = next((unit for part in (*marks, kind) if (unit := _read_unit(part))), None)
+    known = (x.symbol if isinstance(x, Unit) else unit_of(x) for x in (*marks, kind))
+    unit = next(filter(None, known), None)
     return f" [{unit}]" if unit else ""
-
-
-def _read_unit(part: Any) -> str | None:
-    """The unit of a type, or of what marks one."""
-    return part.symbol if isinstance(part, Unit) else unit_of(part)
 
 
 def plot_curve(

@@ -30,11 +30,6 @@ def _flatten_value(value: Any) -> Any:
     return dict(flatten(value)) if isinstance(value, Mapping) else value
 
 
-def _make_list(value: Any) -> Any:
-    """One name as a list of one."""
-    return [value] if isinstance(value, str) else value
-
-
 def _check_reference(value: Any) -> Any:
     """What a refinement is compared with."""
     number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
@@ -43,7 +38,9 @@ def _check_reference(value: Any) -> Any:
     raise ValueError("must be 'finest', 'richardson' or a number")
 
 
-Names = Annotated[tuple[str, ...], BeforeValidator(_make_list)]
+Names = Annotated[
+    tuple[str, ...], BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
+]
 Changes = Annotated[dict[str, Any], BeforeValidator(_flatten_value)]
 
 

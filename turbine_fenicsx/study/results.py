@@ -6,7 +6,6 @@ import csv
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -170,7 +169,9 @@ def write_table(
         for run in runs:
             found = results.get(run.name, {})
             state = "finished" if found else "failed" if run.name in failed else "not run"
-            values = [_format_cell(run.value(key)) for key in keys]
+            values = [
+                json.dumps(v) if isinstance(v, list | tuple) else v for v in map(run.value, keys)
+            ]
             writer.writerow([run.name, state, *values, *(found.get(name, "") for name in columns)])
     temporary.replace(path)
 
@@ -199,8 +200,3 @@ def _average(header: Sequence[str], rows: Sequence[Sequence[str]], time: float) 
 def _number(text: str) -> float:
     """An entry of the history."""
     return float(text) if text else float("nan")
-
-
-def _format_cell(value: Any) -> Any:
-    """A value of a case as the entry of a table."""
-    return json.dumps(value) if isinstance(value, list | tuple) else value

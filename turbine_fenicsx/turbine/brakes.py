@@ -22,9 +22,6 @@ class Brakes(Component):
     def parts(self, assembly: Assembly) -> list[Any]:
         """A prescribed motion for each coordinate that none has already."""
         driven = {p.coordinate for p in assembly.parts if isinstance(p, PrescribedMotion)}
-        return [PrescribedMotion(name, _still) for name in self.coordinates if name not in driven]
-
-
-def _still(_: float) -> float:
-    """No motion at any time."""
-    return 0.0
+        return [
+            PrescribedMotion(name, lambda _: 0.0) for name in self.coordinates if name not in driven
+        ]

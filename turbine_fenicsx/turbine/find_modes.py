@@ -157,7 +157,9 @@ def _find(
         if comm.allreduce(bool(found(tables[-1]))):
             break
     assert before is not None
-    last = _keep(before, count)
+    for mode in before.modes[count:]:
+        mode.destroy()
+    last = replace(before, modes=before.modes[:count])
     if folder is not None:
         on_rank0(comm, partial(make_target_folder, folder))
         on_rank0(comm, partial(remove_modes, folder))
@@ -205,13 +207,6 @@ def _free(modes: Modes) -> None:
     """Free modes and their state. Collective."""
     modes.destroy()
     modes.state.destroy()
-
-
-def _keep(modes: Modes, count: int) -> Modes:
-    """The first modes; the others are destroyed. Collective."""
-    for mode in modes.modes[count:]:
-        mode.destroy()
-    return replace(modes, modes=modes.modes[:count])
 
 
 def _make_initial_state(turbine: Turbine) -> State:

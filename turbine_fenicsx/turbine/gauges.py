@@ -11,7 +11,6 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
 from turbine_fenicsx.system.skin import Skin
-from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.case.gauges import PLACES, GaugeCase
 from turbine_fenicsx.turbine.component import Turbine
@@ -38,7 +37,7 @@ def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
         return None
     shape, skin = rotor.blades.shape, None
     if shape is None:
-        skin = _find_skin(turbine.system, body)
+        skin = Skin(next(model for model in turbine.system.flexible_models if model.body is body))
     found = []
     for name, case in cases.items():
         station, frame = case.find_station(rotor.blades.length), rotor.layout.frame(case.blade)
@@ -95,11 +94,6 @@ def find_fraction(shape: BladeSurface, s: Array, around: float | str) -> float:
         return places[around]
     panel = shape.panels.index(around)
     return float(shape.lines(s)[0, panel : panel + 2].mean())
-
-
-def _find_skin(system: MultibodySystem, body: FlexibleBody) -> Skin:
-    """The surface of a body."""
-    return Skin(next(model for model in system.flexible_models if model.body is body))
 
 
 def _look_from_middle(

@@ -15,7 +15,6 @@ from turbine_fenicsx.simulation.energy_check import Conserving, allowed_energy_e
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.time_stepping.newton import NewtonStepper
-from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.component import Turbine
 from turbine_fenicsx.turbine.flexible_blades import BODY
 from turbine_fenicsx.turbine.pitch import RINGS
@@ -155,6 +154,7 @@ def summarise(
         allowed[names.ALLOWED_ENERGY_ERROR] = allowed_energy_error(
             statistics.largest_energy, min(mass.values()), statistics.steps, tolerance
         )
+    factors = stepper.factors if isinstance(stepper, NewtonStepper) else (0, 0)
     return {
         names.VERSIONS: list_versions(),
         "components": turbine.component_names,
@@ -166,7 +166,7 @@ def summarise(
         "steps": statistics.steps,
         "halved_steps": simulation.halvings,
         "solver_fallbacks": simulation.stepper.fallbacks,
-        "factors": _count_factors(simulation.stepper),
+        "factors": dict(zip(("number", "components_of_bodies"), factors, strict=True)),
         names.END_TIME: last.state.time,
         names.WORST_ENERGY_ERROR: statistics.worst_energy_error,
         **allowed,
@@ -211,6 +211,7 @@ def format_table(s: dict[str, Any]) -> str:
     sizes = s["unknowns"]
     spent = s["time_per_step_by_part_[s]"]
     shares = ", ".join(f"{k} {1e3 * t:.1f}" for k, t in spent.items() if t > 0.0)
+    factors, parts = s["factors"].values()
     rows = [
         ("unknowns", f"{sum(sizes.values())} ({sizes['displacements']} displacements)"),
         ("steps", f"{s['steps']} to t = {s[names.END_TIME]:g} s, {s['halved_steps']} halved"),
@@ -227,22 +228,10 @@ def format_table(s: dict[str, Any]) -> str:
             f"{s['mean_newton_iterations']:.2f} Newton"
             + _describe_fallbacks(s["solver_fallbacks"]),
         ),
-        *_describe_factors(s["factors"]),
+        *([("factors", f"{factors} for {parts} blades or other parts")] if parts > 1 else []),
         ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
     ]
     return "\n".join(f"  {name:<22}{text}" for name, text in rows)
-
-
-def _count_factors(stepper: Stepper) -> dict[str, int]:
-    """Number of factors of a frozen linear solver, and of what they serve."""
-    known = stepper.factors if isinstance(stepper, NewtonStepper) else (0, 0)
-    return dict(zip(("number", "components_of_bodies"), known, strict=True))
-
-
-def _describe_factors(factors: dict[str, int]) -> list[tuple[str, str]]:
-    """The line on factors, where one may be shared."""
-    number, components = factors.values()
-    return [("factors", f"{number} for {components} blades or other parts")] * (components > 1)
 
 
 def _describe_fallbacks(number: int) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import count
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -47,7 +48,8 @@ def choose_names(titles: Sequence[Sequence[Title]]) -> list[str]:
     taken = set(names)
     for k, name in enumerate(names):
         if not name:
-            names[k] = _number(titles[k][0].name, taken)
+            numbered = (f"{titles[k][0].name} ({n})" for n in count(2))
+            names[k] = next(name for name in numbered if name not in taken)
             taken.add(names[k])
     return names
 
@@ -65,11 +67,3 @@ def _weigh(titles: Sequence[Sequence[Title]]) -> list[dict[str, float]]:
             weights[f"{first.name}, with {beside.way}"] = first.share + beside.share - 2.0
         found.append(weights)
     return found
-
-
-def _number(name: str, taken: set[str]) -> str:
-    """The name with the first number that makes it another one."""
-    k = 2
-    while f"{name} ({k})" in taken:
-        k += 1
-    return f"{name} ({k})"

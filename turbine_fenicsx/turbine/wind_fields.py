@@ -64,7 +64,9 @@ class WindFields(FieldSeries):
     def _open(self, path: Path, append: float | None) -> XdmfSeries:
         """Open the series; all points are rank 0's."""
         first, here = self._blades * self._n, self._comm.rank == 0
-        cells = [("line", self._make_lines()), ("quadrilateral", first + _make_squares())]
+        stations = np.arange(first).reshape(self._blades, self._n)
+        lines = np.stack([stations[:, :-1], stations[:, 1:]], axis=2).reshape(-1, 2)
+        cells = [("line", lines), ("quadrilateral", first + _make_squares())]
         numbers = np.repeat(np.arange(1, self._blades + 1), self._n - 1)
         part = np.concatenate([numbers, np.full((POINTS - 1) ** 2, PLANE)])
         return XdmfSeries(
@@ -75,11 +77,6 @@ class WindFields(FieldSeries):
             cell_data={"part": part if here else part[:0]},
             append=append,
         )
-
-    def _make_lines(self) -> IntArray:
-        """Pairs of stations that follow each other on a blade."""
-        stations = np.arange(self._blades * self._n).reshape(self._blades, self._n)
-        return np.asarray(np.stack([stations[:, :-1], stations[:, 1:]], axis=2).reshape(-1, 2))
 
     def _write(self, series: XdmfSeries, state: State) -> None:
         """Write line loads and wind."""

@@ -158,14 +158,9 @@ class PolarTable:
         Args:
             angle: Any angles, shape (..., stations) [rad].
         """
-        C = self._table(_within_circle(angle))
+        C = self._table(np.mod(angle + np.pi, 2.0 * np.pi) - np.pi)
         return Coefficients(C[..., 0], C[..., 1], C[..., 2])
 
     def tabulate(self, values: Array, blades: int = 1) -> AngleTable:
         """A table of values over the same angles, shape (k, m, c), for the stations of blades."""
         return AngleTable(self.angles, values, np.tile(self.rows, blades))
-
-
-def _within_circle(angle: Array) -> Array:
-    """The same angles between -pi and pi."""
-    return np.asarray(np.mod(angle + np.pi, 2.0 * np.pi) - np.pi)

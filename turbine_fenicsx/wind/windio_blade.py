@@ -43,9 +43,10 @@ def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
     tip = hub + float(height[-1])
     r = check_array("stations of a blade", radius, (np.size(radius),), "a list of numbers")
     if len(r) < 2 or not (hub - INSIDE <= r[0] and r[-1] <= tip + INSIDE):
+        ends = f"{r[0]:g} to {r[-1]:g} m" if len(r) else "none"
         raise ModelError(
             f"stations of the blade of {turbine.polars.file} must be two or more between "
-            f"{hub:g} and {tip:g} m, got {_quote_ends(r)}"
+            f"{hub:g} and {tip:g} m, got {ends}"
         )
     r = np.clip(r, hub + INSIDE, tip - INSIDE)
     s = np.interp(r - hub, height, _FINE)
@@ -114,11 +115,6 @@ def _blend_polars(airfoils: tuple[AirfoilPolar, ...], mix: Array) -> tuple[Polar
 
 def _make_polar(name: str, angle: Array, lift: Array, drag: Array, moment: Array) -> Polar:
     return Polar(name, np.radians(angle), lift, drag, moment)
-
-
-def _quote_ends(r: Array) -> str:
-    """The first and last of some stations, for messages."""
-    return f"{r[0]:g} to {r[-1]:g} m" if len(r) else "none"
 
 
 def _cross_span(turbine: WindIOTurbine, shape: OuterShape, s: Array) -> tuple[Array, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from turbine_fenicsx.windio.curves import make_spline
 from turbine_fenicsx.windio.entry import Entry
 
 if TYPE_CHECKING:
-    from scipy.interpolate import PchipInterpolator
+    pass
 
 FACE = 20
 """Intervals on each half of the trailing edge's face."""
@@ -113,10 +112,7 @@ class Sections:
             contours.append(airfoil.resample((first, last)))
         self.thicknesses = np.array([airfoil.thickness for airfoil in by_thickness])
         self._contours, self._has_edge = np.array(contours), bool(sharp)
-
-    @cached_property
-    def _spline(self) -> PchipInterpolator:
-        return make_spline(self.thicknesses, self._contours)
+        self._at = make_spline(self.thicknesses, self._contours) if len(contours) > 1 else None
 
     def contour(self, thickness: float) -> tuple[Array, Array]:
         """Points of a section in units of chord, and their fractions of the contour.
@@ -129,9 +125,9 @@ class Sections:
             the corners of the trailing edge.
         """
         points = self._contours[0]
-        if len(self._contours) > 1:
+        if self._at is not None:
             inside = np.clip(thickness, self.thicknesses[0], self.thicknesses[-1])
-            points = np.asarray(self._spline(inside))
+            points = np.asarray(self._at(inside))
         if self._has_edge and np.hypot(*(points[FACE] - points[FACE + BODY])) < NARROWEST:
             points = _cut_edge(points)
         return points, _find_arcs(points)

@@ -87,7 +87,8 @@ class Entry:
         if not _is_number(self.value):
             self.fail(f"must be a finite number, got {_describe(self.value)}")
         if not least <= self.value <= most:
-            self.fail(f"must lie {_between(least, most)}, got {self.value:g}")
+            where = f"between {least:g} and {most:g}" if most < inf else f"at or above {least:g}"
+            self.fail(f"must lie {where}, got {self.value:g}")
         return float(self.value)
 
     def positive(self) -> float:
@@ -123,9 +124,3 @@ def _describe(value: Any) -> str:
     if isinstance(value, list | dict):
         return "a list" if isinstance(value, list) else "a table"
     return quote(value)
-
-
-def _between(least: float, most: float) -> str:
-    if most == inf:
-        return f"at or above {least:g}"
-    return f"between {least:g} and {most:g}"

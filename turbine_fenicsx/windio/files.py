@@ -25,7 +25,8 @@ def find_turbine_file(name: str, beside: str | os.PathLike[str] = ".") -> Path:
         path = Path(beside, name)
         if path.exists():
             return path
-        examples = _find_examples()
+        windio = find_windio()
+        examples = windio and windio / "examples" / "turbine"
         if examples and Path(name).name == name and (examples / name).is_file():
             return examples / name
     except (OSError, ValueError) as error:  # too long, a null byte
@@ -44,10 +45,3 @@ def find_windio() -> Path | None:
     spec = importlib.util.find_spec("windIO")
     places = spec.submodule_search_locations if spec else None
     return Path(places[0]) if places else None
-
-
-def _find_examples() -> Path | None:
-    """The folder of windIO's turbines."""
-    windio = find_windio()
-    folder = windio and windio / "examples" / "turbine"
-    return folder if folder and folder.is_dir() else None

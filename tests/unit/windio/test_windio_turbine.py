@@ -127,7 +127,7 @@ def test_a_file_beside_the_case_comes_before_the_examples(tmp_path):
 
 @pytest.mark.parametrize("folder", [None, "empty"])
 def test_a_missing_file_is_told_with_the_way_to_the_examples(tmp_path, monkeypatch, folder):
-    monkeypatch.setattr(files, "_find_examples", lambda: folder and tmp_path)
+    monkeypatch.setattr(files, "find_windio", lambda: folder and tmp_path)
     with pytest.raises(
         InputError, match=r"no windIO file 'x\.yaml' in .*pip install --no-deps windIO"
     ):

@@ -102,16 +102,12 @@ class Gauges:
 
     def at(self, snapshot: Snapshot) -> Array:
         """Strains at a snapshot, shape (n,), equal on all ranks. Collective."""
-        fibres = self._directions + sum_over_ranks(self._comm, self._stretch(snapshot))
+        stretch = np.zeros((len(self.gauges), 3))  # what the nodes of this rank add to the fibres
+        for k, weights in self._weights:
+            stretch += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
+        fibres = self._directions + sum_over_ranks(self._comm, stretch)
         strains: Array = np.linalg.norm(fibres, axis=1) - 1.0
         return strains
-
-    def _stretch(self, snapshot: Snapshot) -> Array:
-        """What the nodes of this rank add to the fibres, shape (n, 3)."""
-        found = np.zeros((len(self.gauges), 3))
-        for k, weights in self._weights:
-            found += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
-        return found
 
 
 def gauge_channel(gauges: Gauges) -> Channel:

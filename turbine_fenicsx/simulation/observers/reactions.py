@@ -83,8 +83,10 @@ class Reactions(StepLoads):
         self._comm = system.comm
 
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
-        """Loads on the carriers from the sums over all nodes."""
-        sums = -sum_over_ranks(self._comm, self._local_sums(snapshot))
+        """Loads on the carriers from the sums over all nodes, of f and (xi - xi_r)_i f."""
+        forces = [f.array_r.reshape(-1, 3) for f in snapshot.state.coupling]
+        mine = [weights @ forces[index][rows] for index, rows, weights in self._where]
+        sums = -sum_over_ranks(self._comm, np.array(mine).reshape(-1, 4, 3))
         q = np.concatenate([0.5 * (q0 + snapshot.state.q), GROUND])
         d = q.reshape(-1, 4, 3)[self._slots, 1:]
         loads = np.empty((len(sums), 2, 3))
@@ -92,9 +94,3 @@ class Reactions(StepLoads):
         dyads = d.transpose(0, 2, 1) @ sums[:, 1:]  # sum (x_m - r_m) f^T; its skew part is x
         loads[:, 1] = dyads[:, _NEXT, _LAST] - dyads[:, _LAST, _NEXT]
         return loads, d
-
-    def _local_sums(self, snapshot: Snapshot) -> Array:
-        """This rank's sums of f and (xi - xi_r)_i f, shape (n, 4, 3)."""
-        forces = [f.array_r.reshape(-1, 3) for f in snapshot.state.coupling]
-        sums = [weights @ forces[index][rows] for index, rows, weights in self._where]
-        return np.array(sums).reshape(-1, 4, 3)

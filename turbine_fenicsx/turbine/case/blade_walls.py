@@ -35,14 +35,9 @@ def _check_wall(case: Tables) -> str:
     return ""
 
 
-def _check_twist(case: Tables) -> str:
-    """One angle per station."""
-    return _check_count("twist", case.blade.twist, case)
-
-
 WALL_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("blade.wall", "blade.stations", "blade.chord", "blade.thickness"), _check_wall),
-    (("blade.twist", "blade.stations"), _check_twist),
+    (("blade.twist", "blade.stations"), lambda c: _check_count("twist", c.blade.twist, c)),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 

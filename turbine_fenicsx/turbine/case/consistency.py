@@ -8,9 +8,9 @@ two materials.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from itertools import pairwise
 from math import cos, pi, prod, tan
+from operator import eq
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from turbine_fenicsx.turbine.case.pitch import check_pitch, find_idle_pitch_keys
 from turbine_fenicsx.turbine.case.rigid_parts import check_inertia
 from turbine_fenicsx.turbine.case.section import MAX_ELEMENTS, IdleKeys
 from turbine_fenicsx.turbine.case.tables import BladeCase, MeshCase, Tables
-from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, TowerCase, find_idle_tower_keys
+from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, find_idle_tower_keys
 from turbine_fenicsx.turbine.case.turbine_file import (
     FILE_CHECKS,
     find_idle_file_keys,
@@ -49,18 +49,14 @@ def find_contradictions(case: Tables, wrong: set[Key]) -> list[Mistake]:
     found = []
     for names, check in _CHECKS:
         keys = [tuple(name.split(".")) for name in names]
-        if any(_do_overlap(key, bad) for key in keys for bad in wrong):
+        # one key is, or is inside of, the other
+        if any(all(map(eq, key, bad)) for key in keys for bad in wrong):
             continue
         sentence = check(case)
         if sentence:
             found.append(Mistake(keys[0], sentence))
             wrong = wrong | {keys[0]}
     return found
-
-
-def _do_overlap(a: Key, b: Key) -> bool:
-    """Whether one of two keys is, or is inside of, the other."""
-    return all(x == y for x, y in zip(a, b, strict=False))
 
 
 def _check_stations(case: Tables) -> str:
@@ -72,16 +68,6 @@ def _check_stations(case: Tables) -> str:
         f"blade.stations = {quote(s)}: expected increasing fractions of the span that begin with 0 "
         "and end with 1, for example [0, 0.2, 1]"
     )
-
-
-def _check_chord(case: Tables) -> str:
-    """One chord per station."""
-    return _check_widths("chord", case.blade.chord, case)
-
-
-def _check_thickness(case: Tables) -> str:
-    """One thickness per station."""
-    return _check_widths("thickness", case.blade.thickness, case)
 
 
 def _check_widths(name: str, widths: tuple[float, ...], case: Tables) -> str:
@@ -195,16 +181,6 @@ def _check_material(case: Tables) -> str:
     return ""
 
 
-def _check_tower(check: Callable[[TowerCase], str], case: Tables) -> str:
-    """A check of the tower alone."""
-    return check(case.tower)
-
-
-def _check_pitch(case: Tables) -> str:
-    """The check of the pitch bearings."""
-    return check_pitch(case.pitch, case.turbine.model)
-
-
 def _check_gauges(case: Tables) -> str:
     """The strain gauges lie on the blades."""
     if case.turbine.model == "rigid":
@@ -212,12 +188,6 @@ def _check_gauges(case: Tables) -> str:
     file = case.turbine.file
     panels = load_turbine(file).blade.panels if file else ()
     return check_gauges(case.output.gauges, case.blade.length, panels)
-
-
-def _check_generator(case: Tables) -> str:
-    """The check of the generator."""
-    speed, control = case.turbine.rotor_speed, case.control.kind
-    return check_generator(case.generator, case.wind, speed, control)
 
 
 _MATERIAL = ("law", "young", "shear", "poisson", "first_lame", "shear_modulus")
@@ -229,16 +199,22 @@ _ROOTS = ("blade.hub_radius", "blade.chord", "blade.thickness", "mesh.file", "tu
 _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     *FILE_CHECKS,
     (("blade.stations",), _check_stations),
-    (("blade.chord", "blade.stations"), _check_chord),
-    (("blade.thickness", "blade.stations"), _check_thickness),
+    (("blade.chord", "blade.stations"), lambda c: _check_widths("chord", c.blade.chord, c)),
+    (
+        ("blade.thickness", "blade.stations"),
+        lambda c: _check_widths("thickness", c.blade.thickness, c),
+    ),
     *WALL_CHECKS,
     (_ROOTS, _check_clearance),
     (("turbine.nacelle",), lambda case: check_inertia("turbine.nacelle", case.turbine.nacelle)),
     (("turbine.hub",), lambda case: check_inertia("turbine.hub", case.turbine.hub)),
     (("mesh", "blade"), _check_size),
     (("mesh.geometry_degree", "mesh.degree"), _check_curved_cells),
-    *((keys, partial(_check_tower, check)) for keys, check in TOWER_CHECKS),
-    (("pitch.drive", "pitch.stiffness", "pitch.damping"), _check_pitch),
+    *((keys, lambda c, check=check: check(c.tower)) for keys, check in TOWER_CHECKS),
+    (
+        ("pitch.drive", "pitch.stiffness", "pitch.damping"),
+        lambda c: check_pitch(c.pitch, c.turbine.model),
+    ),
     (("time.step", "time.end"), _check_steps),
     (("time.start", "turbine.rotor_speed"), _check_start),
     (tuple(f"material.{name}" for name in _MATERIAL), _check_material),
@@ -246,7 +222,10 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
     *WIND_CHECKS,
     *TABLE_CHECKS,
-    (("generator", "wind", "turbine.rotor_speed", "control"), _check_generator),
+    (
+        ("generator", "wind", "turbine.rotor_speed", "control"),
+        lambda c: check_generator(c.generator, c.wind, c.turbine.rotor_speed, c.control.kind),
+    ),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 

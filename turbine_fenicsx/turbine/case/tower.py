@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from itertools import pairwise
 from math import prod
 from typing import Annotated
@@ -74,7 +74,8 @@ def _check_stations(t: TowerCase) -> str:
     if not t.flexible or len(missing) == len(lists):
         return ""
     if missing:
-        return f"tower.{missing[0]}: expected beside {_list_keys(lists, missing)}"
+        there = " and ".join(f"tower.{name}" for name in lists if name not in missing)
+        return f"tower.{missing[0]}: expected beside {there}"
     s, d, w = (values or () for values in lists.values())
     if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not all(a < b for a, b in pairwise(s)):
         return (
@@ -94,11 +95,6 @@ def _check_stations(t: TowerCase) -> str:
                 "half of the diameter there"
             )
     return ""
-
-
-def _list_keys(lists: Iterable[str], missing: list[str]) -> str:
-    """The keys that are there, in words."""
-    return " and ".join(f"tower.{name}" for name in lists if name not in missing)
 
 
 def _check_wall(t: TowerCase) -> str:

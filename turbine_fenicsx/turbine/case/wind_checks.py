@@ -33,11 +33,6 @@ def _check_gust(case: Tables) -> str:
     return f'wind.gust = "{w.gust}": expected wind.speed greater than 0, the wind before the gust'
 
 
-def _check_sign(case: Tables) -> str:
-    """A sign is not zero."""
-    return "" if case.wind.gust_sign else "wind.gust_sign = 0: expected 1 or -1"
-
-
 def _check_height(case: Tables) -> str:
     """The blades do not touch the ground that the wind is told of."""
     if not case.wind.blows:
@@ -127,7 +122,10 @@ _ROTOR = ("turbine.tilt", "turbine.precone", "turbine.hub_rise", "tower.height")
 WIND_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("wind.speed", "wind.file"), _check_source),
     (("wind.gust", "wind.speed", "wind.file"), _check_gust),
-    (("wind.gust_sign",), _check_sign),
+    (
+        ("wind.gust_sign",),
+        lambda case: "" if case.wind.gust_sign else "wind.gust_sign = 0: expected 1 or -1",
+    ),
     (("wind.hub_height", "wind.speed", "wind.file", *_BLADE, *_ROTOR), _check_height),
     (("aero", "wind.speed", "wind.file", *_BLADE), _check_data),
     (("aero.tower_shadow", "wind.speed", "wind.file", "tower.flexible"), _check_tower),
