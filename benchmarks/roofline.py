@@ -20,8 +20,7 @@ from mpi4py import MPI
 import numpy as np
 from competitors import HERE
 
-from turbine_fenicsx import _compat
-from turbine_fenicsx.forces import StepTimes
+from turbine_fenicsx import StepTimes, _compat
 from turbine_fenicsx.foundation import lanes
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

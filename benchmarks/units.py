@@ -18,7 +18,7 @@ import numpy as np
 import ours
 from problem import Problem, parse_size, prepare
 
-from turbine_fenicsx.forces import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

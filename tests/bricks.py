@@ -5,7 +5,7 @@ from dolfinx import mesh
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 LAME, DENSITY = (0.4e9, 0.5e9), 1000.0

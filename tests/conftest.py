@@ -16,12 +16,11 @@ import pytest
 from dolfinx import mesh
 from progress import Progress, Watchdog
 
+from turbine_fenicsx import NeoHooke, Revolute, StVenantKirchhoff
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 # tests/attack is imported by some; last, so that an installed package comes before the checkout's

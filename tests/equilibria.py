@@ -4,7 +4,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Revolute
+from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
 A = RigidBody(

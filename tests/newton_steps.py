@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, Hat, JointTorque, Revolute
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.foundation.rotations import E3
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.newton import SolverOptions

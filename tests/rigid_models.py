@@ -2,18 +2,20 @@
 
 import numpy as np
 
-from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.forces import (
+from turbine_fenicsx import (
+    Cylindrical,
     FollowerForce,
     JointDamper,
     JointSpring,
+    Planar,
     PointDamper,
     PointSpring,
+    Revolute,
     Torque,
 )
+from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.forces.force import Layout
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Cylindrical, Planar, Revolute
 from turbine_fenicsx.joints.coordinates import augmentation
 from turbine_fenicsx.system.rigid_model import RigidModel
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from dolfinx import fem, mesh
 
+from turbine_fenicsx import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 KINDS = [("hexahedron", 1), ("hexahedron", 2), ("tetrahedron", 1), ("tetrahedron", 2)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from turbine_fenicsx.forces import SectionMotion, StepTimes
+from turbine_fenicsx import SectionMotion, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodynamics import RotorAerodynamics

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx import Gravity, Hat, JointTorque
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
 DT, T0 = 0.05, 0.4

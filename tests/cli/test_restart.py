@@ -9,7 +9,8 @@ import pytest
 from outputs import read_fields
 from restarted_runs import SOFT, assert_same, columns, restart, rows, run, summary
 
-from turbine_fenicsx.linear_solvers import QuasiNewton, quasi_newton
+from turbine_fenicsx.linear_solvers import quasi_newton
+from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run import restart_case, run_case
 

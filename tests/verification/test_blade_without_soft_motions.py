@@ -6,7 +6,7 @@ from walls import load_wall
 from windio_files import IEA_22, load_turbine
 
 from turbine_fenicsx import Coupling, FlexibleBody, MultibodySystem, cell_field, modes
-from turbine_fenicsx.materials import Laminate
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 from turbine_fenicsx.meshing.hollow import mesh_hollow

@@ -25,6 +25,7 @@ from turbine_fenicsx import (
     JointDamper,
     JointSpring,
     JointTorque,
+    KelvinVoigt,
     MultibodySystem,
     NodeForce,
     Planar,
@@ -45,7 +46,6 @@ from turbine_fenicsx import (
     Universal,
 )
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.materials import KelvinVoigt
 
 GRAVITY = np.array([0.0, -1.0, 0.5])
 TURN = rotation_about((1.0, 2.0, 0.5), 0.6)

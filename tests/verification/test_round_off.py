@@ -22,7 +22,7 @@ from turbine_fenicsx import (
     SolverOptions,
     StVenantKirchhoff,
 )
-from turbine_fenicsx.linear_solvers import Elimination
+from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
 SPEED, THICKNESS, DENSITY = 6.0, 0.0775, 200.0  # [rad/s], [m], [kg/m^3]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from runs import Record, comm, run, run_turbine
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation

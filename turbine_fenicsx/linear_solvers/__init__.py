@@ -36,14 +36,3 @@ LINEAR_SOLVERS: dict[str, Callable[[StepBlocks, str], LinearSolver]] = {
     "monolithic": MonolithicLU,
 }
 """The selectable linear solvers by name (`solver.linear_solver` in case files)."""
-
-
-__all__ = [
-    "LINEAR_SOLVERS",
-    "Elimination",
-    "FrozenElimination",
-    "LinearSolver",
-    "MonolithicLU",
-    "QuasiNewton",
-    "SectionMultigrid",
-]

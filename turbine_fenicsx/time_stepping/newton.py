@@ -17,8 +17,9 @@ from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, QuasiNewton
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.linear_solvers.base import LinearSolver
+from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
 from turbine_fenicsx.time_stepping.extrapolation import Extrapolation

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.turbine.component import Assembly, Component
 
 

@@ -18,7 +18,7 @@ from turbine_fenicsx.control.interface import Controller
 from turbine_fenicsx.control.loop import Actuators, ControlLoop
 from turbine_fenicsx.control.pi import PIController
 from turbine_fenicsx.control.python_class import PythonClass
-from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.case import Case

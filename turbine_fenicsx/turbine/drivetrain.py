@@ -14,9 +14,11 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
-from turbine_fenicsx.forces import JointDamper, JointSpring
+from turbine_fenicsx.forces.joint_damper import JointDamper
+from turbine_fenicsx.forces.joint_spring import JointSpring
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.joints import Revolute, Rigid
+from turbine_fenicsx.joints.revolute import Revolute
+from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.postprocessing.conventions import HUB
 from turbine_fenicsx.simulation.observers.history import Channel

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.forces import JointTorque
+from turbine_fenicsx.forces.joint_torque import JointTorque
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.turbine.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.generator import check_generator

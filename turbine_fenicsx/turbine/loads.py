@@ -8,7 +8,8 @@ from typing import Any
 
 from mpi4py import MPI
 
-from turbine_fenicsx.forces import Gravity, JointTorque
+from turbine_fenicsx.forces.gravity import Gravity
+from turbine_fenicsx.forces.joint_torque import JointTorque
 from turbine_fenicsx.forces.time_functions import Hat, Product, Ramp, Table
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.case.case import Case

@@ -12,7 +12,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.joints import Revolute
+from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.postprocessing.conventions import HUB, NACELLE, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot

@@ -19,10 +19,13 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.control.drives import PitchDrive
-from turbine_fenicsx.forces import JointDamper, JointSpring, JointTorque
+from turbine_fenicsx.forces.joint_damper import JointDamper
+from turbine_fenicsx.forces.joint_spring import JointSpring
+from turbine_fenicsx.forces.joint_torque import JointTorque
 from turbine_fenicsx.forces.time_functions import Constant, Ramp, Sum, Table
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.joints import PrescribedMotion, Revolute
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
+from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel

@@ -16,8 +16,8 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.materials.lame import lame_constants
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.meshing import TowerGeometry, mesh_tower
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.postprocessing import names

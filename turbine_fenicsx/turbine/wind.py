@@ -18,14 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.forces import (
-    LineLoad,
-    RigidSectionLoads,
-    RigidStations,
-    SectionLoads,
-    StationLine,
-)
 from turbine_fenicsx.forces.line_source import SAME_TIME, StepLoads
+from turbine_fenicsx.forces.rigid_section_loads import RigidSectionLoads, RigidStations
+from turbine_fenicsx.forces.section_loads import LineLoad, SectionLoads, StationLine
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.postprocessing import names

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from turbine_fenicsx.control.drives import YawDrive
-from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.turbine.component import Assembly, Component
 from turbine_fenicsx.turbine.nacelle import YAW

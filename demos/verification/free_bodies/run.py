@@ -18,9 +18,8 @@ from mpi4py import MPI
 import numpy as np
 from published import Row, references
 
-from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation
+from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation, Spherical
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Spherical
 
 G = np.array([0.0, -9.81, 0.0])  # [m/s^2]
 STEP = 0.02  # [s]

@@ -20,8 +20,7 @@ from mpi4py import MPI
 import numpy as np
 from published import references, refine
 
-from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation
-from turbine_fenicsx.joints import Spherical
+from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation, Spherical
 
 MASS = 15.0  # m [kg]
 INERTIA = np.array([0.234375, 0.46875, 0.234375])  # J [kg m^2]

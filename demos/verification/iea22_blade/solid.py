@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem
-from turbine_fenicsx.materials import Laminate
-from turbine_fenicsx.materials.cell_fields import cell_field
+from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, cell_field
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls
 from turbine_fenicsx.meshing import load_arrays, mesh_hollow
 from turbine_fenicsx.meshing.model import MeshArrays

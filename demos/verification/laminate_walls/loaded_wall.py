@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from published import load
 
-from turbine_fenicsx import Coupling, FlexibleBody, MultibodySystem, equilibrium
-from turbine_fenicsx.materials import Laminate
-from turbine_fenicsx.materials.cell_fields import cell_field
+from turbine_fenicsx import Coupling, FlexibleBody, MultibodySystem, cell_field, equilibrium
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 

@@ -19,9 +19,8 @@ from mpi4py import MPI
 import numpy as np
 from published import references, refine
 
-from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation
+from turbine_fenicsx import Gravity, MultibodySystem, RigidBody, Simulation, Spherical
 from turbine_fenicsx.foundation.rotations import E1, E3, rotation_about
-from turbine_fenicsx.joints import Spherical
 
 DENSITY, HEIGHT, RADIUS = 2700.0, 0.1, 0.05  # of the cone [kg/m^3, m, m]
 G = 9.81  # [m/s^2]

@@ -9,16 +9,24 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import (
+    Gravity,
+    JointDamper,
+    JointSpring,
+    KelvinVoigt,
+    PointDamper,
+    PointSpring,
+    Prismatic,
+    Revolute,
+    StVenantKirchhoff,
+)
 from turbine_fenicsx.analysis import quadratic_problem
 from turbine_fenicsx.analysis.damped_modes import damped_modes
 from turbine_fenicsx.analysis.modes import modes
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointDamper, JointSpring, PointDamper, PointSpring
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.joints import Prismatic, Revolute
-from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 pytestmark = pytest.mark.parallel

@@ -5,22 +5,23 @@ import pytest
 import ufl
 from dolfinx import mesh
 
+from turbine_fenicsx import (
+    Gravity,
+    JointDamper,
+    JointSpring,
+    KelvinVoigt,
+    PointDamper,
+    PointSpring,
+    Revolute,
+    StVenantKirchhoff,
+)
 from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.statics import EquilibriumBlocks, equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import (
-    Gravity,
-    JointDamper,
-    JointSpring,
-    PointDamper,
-    PointSpring,
-)
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 pytestmark = pytest.mark.parallel

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from bricks import DENSITY, LAME, body_system, box, brick, clamped, facets_at, frequencies
 
+from turbine_fenicsx import Gravity, PointSpring, Prismatic, Revolute, Spherical, StVenantKirchhoff
 from turbine_fenicsx.analysis.bordered_solver import BorderedSolver
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.modes import modes
@@ -19,10 +20,7 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, PointSpring
 from turbine_fenicsx.foundation.errors import InputError, ModelError, StepFailure
-from turbine_fenicsx.joints import Prismatic, Revolute, Spherical
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 pytestmark = pytest.mark.parallel

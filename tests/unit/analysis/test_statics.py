@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from equilibria import HINGE, A, residual_in_rest
 
-from turbine_fenicsx.analysis.statics import equilibrium
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import (
+from turbine_fenicsx import (
+    Cylindrical,
     FollowerForce,
     Gravity,
     JointDamper,
@@ -17,10 +16,14 @@ from turbine_fenicsx.forces import (
     JointTorque,
     PointForce,
     PointSpring,
+    PrescribedMotion,
+    Revolute,
+    Spherical,
 )
+from turbine_fenicsx.analysis.statics import equilibrium
+from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Cylindrical, PrescribedMotion, Revolute, Spherical
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

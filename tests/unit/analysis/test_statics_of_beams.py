@@ -7,23 +7,24 @@ import pytest
 from dolfinx import mesh
 from equilibria import HINGE, A, residual_in_rest
 
+from turbine_fenicsx import (
+    FollowerForce,
+    Gravity,
+    JointSpring,
+    KelvinVoigt,
+    NodeForce,
+    PointSpring,
+    Pressure,
+    Ramp,
+    StepTimes,
+    StVenantKirchhoff,
+    SurfaceTraction,
+)
 from turbine_fenicsx.analysis import statics
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import (
-    FollowerForce,
-    Gravity,
-    JointSpring,
-    NodeForce,
-    PointSpring,
-    Pressure,
-    StepTimes,
-    SurfaceTraction,
-)
-from turbine_fenicsx.forces.time_functions import Ramp
 from turbine_fenicsx.linear_solvers.elimination import Elimination
-from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

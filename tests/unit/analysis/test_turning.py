@@ -5,14 +5,22 @@ import logging
 import numpy as np
 import pytest
 
+from turbine_fenicsx import (
+    Constant,
+    Gravity,
+    JointDamper,
+    JointSpring,
+    JointTorque,
+    PointForce,
+    PrescribedMotion,
+    Prismatic,
+    Revolute,
+)
 from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointDamper, JointSpring, JointTorque, PointForce
-from turbine_fenicsx.forces.time_functions import Constant
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.joints import PrescribedMotion, Prismatic, Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions

@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.analysis.turning_frame import turning_frame
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.rotations import E3, rotation_about, unit
-from turbine_fenicsx.joints import (
+from turbine_fenicsx import (
     Cylindrical,
     Planar,
     Prismatic,
@@ -17,6 +13,10 @@ from turbine_fenicsx.joints import (
     Universal,
     gear_pair,
 )
+from turbine_fenicsx.analysis.turning_frame import turning_frame
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.rotations import E3, rotation_about, unit
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 

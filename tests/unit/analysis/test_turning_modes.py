@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_rotor import HUB, Rotor
 
+from turbine_fenicsx import Gravity, PointDamper, PointSpring, PrescribedMotion, Revolute, Spherical
 from turbine_fenicsx.analysis import campbell as module
 from turbine_fenicsx.analysis.campbell import campbell
 from turbine_fenicsx.analysis.cyclic_shift import cyclic_shift
@@ -14,10 +15,8 @@ from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.analysis.turning_modes import turning_modes
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, PointDamper, PointSpring
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
-from turbine_fenicsx.joints import PrescribedMotion, Revolute, Spherical
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

@@ -5,13 +5,12 @@ import pytest
 from bricks import brick, clamped, facets_at, frequencies
 from dolfinx import mesh
 
+from turbine_fenicsx import FollowerForce, JointSpring, Pressure, Revolute
 from turbine_fenicsx.analysis import squared_frequencies
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.modes import modes
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import FollowerForce, JointSpring, Pressure
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 
 pytestmark = pytest.mark.parallel

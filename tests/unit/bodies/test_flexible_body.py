@@ -3,7 +3,7 @@
 import pytest
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 
 SVK = StVenantKirchhoff(1.0, 1.0)
 

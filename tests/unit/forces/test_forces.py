@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from turbine_fenicsx import JointDamper, JointSpring, PointDamper, PointSpring
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Force, JointDamper, JointSpring, PointDamper, PointSpring
-from turbine_fenicsx.forces.force import Layout, StepTimes
+from turbine_fenicsx.forces.force import Force, Layout, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.system import MultibodySystem
 

@@ -3,20 +3,12 @@
 import numpy as np
 import pytest
 
+from turbine_fenicsx import FollowerForce, Gravity, JointTorque, PointForce, Revolute, Torque
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import (
-    FollowerForce,
-    ForceSum,
-    Gravity,
-    JointTorque,
-    PointForce,
-    PrescribedForce,
-    Torque,
-)
 from turbine_fenicsx.forces.force import Force, Layout, StepTimes
+from turbine_fenicsx.forces.prescribed_force import ForceSum, PrescribedForce
 from turbine_fenicsx.forces.time_functions import Hat, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

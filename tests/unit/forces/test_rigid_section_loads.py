@@ -16,7 +16,7 @@ from turbine_fenicsx import (
     Simulation,
     StepTimes,
 )
-from turbine_fenicsx.forces import Layout
+from turbine_fenicsx.forces.force import Layout
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

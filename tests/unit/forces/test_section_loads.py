@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import Revolute, StepTimes, StVenantKirchhoff, SurfaceTraction
 from turbine_fenicsx.analysis import statics
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import SectionLoads, StationLine, StepTimes, SurfaceTraction
+from turbine_fenicsx.forces.section_loads import SectionLoads, StationLine
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Revolute
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.section_transfer import SectionTransfer

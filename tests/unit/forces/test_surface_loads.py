@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import NodeForce, Pressure, StepTimes, StVenantKirchhoff, SurfaceTraction
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import (
-    NodeForce,
-    Pressure,
-    StepTimes,
-    SurfaceForce,
-    SurfaceTraction,
-)
+from turbine_fenicsx.forces.prescribed_force import SurfaceForce
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

@@ -9,11 +9,10 @@ import pytest
 import ufl
 from dolfinx import mesh
 
+from turbine_fenicsx import Gravity, NeoHooke, Pressure
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import Gravity, Pressure
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
-from turbine_fenicsx.materials import NeoHooke
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem

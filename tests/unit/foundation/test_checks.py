@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import Gravity, JointSpring, Pressure, StVenantKirchhoff
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointSpring, Pressure
 from turbine_fenicsx.foundation.checks import describe
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.initial_fields import initial_velocity

@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.interrupts import SIGNALS, catch_signals, end_at_once
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from rigid_turbine import rigid_turbine
 
+from turbine_fenicsx import Gravity, Prismatic, Revolute, Rigid
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.quadratic import QuadraticMap
 from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Prismatic, Revolute, Rigid
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

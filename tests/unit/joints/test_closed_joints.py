@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Revolute, Spherical
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import dot
-from turbine_fenicsx.joints import Revolute, Spherical
 from turbine_fenicsx.system.system import MultibodySystem
 
 E1, E2, E3 = np.eye(3)

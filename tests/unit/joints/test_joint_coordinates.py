@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from rigid_models import ELEMENTS, N_Q, RELATIONS, SLIDES, A, B, constraint_values, sliding
 
-from turbine_fenicsx.forces import JointSpring, JointTorque
-from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx import Cylindrical, JointSpring, JointTorque, Revolute, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Cylindrical, Revolute
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.joints.coordinates import augmentation
 from turbine_fenicsx.system.system import MultibodySystem

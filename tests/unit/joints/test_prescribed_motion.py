@@ -3,13 +3,20 @@
 import numpy as np
 import pytest
 
+from turbine_fenicsx import (
+    Cylindrical,
+    Gravity,
+    JointTorque,
+    PrescribedMotion,
+    Revolute,
+    Rigid,
+    Universal,
+)
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.forces.time_functions import Constant, Ramp
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.joints import Cylindrical, PrescribedMotion, Revolute, Rigid, Universal
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -7,22 +7,21 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from turbine_fenicsx.analysis.statics import equilibrium
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointSpring, JointTorque
-from turbine_fenicsx.forces.time_functions import Constant
-from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.rotations import E1, E2, E3
-from turbine_fenicsx.joints import (
+from turbine_fenicsx import (
+    Constant,
     Cylindrical,
-    JointRelation,
+    Gravity,
+    JointSpring,
+    JointTorque,
     PrescribedMotion,
     Revolute,
     Rigid,
-    gear_pair,
-    screw,
 )
-from turbine_fenicsx.joints.relation import Relation
+from turbine_fenicsx.analysis.statics import equilibrium
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.joints.relation import JointRelation, Relation, gear_pair, screw
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

@@ -9,7 +9,8 @@ from rigid_turbine import rigid_turbine
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.quadratic import QuadraticMap
 from turbine_fenicsx.foundation.rotations import rotation_about, unit
-from turbine_fenicsx.joints import Joint, Revolute
+from turbine_fenicsx.joints.base import Joint
+from turbine_fenicsx.joints.revolute import Revolute
 
 POINT, AXIS = np.array([0.5, -1.0, 2.0]), np.array([1.0, 2.0, -0.5])
 A = RigidBody("a", 2.0, (1, 2, 3), position=(1, 2, 3), directors=rotation_about((1, 0, 2), 0.7))

@@ -8,10 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, Revolute, Rheonomic
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.joints import Revolute, Rheonomic
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx import _compat
+from turbine_fenicsx import StVenantKirchhoff, _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, mean_gradients
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.meshing.cells import reference_cell
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 

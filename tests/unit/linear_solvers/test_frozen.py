@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.linear_solvers import Elimination
+from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination

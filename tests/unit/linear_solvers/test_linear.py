@@ -11,8 +11,10 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.dense import ScaledFactor
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, Elimination, MonolithicLU, shared
-from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS, shared
+from turbine_fenicsx.linear_solvers.elimination import Elimination
+from turbine_fenicsx.linear_solvers.monolithic import MonolithicLU
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 

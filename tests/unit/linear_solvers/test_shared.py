@@ -11,18 +11,15 @@ from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix
 from test_factor import error_of_solution, take_values
 
+from turbine_fenicsx import Gravity, Revolute, StVenantKirchhoff, cell_field
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.linear_solvers import substructures, symmetric
 from turbine_fenicsx.linear_solvers.congruence import Copy, find_groups
 from turbine_fenicsx.linear_solvers.shared import Nodes, find_surroundings
 from turbine_fenicsx.linear_solvers.substructures import Substructures
-from turbine_fenicsx.materials import StVenantKirchhoff
-from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.meshing import MeshOptions, load_arrays
 from turbine_fenicsx.meshing.rotor import mesh_rotor
 from turbine_fenicsx.system.system import MultibodySystem

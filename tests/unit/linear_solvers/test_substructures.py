@@ -7,12 +7,11 @@ import pytest
 from dolfinx.mesh import CellType, create_box
 from test_factor import error_of_solution, take_values
 
+from turbine_fenicsx import StepTimes, StVenantKirchhoff
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.linear_solvers import shared, symmetric
 from turbine_fenicsx.linear_solvers.substructures import Substructures, find_shared_nodes
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 

@@ -17,7 +17,7 @@ from material_laws import (
     Law,
 )
 
-from turbine_fenicsx.materials import (
+from turbine_fenicsx import (
     MooneyRivlin,
     NeoHooke,
     OrthotropicSVK,

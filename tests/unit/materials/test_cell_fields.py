@@ -5,19 +5,19 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
-from turbine_fenicsx import _compat
-from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import Gravity
-from turbine_fenicsx.materials import (
+from turbine_fenicsx import (
+    Gravity,
     KelvinVoigt,
     MooneyRivlin,
     NeoHooke,
     OrthotropicSVK,
     StVenantKirchhoff,
     TransverselyIsotropic,
+    _compat,
+    cell_field,
 )
-from turbine_fenicsx.materials.cell_fields import cell_field
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -7,8 +7,9 @@ from walls import CARBON, FOAM, GLASS, HEXAHEDRON, laminate, load_wall, wall_arr
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.materials import Laminate, Material
+from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.materials.cell_fields import cell_field
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import laminate_stiffness, tabulate_walls
 from turbine_fenicsx.materials.wall_quadrature import wall_quadrature
 from turbine_fenicsx.simulation.simulation import Simulation

@@ -15,7 +15,7 @@ from material_laws import (
 )
 from scipy.optimize import brentq
 
-from turbine_fenicsx.materials import OrthotropicSVK
+from turbine_fenicsx.materials.orthotropic import OrthotropicSVK
 
 
 def stretched(stretches):

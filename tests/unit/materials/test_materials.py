@@ -25,9 +25,9 @@ from material_laws import (
     energy_by_hand,
 )
 
-from turbine_fenicsx import _compat
+from turbine_fenicsx import OrthotropicSVK, TransverselyIsotropic, _compat
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import Material, OrthotropicSVK, TransverselyIsotropic, Viscous
+from turbine_fenicsx.materials.base import Material, Viscous
 from turbine_fenicsx.materials.kinematics import green_lagrange
 
 

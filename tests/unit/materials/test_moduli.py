@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from material_laws import PAPER, POISSON, SHEAR, YOUNG
 
-from turbine_fenicsx.materials import MooneyRivlin, NeoHooke, OrthotropicSVK, StVenantKirchhoff
-from turbine_fenicsx.materials.orthotropic import stiffness_matrix
+from turbine_fenicsx import MooneyRivlin, NeoHooke, StVenantKirchhoff
+from turbine_fenicsx.materials.orthotropic import OrthotropicSVK, stiffness_matrix
 
 
 def test_paper_stiffness_equals_the_hand_calculation():

@@ -15,8 +15,10 @@ from material_laws import (
 )
 
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import TransverselyIsotropic
-from turbine_fenicsx.materials.transversely_isotropic import neo_hookean_share
+from turbine_fenicsx.materials.transversely_isotropic import (
+    TransverselyIsotropic,
+    neo_hookean_share,
+)
 
 
 @pytest.mark.parametrize("law", TRANSVERSE)

@@ -6,7 +6,8 @@ import ufl
 from dolfinx import fem
 from material_laws import LAMBDA, MU
 
-from turbine_fenicsx.materials import KelvinVoigt, Material, NeoHooke, Viscous
+from turbine_fenicsx import KelvinVoigt, NeoHooke
+from turbine_fenicsx.materials.base import Material, Viscous
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import eigsh
 from walls import CARBON, FOAM, GLASS, laminate, load_wall, wall_arrays
 
+from turbine_fenicsx import KelvinVoigt, StVenantKirchhoff, cell_field
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.materials import KelvinVoigt, Laminate, StVenantKirchhoff
-from turbine_fenicsx.materials.cell_fields import cell_field
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls, total_thickness
 from turbine_fenicsx.materials.wall_quadrature import STABILISING, wall_quadrature
 from turbine_fenicsx.system.flexible_model import FlexibleModel

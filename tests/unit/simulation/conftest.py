@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.checkpoint import save_state
 

@@ -5,12 +5,10 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, Hat, JointTorque, Revolute
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.simulation.checkpoint import KEPT, Checkpoints, restore_state, save_state
 from turbine_fenicsx.simulation.checkpoint_file import (
     list_checkpoints,

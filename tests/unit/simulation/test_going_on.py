@@ -3,10 +3,11 @@
 import pytest
 from recorded_runs import Fussy, Keeper, Recorder, equal, goes_on_everywhere, simulate
 
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx import Gravity, Hat, JointTorque
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.linear_solvers import FrozenElimination, QuasiNewton, quasi_newton
+from turbine_fenicsx.linear_solvers import quasi_newton
+from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
+from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx import Gravity, Hat, JointTorque
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem

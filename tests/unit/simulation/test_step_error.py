@@ -5,10 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, JointTorque, Revolute
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem

@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from turbine_fenicsx import (
+    Gravity,
+    JointDamper,
+    KelvinVoigt,
+    PointDamper,
+    StepTimes,
+    StVenantKirchhoff,
+)
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import Gravity, JointDamper, PointDamper, StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import KelvinVoigt, StVenantKirchhoff
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -5,11 +5,16 @@ import logging
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import (
+    FollowerForce,
+    NodeForce,
+    PointForce,
+    PointSpring,
+    Spherical,
+    StVenantKirchhoff,
+)
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import FollowerForce, NodeForce, PointForce, PointSpring
-from turbine_fenicsx.joints import Spherical
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 
 UP, FORCE = (0.0, 0.0, 2.0), (0.0, 500.0, 0.0)

@@ -24,8 +24,7 @@ from small_body import (
     wild,
 )
 
-from turbine_fenicsx.forces import NodeForce, Pressure
-from turbine_fenicsx.forces.time_functions import Ramp
+from turbine_fenicsx import NodeForce, Pressure, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 
 pytestmark = pytest.mark.parallel

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from bricks import box, facets_at
 
+from turbine_fenicsx import Gravity, StVenantKirchhoff
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem

@@ -10,12 +10,10 @@ import ufl
 from dolfinx import fem, mesh
 from small_body import all_kinds
 
-from turbine_fenicsx import _compat
+from turbine_fenicsx import NeoHooke, StVenantKirchhoff, _compat, cell_field
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation import lanes
 from turbine_fenicsx.foundation.form_cache import describe_processors
-from turbine_fenicsx.materials import NeoHooke, StVenantKirchhoff
-from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm

@@ -5,7 +5,7 @@ import pytest
 from walls import CARBON, FOAM, GLASS, laminate, load_wall, wall_arrays
 
 from turbine_fenicsx import FlexibleBody, ModelError, MultibodySystem, cell_field
-from turbine_fenicsx.materials import Laminate
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls, total_thickness
 from turbine_fenicsx.materials.ply_table import PlyTable
 from turbine_fenicsx.system.ply_stresses import PlyStresses

@@ -5,7 +5,7 @@ import pytest
 from small_body import KINDS, SIZE, small_body
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.materials import StVenantKirchhoff
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.meshing import TowerGeometry, load_arrays
 from turbine_fenicsx.meshing.tower import mesh_tower
 from turbine_fenicsx.system.flexible_model import FlexibleModel

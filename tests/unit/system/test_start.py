@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from dolfinx import mesh
 
+from turbine_fenicsx import Gravity, Prismatic, Revolute, StVenantKirchhoff
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.joints import Prismatic, Revolute
-from turbine_fenicsx.materials import StVenantKirchhoff
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem

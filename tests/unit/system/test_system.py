@@ -5,13 +5,12 @@ import re
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, JointTorque, Revolute
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 

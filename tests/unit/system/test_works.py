@@ -5,17 +5,17 @@ import csv
 import numpy as np
 import pytest
 
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import (
+from turbine_fenicsx import (
     Gravity,
     JointDamper,
     JointSpring,
     JointTorque,
     PointForce,
     PointSpring,
+    PrescribedMotion,
     Torque,
 )
-from turbine_fenicsx.joints import PrescribedMotion
+from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.simulation.observers.history import (
     History,
     angle_channel,
@@ -125,7 +125,7 @@ def test_what_a_system_does_not_have_has_no_column(comm, machine):
 
 
 def test_displacements_and_angles_have_units_of_their_own(comm):
-    from turbine_fenicsx.joints import Cylindrical
+    from turbine_fenicsx.joints.cylindrical import Cylindrical
 
     body = RigidBody("a", 1.0, (1, 1, 1))
     joint = Cylindrical("j", None, body, point=(0, 0, 0), axis=(0, 0, 1))

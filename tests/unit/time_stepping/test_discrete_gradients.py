@@ -9,8 +9,8 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
+from turbine_fenicsx import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import NeoHooke, OrthotropicSVK, StVenantKirchhoff
 from turbine_fenicsx.materials.base import second_piola_kirchhoff
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     ROUND_OFF,

@@ -11,8 +11,7 @@ import pytest
 from rigid_models import constraint_values
 from wild_steps import DT, T0, begun, loaded, wild_state, wild_unknowns
 
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx import Gravity, Hat, JointTorque
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep

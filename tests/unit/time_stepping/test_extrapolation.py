@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
+from turbine_fenicsx import Gravity, JointTorque, Revolute, Table
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointTorque
-from turbine_fenicsx.forces.time_functions import Table
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import E3
-from turbine_fenicsx.joints import Revolute
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.extrapolation import WEIGHTS, Extrapolation

@@ -25,10 +25,9 @@ from small_body import (
     wild,
 )
 
+from turbine_fenicsx import KelvinVoigt, StepTimes
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.forces import StepTimes
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.materials import KelvinVoigt
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.discrete_gradients import SMALL_INCREMENT, mean_stress
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

@@ -4,22 +4,23 @@ import numpy as np
 import pytest
 from wild_steps import fill, wild_state, wild_unknowns
 
-from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import (
+from turbine_fenicsx import (
     Gravity,
+    Hat,
     JointDamper,
     JointSpring,
     JointTorque,
+    KelvinVoigt,
     PointDamper,
     PointSpring,
+    PrescribedMotion,
     Pressure,
+    Revolute,
 )
-from turbine_fenicsx.forces.time_functions import Hat
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.joints import PrescribedMotion, Revolute
-from turbine_fenicsx.materials import KelvinVoigt
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from newton_steps import DT, equal, options, run, values
 
-from turbine_fenicsx.forces import JointTorque
-from turbine_fenicsx.forces.time_functions import Ramp
+from turbine_fenicsx import JointTorque, Ramp
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import E3, rotation_about

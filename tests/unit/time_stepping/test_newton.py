@@ -10,7 +10,7 @@ import pytest
 from newton_steps import DT, PREFIX, all_solvers, loaded, options, run, spinning_top
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -7,7 +7,7 @@ import pytest
 from newton_steps import DT, all_solvers, equal, loaded, options, spinning_top, values
 
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.linear_solvers import FrozenElimination
+from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 
 pytestmark = pytest.mark.parallel
 

@@ -9,10 +9,9 @@ import pytest
 from outputs import read_fields
 
 from tests.windio_files import small_turbine, write_turbine
-from turbine_fenicsx import _compat
+from turbine_fenicsx import KelvinVoigt, _compat
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.materials import KelvinVoigt
 from turbine_fenicsx.meshing.quality import cell_volumes
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.forces import JointDamper, JointSpring
+from turbine_fenicsx import JointDamper, JointSpring, PrescribedMotion
 from turbine_fenicsx.foundation.rotations import E2, E3
-from turbine_fenicsx.joints import PrescribedMotion
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.pitch import PitchCase
 from turbine_fenicsx.turbine.model import assemble, build_turbine

@@ -13,7 +13,7 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.forces.time_functions import Hat, Product, Ramp
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.interrupts import catch_signals
-from turbine_fenicsx.joints import gear_pair
+from turbine_fenicsx.joints.relation import gear_pair
 from turbine_fenicsx.postprocessing.output_folder import holds_run
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion

@@ -10,10 +10,9 @@ from aero_files import write_aerodyn, write_turbsim
 from xdmf_bricks import needs_pyvista
 from xdmf_bricks import read as read_series
 
-from turbine_fenicsx import ModelError, restart_case, run_case
+from turbine_fenicsx import ModelError, StepTimes, restart_case, run_case
 from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.analysis.turning_frame import turning_frame
-from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import rotation_about

@@ -19,7 +19,8 @@ from turning_rotors import (
     turning,
 )
 
-from turbine_fenicsx.forces import LineLoad, SectionMotion, StepTimes
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import rotation_about

@@ -8,7 +8,7 @@ import pytest
 from rosco_blades import iea_blade
 from turning_rotors import ANGLES, DT, TURN, aerodynamics, line_loads, plain_blade, run, turning
 
-from turbine_fenicsx.forces import StepTimes
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.wind.inflow import SteadyWind
 from turbine_fenicsx.wind.polar import Polar, PolarTable

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from mpi4py import MPI
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.restart_data import RestartData

@@ -232,7 +232,7 @@ class MaterialCase(Section):
 
     ``"transversely_isotropic_finite"`` has the stiffness of ``"transversely_isotropic"`` at rest
     and resists being crushed; it takes the shear modulus 23 from the others. Viscosities damp the
-    blades, see `turbine_fenicsx.materials.KelvinVoigt`.
+    blades, see `turbine_fenicsx.KelvinVoigt`.
     """
 
     law: Literal[
@@ -266,7 +266,7 @@ class MaterialCase(Section):
 
     def add_viscosity(self, elastic: Any) -> Any:
         """A material with the viscosities of this table."""
-        from turbine_fenicsx.materials import KelvinVoigt
+        from turbine_fenicsx.materials.kelvin_voigt import KelvinVoigt
 
         if self.shear_viscosity == self.bulk_viscosity == 0.0:
             return elastic
@@ -274,7 +274,7 @@ class MaterialCase(Section):
 
     def _elastic(self, frame: tuple[Any, Any, Any]) -> Any:
         """The material without viscosity."""
-        from turbine_fenicsx import materials as m
+        import turbine_fenicsx as m
 
         if self.law == "transversely_isotropic":
             return m.OrthotropicSVK(

@@ -22,7 +22,7 @@ from turbine_fenicsx import (
     StVenantKirchhoff,
     cell_field,
 )
-from turbine_fenicsx.materials import Laminate
+from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls
 from turbine_fenicsx.materials.ply import PlyMaterial, Strengths
 from turbine_fenicsx.materials.ply_failure import CRITERIA

@@ -3,19 +3,22 @@
 import numpy as np
 import pytest
 
-from turbine_fenicsx.analysis.statics import equilibrium
-from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.forces import Gravity, JointDamper, JointSpring, JointTorque
-from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.joints import (
+from turbine_fenicsx import (
     Cylindrical,
+    Gravity,
+    JointDamper,
+    JointSpring,
+    JointTorque,
     PrescribedMotion,
     Prismatic,
     Revolute,
     Rigid,
     Spherical,
 )
+from turbine_fenicsx.analysis.statics import equilibrium
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.observers.joint_reactions import (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from turbine_fenicsx.forces import Gravity
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
