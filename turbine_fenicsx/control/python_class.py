@@ -15,7 +15,6 @@ from typing import Any, TypeVar
 
 from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.interface import Commands, Measurements
-from turbine_fenicsx.control.plain_data import copy_plain
 from turbine_fenicsx.foundation.errors import ForeignError, InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
 
@@ -23,6 +22,11 @@ T = TypeVar("T")
 
 _LONGEST = 300
 """Letters of an error's text."""
+
+DEPTH = 32
+"""Lists in lists; deeper ones may contain themselves."""
+
+_LARGEST = 2**63
 
 
 class PythonClass:
@@ -121,3 +125,39 @@ class PythonClass:
         ]
         where = f" (line {lines[-1]})" if lines else ""
         return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
+
+
+def copy_plain(value: Any, where: str = "", depth: int = 0) -> Any:
+    """A copy of numbers, text, None, lists and dictionaries; tuples become lists.
+
+    Args:
+        value: The data.
+        where: What they are called in the message, as in ``["gains"][0]``.
+        depth: How deep they lie.
+
+    Raises:
+        TypeError: for anything else; the message says where it is.
+    """
+    if depth > DEPTH:
+        raise TypeError(f"{where} is deeper than {DEPTH} lists, or contains itself")
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, int):
+        if not -_LARGEST <= value < _LARGEST:
+            raise TypeError(f"{where} is an integer beyond 64 bits")
+        return int(value)
+    if isinstance(value, float):
+        return float(value)
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, (list, tuple)):
+        return [copy_plain(v, f"{where}[{k}]", depth + 1) for k, v in enumerate(value)]
+    if isinstance(value, dict):
+        if wrong := [type(key).__name__ for key in value if not isinstance(key, str)]:
+            raise TypeError(f"{where} has a key of type {wrong[0]}, expected text")
+        return {str(k): copy_plain(v, f"{where}[{k!r}]", depth + 1) for k, v in value.items()}
+    hint = ", use .tolist()" if hasattr(value, "tolist") else ""
+    raise TypeError(
+        f"{where or 'the result'} is of type {type(value).__name__}{hint}; expected numbers, "
+        "text, None, lists or dictionaries"
+    )

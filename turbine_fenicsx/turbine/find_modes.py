@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -23,6 +24,7 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.interrupts import end_at_once_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.postprocessing.conventions import BLADES
@@ -34,9 +36,8 @@ from turbine_fenicsx.postprocessing.output_folder import (
 )
 from turbine_fenicsx.simulation.folder_lock import lock_folder
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.turbine.brakes import Brakes
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.component import Turbine
+from turbine_fenicsx.turbine.component import Assembly, Component, Turbine
 from turbine_fenicsx.turbine.mode_files import ModeTable, write_shapes, write_tables
 from turbine_fenicsx.turbine.mode_table import tell_modes
 from turbine_fenicsx.turbine.model import build_turbine, list_components
@@ -228,3 +229,20 @@ def _refuse_to_overwrite(folder: Path, overwrite: bool) -> None:
         raise InputError(f"{str(folder)!r} holds the results of a run; modes need another folder")
     if holds_modes(folder) and not overwrite:
         raise InputError(f"{str(folder)!r} holds modes already; --overwrite replaces them")
+
+
+@dataclass(frozen=True)
+class Brakes(Component):
+    """Prescribed motions that keep joint coordinates at zero.
+
+    Args:
+        coordinates: Names of the joint coordinates, for example ``"yaw"``.
+    """
+
+    coordinates: tuple[str, ...]
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """A prescribed motion for each coordinate that none has already."""
+        driven = {p.coordinate for p in assembly.parts if isinstance(p, PrescribedMotion)}
+        free = [name for name in self.coordinates if name not in driven]
+        return [PrescribedMotion(name, lambda _: 0.0) for name in free]

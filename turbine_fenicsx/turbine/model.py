@@ -18,13 +18,12 @@ from turbine_fenicsx.turbine.flexible_blades import FlexibleBlades
 from turbine_fenicsx.turbine.generator import Generator
 from turbine_fenicsx.turbine.inflow import make_inflow
 from turbine_fenicsx.turbine.loads import Loads
-from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.nacelle import Nacelle, Yaw
 from turbine_fenicsx.turbine.pitch import Pitch
 from turbine_fenicsx.turbine.rigid_blades import RigidBlades
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.tower import Tower
 from turbine_fenicsx.turbine.wind import Wind
-from turbine_fenicsx.turbine.yaw import Yaw
 
 
 def list_components(case: Case) -> list[Component]:

@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
+from turbine_fenicsx.control.drives import YawDrive
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.postprocessing.conventions import HUB, NACELLE, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.observers.history import Channel
@@ -70,6 +72,15 @@ class Nacelle(Component):
             nacelle_surface(nacelle, layout, size, numbers[NACELLE]),
             hub_surface(hub, layout, size, numbers[HUB]),
         ]
+
+
+@dataclass(frozen=True)
+class Yaw(Component):
+    """A drive of the yaw bearing, which stands still unless it is commanded."""
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """A prescribed motion of the angle ``yaw``."""
+        return [PrescribedMotion(YAW, YawDrive(OPENFAST_SIGNS[YAW]))]
 
 
 def _make_body(name: str, inertia: Inertia, origin: npt.ArrayLike, axes: Array) -> RigidBody:

@@ -35,13 +35,11 @@ from turbine_fenicsx.turbine.aero_models import make_aero_models
 from turbine_fenicsx.turbine.blade_works import BladeWorks
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.flexible_blades import BODY
-from turbine_fenicsx.turbine.inflow import AXES, make_inflow
+from turbine_fenicsx.turbine.inflow import AXES
 from turbine_fenicsx.turbine.nacelle import ROTOR
 from turbine_fenicsx.turbine.wind_fields import WindFields
 from turbine_fenicsx.wind.aerodynamics import RotorAerodynamics
 from turbine_fenicsx.wind.turning_start import TurningAtRest
-
-__all__ = ["WIND", "RotorLoads", "Wind", "make_inflow"]
 
 WIND = "wind"
 """Name under which the work of the wind is reported."""

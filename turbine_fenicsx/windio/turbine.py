@@ -101,12 +101,13 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     section = root.get("control")
     control = read_control(section) if section else None
     orientation = assembly.get("rotor_orientation")
+    height, power = (assembly.get(key) for key in ("hub_height", "rated_power"))
     return WindIOTurbine(
         name=root["name"].text(),
         blade_count=_read_blade_count(assembly),
         upwind=orientation is None or orientation.text().lower() != "downwind",
-        hub_height=_read_optional(assembly, "hub_height"),
-        rated_power=_read_optional(assembly, "rated_power"),
+        hub_height=height.number(0.0) if height else None,
+        rated_power=power.number(0.0) if power else None,
         rated_speed=control.rated_speed if control else None,
         control=control,
         blade=blade,
@@ -142,7 +143,3 @@ def _read_blade_count(assembly: Entry) -> int:
     if not count.is_integer():
         assembly["number_of_blades"].fail(f"must be a whole number, got {count:g}")
     return int(count)
-
-
-def _read_optional(assembly: Entry, key: str) -> float | None:
-    return assembly[key].number(0.0) if key in assembly else None

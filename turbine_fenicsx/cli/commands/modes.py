@@ -8,7 +8,9 @@ shapes to modes.xdmf, which ParaView and the command render draw.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+from math import isfinite, pi
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import (
@@ -20,6 +22,17 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
+from turbine_fenicsx.foundation.errors import InputError
+
+MOST = 200
+"""Largest number of speeds of one range."""
+
+UNITS = {"rpm": pi / 30.0, "rad/s": 1.0, "deg/s": pi / 180.0}
+"""Units of a speed in rad/s."""
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_SPEED = re.compile(rf"({_NUMBER})\s*({'|'.join(UNITS)})", re.ASCII)
+_RANGE = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})\s*({'|'.join(UNITS)})", re.ASCII)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,8 +71,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Find the modes and print them."""
-    from turbine_fenicsx.foundation.errors import InputError
-
     speeds = _speeds(options)
     if options.count is not None and options.count < 1:
         raise InputError(f"--count {options.count}: must be at least 1")
@@ -99,8 +110,6 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
 def _speeds(options: argparse.Namespace) -> tuple[float, ...] | None:
     """Speeds that the options name [rad/s]; None leaves them to the case."""
-    from turbine_fenicsx.cli.commands._speeds import parse_speed, parse_speeds
-
     if options.at_rest:
         return (0.0,)
     if options.speed is not None:
@@ -133,3 +142,41 @@ def _draw(out: str) -> list[str]:
         print("no picture: matplotlib is not installed", file=sys.stderr)
         return []
     return ["campbell.png"]
+
+
+def parse_speed(words: list[str]) -> float:
+    """The speed of ``--speed`` [rad/s].
+
+    Raises:
+        InputError: for what is no number with a unit.
+    """
+    text = " ".join(words)
+    match = _SPEED.fullmatch(text.strip())
+    if match is None:
+        raise InputError(
+            f'--speed {text}: give a number and rpm, rad/s or deg/s, for example "12 rpm"'
+        )
+    return float(match[1]) * UNITS[match[2]]
+
+
+def parse_speeds(words: list[str]) -> tuple[float, ...]:
+    """The speeds of ``--speeds`` from the first to the last [rad/s].
+
+    Raises:
+        InputError: for what is no range with a unit, or one without end.
+    """
+    text = " ".join(words)
+    match = _RANGE.fullmatch(text.strip())
+    if match is None:
+        raise InputError(
+            f"--speeds {text}: give START:END:STEP and rpm, rad/s or deg/s, for example 0:14:2 rpm"
+        )
+    start, end, step = (float(match[k]) for k in (1, 2, 3))
+    if not all(isfinite(x) for x in (start, end, step)) or step <= 0.0 or end <= start:
+        raise InputError(f"--speeds {text}: the end must be above the start, the step above 0")
+    number = int((end - start) / step * (1.0 + 1e-9)) + 1
+    if not 2 <= number <= MOST:
+        raise InputError(
+            f"--speeds {text}: these are {number} speeds, from 2 to {MOST} are allowed"
+        )
+    return tuple((start + k * step) * UNITS[match[4]] for k in range(number))
