@@ -1,8 +1,8 @@
 """Equations of small motions under the constraints of a system, solved without a basis of them.
 
-A small motion is one flat distributed vector y = (u of each flexible body | q | T): on each rank
-the displacements that it owns, body after body, and on rank 0 the coordinates of rigid bodies and
-the joint coordinates, too. With A block by block, one block for each flexible body and one for the
+A small motion is one flat distributed vector y = (u of each flexible body | q | T). Each rank holds
+the displacements that it owns, body after body; rank 0 also holds the coordinates of rigid bodies
+and the joint coordinates. With A block by block, one block for each flexible body and one for the
 rigid part, and the gradients G of all constraints,
 
     | A  G^T | | y |   | b |

@@ -247,9 +247,8 @@ def _match(
         change: Difference of the speeds [rad/s].
 
     Returns:
-        Number of the mode after for each before; and the sum of MAC from those with its eigenvalue,
-        or one nearer than the change of speed, to those with the eigenvalue of one that follows
-        these, over their number.
+        Number of the mode after for each mode before, and the mean MAC between groups of equal
+        eigenvalues. Eigenvalues nearer than the change of speed count as equal.
     """
     groups, images = _equal(before, change), _equal(after)
     _, partners = linear_sum_assignment(-criteria @ images)

@@ -5,11 +5,11 @@ A motion y of it is shifted by
 
     (C y)(x) = R y(R^-1 x),
 
-which permutes nodes and rigid bodies and turns their displacements; the matrix D of the directors
-of a body goes to R D Q^T on the body that it comes to lie on, with the rotation Q that makes the
-directors at rest fit. C^N = 1, and the eigenvectors of C, with the eigenvalues exp(2 pi i m/N), are
-the patterns of cyclic index m: in m = 0 all blades move alike, m = +-1 are those that whirl, and no
-others reach what carries the rotor. The real polynomial
+which permutes nodes and rigid bodies and turns their displacements. The matrix D of the directors
+of a body goes to R D Q^T on the body that takes its place; the rotation Q makes the directors at
+rest fit. C^N = 1. The eigenvectors of C, with the eigenvalues exp(2 pi i m/N), are the patterns of
+cyclic index m. In m = 0 all blades move alike, m = +-1 are those that whirl, and no others reach
+the support of the rotor. The real polynomial
 
     J = 2/N sum_j sin(2 pi j/N) C^j = (C - C^T)/sqrt(3) for N = 3
 

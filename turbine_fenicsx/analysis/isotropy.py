@@ -1,8 +1,8 @@
 """Whether a rotor is isotropic, so that its equations in multiblade coordinates are constant.
 
-C must commute with the matrices of all that turns, and what a rotor turned by psi has in common
-with its carrier, constraints and forces, must be the same for all psi: with T = R(psi) exp(-psi J),
-the motion in space of multiblade coordinates,
+C must commute with the matrices of all that turns. Constraints and forces between the rotor, turned
+by psi, and its support must be the same for all psi: with T = R(psi) exp(-psi J), the motion in
+space of multiblade coordinates,
 
     G(psi) T(psi) z = 0,    T^T A(psi) T = A(0) for z with G(0) z = 0,
 

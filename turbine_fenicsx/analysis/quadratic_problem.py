@@ -4,9 +4,9 @@
 
 With a real shift, s = sigma + mu, it is the same problem in mu with the coefficients P(sigma) =
 sigma^2 M + sigma D + K, P'(sigma) = 2 sigma M + D and M. SLEPc's two-level orthogonal Arnoldi
-method (TOAR) finds the smallest mu by inverting P(sigma), which the bordered solver does on the
-motions that the constraints allow: no basis of these is needed, and real arithmetic gives complex
-pairs. To have all coefficients of the same size, mu is taken in units of sigma.
+method (TOAR) finds the smallest mu by inverting P(sigma). The bordered solver does that on the
+motions that the constraints allow, without a basis of these. Real arithmetic gives complex pairs.
+To have all coefficients of the same size, mu is taken in units of sigma.
 """
 
 from __future__ import annotations

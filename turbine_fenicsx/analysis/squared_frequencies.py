@@ -1,9 +1,9 @@
 """The eigenvalue problem K y + G^T l = w^2 M y, G y = 0, by SLEPc.
 
-Krylov-Schur iterations in the inner product of M, shifted and inverted: y -> (K + s M)^-1 M y by
-the bordered solver, whose solutions fulfil the constraints, so that no basis of the motions that
-these allow is needed. Its eigenvalues are 1/(w^2 + s). For s > 0 the matrix has an inverse although
-free bodies and mechanisms have motions without stiffness; these come out with w = 0.
+Krylov-Schur iterations in the inner product of M, shifted and inverted: y -> (K + s M)^-1 M y.
+Solutions of the bordered solver fulfil the constraints, so no basis of the allowed motions is
+needed. Its eigenvalues are 1/(w^2 + s). For s > 0 the matrix has an inverse although free bodies
+and mechanisms have motions without stiffness; these come out with w = 0.
 """
 
 from __future__ import annotations

@@ -53,9 +53,9 @@ SMALLER = 0.15
 below this part of the displacements."""
 
 LINEAR = 0.6
-"""... or, where new tangents no longer make increments smaller than the last one by more than
-before, after one below this part of the last: loads that the tangent does not know, such as those
-of the air, leave linear convergence, which the tangent that is there has as well."""
+"""... or, where new tangents no longer speed up convergence, after an increment below this part of
+the last. Loads that are not in the tangent, such as those of the air, leave linear convergence,
+which the present tangent has as well."""
 
 CLOSE = 1e-4
 """Part of the displacements below which that is looked for: farther away it may be chance."""

@@ -49,9 +49,9 @@ LOAD_STEPS = (1, 5, 20)
 """Numbers of steps in which it is tried to reach the loads on sections, where there are some."""
 
 ASTRAY = 0.1
-"""No increment after the third may grow above this part of the displacements, or load steps are
-taken: thin walls of blades that wind bends by a fifth of their length at once come to states in
-which they have buckled, and Newton's method does not come back from there."""
+"""Increments after the third must not exceed this part of the displacements, or load steps are
+taken. Wind that bends blades by a fifth of their length buckles the iterates of thin walls, and
+Newton's method does not return from there."""
 
 LOOSE = 1e-3
 """Tolerance of load steps before the last, which are only starts of the next. With 1e-2 a start of

@@ -52,10 +52,9 @@ def turning_modes(
         equilibrium, which the caller frees.
 
     Raises:
-        InputError: if slepc4py is not installed.
-        ModelError: for a joint that does not turn, a speed that is no number, more modes than
-            degrees of freedom, a rotation that is not steady, forces that depend on its speed, or
-            a rotor that multiblade coordinates do not suit.
+        InputError: if slepc4py is not installed. ModelError: if the joint does not turn, the speed
+        is not a number, or there are fewer degrees of freedom than modes. Also if the rotation is
+        not steady, forces depend on its speed, or multiblade coordinates do not suit the rotor.
         StepFailure: if no equilibrium is found, or the iteration does not converge.
 
     Note:

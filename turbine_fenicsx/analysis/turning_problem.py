@@ -1,13 +1,13 @@
 """Small motions of what turns steadily, in coordinates in which the equations are constant.
 
-In the frame that turns with all that moves, with S = omega x and J = 0, or in multiblade
-coordinates z, y = exp(-psi J) z with the azimuth psi = Omega t and J of `cyclic_shift`, of a rotor
-on what does not turn,
+There are two frames. One turns with all that moves: S = omega x and J = 0. The other has multiblade
+coordinates z of a rotor on a fixed support, y = exp(-psi J) z with the azimuth psi = Omega t and J
+of `cyclic_shift`:
 
     M z'' + (D + 2 M S') z' + (K + M S'^2 - Omega D J) z + G^T l = 0,    S' = S - Omega J.
 
-J commutes with M, K, D and S, and S' vanishes for the motions of a rigid hub as seen from outside,
-so that the constraints between the rotor and what carries it are those at psi = 0.
+J commutes with M, K, D and S, and S' vanishes for the motions of a rigid hub as seen from outside.
+So the constraints between the rotor and its support are those at psi = 0.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How the rotor goes round in a mode, seen from what carries it.
 
-The part of a motion z = a + i b on the patterns that whirl is -J^2 z, and on it J is i for those
-that go round about the axis and -i for those against it. Their parts of the modal mass are
+The whirling part of a motion z = a + i b is -J^2 z. There J is i for patterns that go round about
+the axis and -i for those against it. Their parts of the modal mass are
 
     1/2 |J z|^2 +- a . M J b,    |J z|^2 = J a . M J a + J b . M J b,
 

@@ -1,8 +1,8 @@
 """Controllers in the shape of Bladed's: a shared library with a routine DISCON.
 
-The library lives in a process of its own: it may print, write files, and end that process, as
-Fortran does where an input file is missing, and a second one can be loaded beside it. The records
-of its swap array are those of Bladed as OpenFAST's ServoDyn fills them.
+The library runs in a separate process. It may print, write files, and end that process, as Fortran
+does where an input file is missing. A second library can be loaded beside it. The records of its
+swap array are those of Bladed as OpenFAST's ServoDyn fills them.
 """
 
 from __future__ import annotations

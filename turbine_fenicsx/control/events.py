@@ -24,11 +24,10 @@ class Event:
 
     Args:
         time: When it begins [s].
-        kind: ``"start_up"``: until then the generator is off and the blades stay as they are, then
-            they turn to where the controller wants them; ``"shut_down"``, ``"emergency_stop"``: the
-            blades turn to ``pitch``, whatever the controller wants; ``"grid_loss"``: the generator
-            has no torque any more; ``"pitch_fault"``: a blade does not follow any more;
-            ``"brake"``: the brake closes.
+        kind: ``"start_up"``: before it the generator is off and the blades stay; then they follow
+            the controller. ``"shut_down"``, ``"emergency_stop"``: the blades turn to ``pitch``,
+            whatever the controller wants. ``"grid_loss"``: the generator loses its torque.
+            ``"pitch_fault"``: a blade stops following. ``"brake"``: the brake closes.
         pitch: Where the blades turn in a stop [rad].
         rate: How fast they turn in a start or stop [rad/s].
         blade: Number of the blade with a fault, from 1.

@@ -1,9 +1,9 @@
 """Controllers of others: whatever they do ends in a sentence, and a run with them can go on.
 
 They run on rank 0 alone. A checkpoint holds what such a controller has saved of itself, if it can,
-and all that it has seen and commanded since. When the run goes on it is given back the one and
-shown the other, so that it comes to be in the state in which it was; if it commands something else
-than before, it depends on what nobody has saved, and the run ends with a sentence.
+and all that it has seen and commanded since. On restart its state is restored and the rest of its
+input history is replayed. If its commands then differ from the recorded ones, it depends on
+something unsaved, and the run ends with a sentence.
 """
 
 from __future__ import annotations

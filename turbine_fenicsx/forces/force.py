@@ -143,8 +143,7 @@ class DistanceForce:
     """A force on the square f = |v|^2 of the distance v of two points.
 
     Its force is h grad f at the midpoint, whose work is exactly h (f_1 - f_0). f is the square of
-    v and not a polynomial of the coordinates, which would lose a short distance far from the
-    origin in round-off.
+    v. A polynomial of the coordinates would lose a short distance far from the origin in round-off.
 
     Args:
         gap: v in the coordinates counted from zero.

@@ -1,8 +1,8 @@
 """Interfaces of the forces that depend on time, and of those on flexible bodies.
 
 A force that depends on time alone is a `PrescribedForce`; one on a flexible body is a
-`SurfaceForce` or a `NodeForce`; one on rigid bodies or joint coordinates that depends on their
-motion is a `turbine_fenicsx.forces.force.Force`.
+`SurfaceForce` or a `NodeForce`. Forces on rigid bodies or joint coordinates that depend on their
+motion are a `turbine_fenicsx.forces.force.Force`.
 """
 
 from __future__ import annotations

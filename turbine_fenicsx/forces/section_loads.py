@@ -106,10 +106,10 @@ class StationLine:
 class SectionLoads:
     """Loads on stations along the skin of a flexible body.
 
-    Each point of the skin belongs to the two stations beside it, in parts that are linear along
-    the axis; beyond the ends, to the first or last alone. The sections move as the skin around
-    them does in the mean, by weighted least squares, and the forces on the skin are the transpose
-    of that: their resultants, moments and power are those of the loads to round-off.
+    Each point of the skin belongs to the two stations beside it, in parts that are linear along the
+    axis; beyond the ends, to the first or last alone. The sections move as the skin around them
+    does in the mean, by weighted least squares, and the forces on the skin are the transpose of
+    that. Their resultants, moments and power are those of the loads to round-off.
 
     Args:
         name: Name under which their work is reported.

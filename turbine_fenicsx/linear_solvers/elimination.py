@@ -1,10 +1,10 @@
 """Exact elimination of contact nodes and coupling multipliers, with a sparse LU of the rest.
 
-A contact node follows its rigid body, u_c = P r - b_c with P = S^T B, so that contact
-displacements and multipliers drop out. With A_II the rows and columns of A_uu that belong to free
-nodes I, and Z = Y - A_II^{-1} (A_uu Y)_I the response of the flexible body to unit motions of its
-carriers (twelve columns each; any Y with Y_c = P_c gives the same Z, the motion of the whole body
-with its carrier is the one that leaves least to solve),
+A contact node follows its rigid body, u_c = P r - b_c with P = S^T B, so that contact displacements
+and multipliers drop out. A_II are the rows and columns of A_uu that belong to free nodes I. Z = Y -
+A_II^{-1} (A_uu Y)_I is the response of the flexible body to unit motions of its carriers, twelve
+columns each. Any Y with Y_c = P_c gives the same Z; the motion of the whole body with its carrier
+leaves least to solve. Then
 
     (K_r + P^T A_uu Z) r = b_r - P^T (A_uu w - b_u),   w = (A_II^{-1} (b_I + A_Ic b_c), -b_c),
     u = w + Z r,                                       mu_c = (A_uu u - b_u)_c.

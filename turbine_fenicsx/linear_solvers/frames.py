@@ -19,8 +19,8 @@ class NodeFrames:
 
     F in a cell is the mean over its volume; at a node it is the mean of its cells. The rotations
     follow bending and twist along a slender body, not only its motion as a whole. (The affine map
-    nearest to the nodes of a cell would do as well in solids, not in thin curved walls: there much
-    of what nodes differ by along the normal is curvature, and smooth motions look like strain.)
+    nearest to the nodes of a cell would do as well in solids, but not in thin curved walls. There
+    nodes differ along the normal mainly by curvature, and smooth motions look like strain.)
 
     Args:
         flexible: The flexible body.

@@ -4,11 +4,11 @@ S holds the unknowns that cells of several ranks share, i the others of a rank. 
 are independent, so that with W_i = A_ii^{-1} A_iS
 
     (A_SS - sum_i A_Si W_i) x_S = b_S - sum_i A_Si A_ii^{-1} b_i,
-                            x_i = A_ii^{-1} b_i - W_i x_S:
+                            x_i = A_ii^{-1} b_i - W_i x_S.
 
-each rank solves once with its own factor, and S, a few cross-sections of a slender body, is solved
-for by all of them, each for itself: its matrix is sparse too, as a section only meets the next.
-What is congruent on a rank, such as three blades or the same slab of each, shares factor and W_i.
+Each rank solves once with its own factor. All ranks solve for S, a few cross-sections of a slender
+body, redundantly: its matrix is sparse too, as a section only meets the next. What is congruent on
+a rank, such as three blades or the same slab of each, shares factor and W_i.
 """
 
 from __future__ import annotations

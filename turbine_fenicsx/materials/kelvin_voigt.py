@@ -25,9 +25,9 @@ class KelvinVoigt:
 
         int S_v : (E_{n+1} - E_n) dV >= 0
 
-    exactly, whatever the size of the step. Damping grows with frequency: with eta_s = tau mu and
-    eta_b = tau (Lambda + 2 mu/3) an isotropic body is damped in each of its modes by the ratio
-    tau w/2, w the angular frequency of the mode [rad/s] and tau a time [s].
+    exactly, whatever the size of the step. Damping grows with frequency. With eta_s = tau mu and
+    eta_b = tau (Lambda + 2 mu/3), each mode of an isotropic body is damped by the ratio tau w/2: w
+    is its angular frequency [rad/s], tau a time [s].
 
     Args:
         elastic: Material of the elastic stress, not viscous itself.

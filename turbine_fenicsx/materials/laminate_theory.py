@@ -109,9 +109,9 @@ def mass_per_area(plies: Plies) -> float:
 def fit_moments(plies: Plies) -> Array:
     """A stiffness Q(zeta) = Q0 + Q1 zeta + Q2 zeta^2, zeta = z/h, that stands for the laminate.
 
-    At the three points through the wall, with the stiffness Q+, Qm, Q- and the weights w and wm of
-    a face and of the middle, it has the moments of the laminate, which are, with A/h, B/h^2 and
-    D/h^3 in place of A, B and D,
+    At the three points through the wall it has the stiffness Q+, Qm, Q-, with the weights w and wm
+    of a face and of the middle. Its moments are those of the laminate. With A/h, B/h^2 and D/h^3 in
+    place of A, B and D they are
 
         w Q+ + wm Qm + w Q- = A,    w (Q+ - Q-)/2 = B,    w (Q+ + Q-)/4 = D.
 
@@ -164,7 +164,7 @@ def tabulate_walls(
     """Stiffness and density of solid walls that stand for laminates.
 
     Where the wall of the mesh has another thickness h than the laminate, t, all stiffnesses and the
-    density are multiplied by t/h: forces per length and mass per area are those of the laminate,
+    density are multiplied by t/h. Forces per length and mass per area stay those of the laminate;
     moments are those of a laminate pressed to the thickness h.
 
     Args:

@@ -17,10 +17,10 @@ from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 class MooneyRivlin:
     """W = c10 (J^(-2/3) I1 - 3) + c01 (J^(-4/3) I2 - 3) + kappa/4 (J^2 - 1 - 2 ln J).
 
-    I1 = tr C, I2 = (I1^2 - tr C^2)/2 and J = sqrt(det C). The shear modulus at rest is
-    2 (c10 + c01). The last term is convex in J and grows without bound for J -> 0 and
-    J -> infinity: kappa/2 (J - 1)^2 would let a cell collapse for a finite energy, and
-    kappa/2 (ln J)^2 is not convex beyond J = e (Doll and Schweizerhof 2000).
+    I1 = tr C, I2 = (I1^2 - tr C^2)/2 and J = sqrt(det C). The shear modulus at rest is 2 (c10 +
+    c01). The last term is convex in J and grows without bound for J -> 0 and J -> infinity. With
+    kappa/2 (J - 1)^2 a cell could collapse for a finite energy; kappa/2 (ln J)^2 is not convex
+    beyond J = e (Doll and Schweizerhof 2000).
 
     Args:
         c10: Factor of the first invariant [Pa], not negative.

@@ -32,12 +32,12 @@ class TransverselyIsotropic:
         W = s mu [(I4 - 1)/2 - y + A - 1 - z] + mu h + G/2 t + (K11 y^2 + 2 K12 y z + K22 z^2)/2
         K11 = D11 - 2 s mu,    K12 = D12,    K22 = (D22 + D23)/2 - s mu,    mu = (D22 - D23)/2
 
-    D is the stiffness at rest, the general one of this symmetry, and G the axial shear modulus.
-    The share 0 < s <= 1 of the neo-Hookean terms is the largest that leaves K positive
-    semidefinite: s = 1 for usual composites, less where the fibre is softer than what is around
-    it or for a small transverse Poisson's ratio. So W is positive except for rotations and grows
-    without bound whenever any stretch goes to zero or to infinity, for every D that is positive
-    definite. With isotropic constants, Poisson's ratio not negative, it is `NeoHooke`.
+    D is the stiffness at rest, the general one of this symmetry, and G the axial shear modulus. The
+    share 0 < s <= 1 of the neo-Hookean terms is the largest that leaves K positive semidefinite. It
+    is 1 for usual composites, and less if the fibre is softer than the matrix or the transverse
+    Poisson's ratio is small. So W is positive except for rotations and grows without bound whenever
+    any stretch goes to zero or to infinity, for every D that is positive definite. With isotropic
+    constants, Poisson's ratio not negative, it is `NeoHooke`.
 
     `OrthotropicSVK` with the same constants has the same stiffness at rest and is cheaper, but
     its resistance to compression along an axis vanishes as the length does.

@@ -1,10 +1,10 @@
 """Points of a wall at which its energy is sampled: few around the section, or it locks.
 
 A section that becomes oval bends its walls without stretching them. A curved cell of the second
-degree can do so at two Gauss points around the section, but not at three: the strain that is left
-there is small, but a thin wall is many times stiffer against stretching than against bending. Three
-points along the span leave no motion but the rigid ones without energy. Strongly curved cells still
-have motions with very little of it, outwards at the ends of a cell and inwards in its middle;
+degree can do so at two Gauss points around the section, but not at three. The strain that is left
+there is small, but a thin wall is many times stiffer in stretching than in bending. Three points
+along the span leave no motion but the rigid ones without energy. Strongly curved cells still have
+motions with very little of it, outwards at the ends of a cell and inwards in its middle;
 `STABILISING` gives the middle a little weight against them. Through the wall both faces and the
 middle are sampled (Lobatto), because the stiffness there that gives A, B and D of a laminate is
 then not negative.

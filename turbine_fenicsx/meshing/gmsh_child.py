@@ -26,11 +26,11 @@ def read_groups(gmsh: Any, path: str) -> dict[str, Any]:
         path: The file.
 
     Returns:
-        ``tags`` and ``coordinates`` of all nodes; ``info``, a JSON text with the highest dimension
-        of the model, whether it has volume elements, the names of element types, and the
-        dimension, tag, name and element types of each group with elements; for group i and
-        type k the arrays ``elements_i_k`` and ``nodes_i_k``; the names of views with a number
-        for each element, and for view i ``view_tags_i`` and ``view_values_i``.
+        ``tags`` and ``coordinates`` of all nodes. ``info``, a JSON text: the highest dimension of
+        the model, whether it has volume elements, the names of element types and of views with a
+        number for each element. For each group with elements it has dimension, tag, name and
+        element types. For group i and type k the arrays ``elements_i_k`` and ``nodes_i_k``; for
+        view i ``view_tags_i`` and ``view_values_i``.
     """
     gmsh.merge(path)
     mesh = gmsh.model.mesh

@@ -1,12 +1,12 @@
 """Structured hexahedra: a square grid in each section, layers along the span.
 
 The square is mapped to the ellipse by a Coons patch. The four corners of the square land on the
-smooth ellipse, where the two outer edges of the corner element meet at almost 180 degrees; this
-flattest corner sets the worst scaled Jacobian of the mesh, and no motion of inner nodes can
-improve it, because it depends on the lengths of the two outer edges alone. So the boundary nodes
-are graded: at an element next to a corner the spacing is up to twice the mean, in the
-middle of a side half of it. Worst scaled Jacobian of n x n elements in sections with
-chord/thickness 1, 2 and 3, and the missing area of a section::
+smooth ellipse, where the two outer edges of the corner element meet at almost 180 degrees. This
+flattest corner sets the worst scaled Jacobian of the mesh. It depends on the lengths of the two
+outer edges alone, so no motion of inner nodes can improve it. So the boundary nodes are graded: at
+an element next to a corner the spacing is up to twice the mean, in the middle of a side half of it.
+Worst scaled Jacobian of n x n elements in sections with chord/thickness 1, 2 and 3, and the missing
+area of a section::
 
     mapping                        n = 2             n = 8             n = 16            area, n = 8
     graded Coons patch (used)  .71 .62 .51       .32 .26 .20       .18 .14 .11        1.0 %
@@ -70,9 +70,9 @@ def layer_fractions(blade: BladeGeometry, n_span: int) -> Array:
     """Return the positions of the node layers along the span.
 
     The stations where the slope of the outline changes are layers if ``n_span`` is at least the
-    number of intervals between them: every interval gets one element, each further element goes
-    to the interval with the longest elements, and the elements of an interval are equal. With
-    fewer elements the layers are equally spaced.
+    number of intervals between them. Every interval gets one element, and each further element goes
+    to the interval with the longest elements. The elements of an interval are equal. With fewer
+    elements the layers are equally spaced.
 
     Args:
         blade: Shape of the blade.

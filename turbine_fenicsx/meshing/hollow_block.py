@@ -12,11 +12,11 @@ from turbine_fenicsx.meshing.block import BladeBlock
 class HollowBlock(BladeBlock):
     """Nodes and quadratic hexahedra of a hollow blade, one cell through the wall.
 
-    The axes of each reference cell point along the span, around the section (towards rising
-    contour fractions; in a web from suction to pressure side) and through the wall outwards (in a
-    web towards the leading edge), so that the columns of the Jacobian are the axes of the wall. In
-    the plate of a closed tip they point from suction to pressure side, to the leading edge, and
-    along the span.
+    The columns of the Jacobian are the axes of the wall. The axes of each reference cell point
+    along the span, around the section and through the wall outwards. Around means towards rising
+    contour fractions, in a web from suction to pressure side; outwards means in a web towards the
+    leading edge. In the plate of a closed tip they point from suction to pressure side, to the
+    leading edge, and along the span.
 
     Attributes:
         parts: Names of panels, webs, and the plate of a closed tip.

@@ -188,9 +188,9 @@ def _leave_out(marks: list[_Mark], most: int) -> list[_Mark]:
 def _spread(marks: list[_Mark]) -> tuple[Array, IntArray, BoolArray]:
     """Nearest positions of all lines that keep their order and distances.
 
-    Weighted least squares with x_i+1 - x_i >= d_i has the solution y_j + D_j, D_j the sum of
-    d_i before j, where y is the isotonic regression of x_j - D_j:
-    y_j = max over i <= j of min over k >= j of the weighted mean from i to k.
+    Weighted least squares with x_i+1 - x_i >= d_i has the solution y_j + D_j, where D_j is the sum
+    of d_i before j. Here y is the isotonic regression of x_j - D_j. That is y_j = max over i <= j
+    of min over k >= j of the weighted mean from i to k.
     """
     at, weight, half, gap = (
         np.stack([getattr(mark, name) for mark in marks], axis=1)

@@ -1,9 +1,9 @@
 """Nodes of the wall in the sections of a hollow blade.
 
 Outer nodes lie on the surface. Inner nodes lie in the plane of the section, so far inside that the
-thickness measured along the normal of the surface is that of the wall; at a corner they lie where
-the inner faces of both walls meet. Walls stay thinner than part of the inscribed ball that touches
-the surface there, so that opposite walls never meet, as they would at trailing and leading edges.
+thickness along the normal of the surface is that of the wall. At a corner they lie where the inner
+faces of both walls meet. Walls stay thinner than part of the inscribed ball that touches the
+surface there, so that opposite walls never meet, as they would at trailing and leading edges.
 """
 
 from __future__ import annotations

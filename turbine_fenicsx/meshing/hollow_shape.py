@@ -1,10 +1,10 @@
 """What a mesher of hollow blades asks for: an outer surface, walls, lines and webs.
 
 A point of the outer surface has two coordinates. s is the fraction of the span, from 0 at the root
-to 1 at the tip. a is the fraction of the contour of a section: 0 at the trailing edge, rising along
-the suction side over the leading edge and back along the pressure side to 1, the same point again.
-Where the trailing edge is flat and thick, this point is the middle of its face, and the first and
-the last panel, which are called "trailing edge", are the halves of the face: the second line and
+to 1 at the tip. The fraction a of the contour of a section is 0 at the trailing edge. It rises
+along the suction side over the leading edge and back along the pressure side to 1, the same point
+again. Where the trailing edge is flat and thick, this point is the middle of its face. Then the
+first and the last panel, called "trailing edge", are the halves of the face; the second line and
 the last but one are its corners. At a sharp trailing edge these panels have no width.
 """
 
@@ -35,8 +35,8 @@ class HollowShape(Protocol):
     """Outer surface, walls and webs of a blade, in its own frame.
 
     The frame is that of `turbine_fenicsx.meshing.RotorLayout`: a1 along the span, a2 towards the
-    leading edge, a3 = a1 x a2 towards the suction side, with the origin at the rotor centre, so
-    that the root lies in the plane a1 = hub_radius.
+    leading edge, a3 = a1 x a2 towards the suction side. Its origin is the rotor centre, so the root
+    lies in the plane a1 = hub_radius.
     """
 
     @property

@@ -68,10 +68,10 @@ class MeshOptions:
     def edge_lengths(self, blade: BladeGeometry) -> list[float]:
         """Return the target edge length of tetrahedra at each station [m].
 
-        Tetrahedra have no long side, so the numbers of elements in the section rule: an edge is
-        the geometric mean of chord and thickness of one brick of the section, and no longer than
-        one brick along the span. With ``size`` it is that length. In both cases it is no longer
-        than the local thickness, or a thin section would be filled with flat elements.
+        Tetrahedra have no long side, so the numbers of elements in the section rule. An edge is the
+        geometric mean of chord and thickness of one brick of the section, and no longer than one
+        brick along the span. With ``size`` it is that length. In both cases it is no longer than
+        the local thickness, or a thin section would be filled with flat elements.
         """
         n_chord, n_thickness, n_span = self.elements
         lengths = []

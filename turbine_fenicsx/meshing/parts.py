@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import connected_components
 from turbine_fenicsx.foundation.types import Array, IntArray
 
 THINNEST = 6
-"""Layers of cells that a rank has of each equal part at least, and never fewer than there are
-ranks: what all ranks solve for, where they meet, grows with their number, what each holds becomes
+"""Minimum number of layers of cells of each equal part on a rank, and never fewer than there are
+ranks. With more ranks the interfaces that all of them solve for grow, and the parts between become
 thinner."""
 
 UNEVEN = 1.1

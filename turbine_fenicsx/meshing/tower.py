@@ -1,10 +1,10 @@
 """Tower: a hollow tube of hexahedra below the origin.
 
 The tube stands on its foot at e2 = -height, and its head is at the origin. Elements are numbered
-through the wall, around the axis and up; with the azimuth from e3 to e1 these three directions
-are right-handed. Vertices lie on the circles of the section. First-order cells are flat, so that a
-section of n cells around lacks 1 - sin(2 pi/n)/(2 pi/n) of its area, 10 % for n = 8 and 1 % for
-n = 24; second-order cells follow the circles, with 0.1 % for n = 8.
+through the wall, around the axis and up; with the azimuth from e3 to e1 these three directions are
+right-handed. Vertices lie on the circles of the section. First-order cells are flat, so a section
+of n cells around lacks 1 - sin(2 pi/n)/(2 pi/n) of its area: 10 % for n = 8 and 1 % for n = 24.
+Second-order cells follow the circles, with 0.1 % for n = 8.
 """
 
 import os

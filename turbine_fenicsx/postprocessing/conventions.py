@@ -6,6 +6,6 @@ PART_NUMBERS = {name: k for k, name in enumerate((NACELLE, HUB, *BLADES, TOWER))
 """Numbers of the parts of every turbine in the field output; other parts follow."""
 
 OPENFAST_SIGNS = {"yaw": -1.0, "rotor": 1.0, "pitch_1": -1.0, "pitch_2": 1.0, "pitch_3": -1.0}
-"""Joint coordinate to the factor that makes it an angle of OpenFAST: the rotor's is positive about
-the shaft, downwind; yaw about the upward vertical; pitch, of all blades alike, about the span from
+"""Joint coordinate to the factor that makes it an angle of OpenFAST. The rotor's angle is positive
+about the shaft, downwind; yaw about the upward vertical; pitch of all blades about the span from
 tip to root, to feather. The paper counts some the other way."""

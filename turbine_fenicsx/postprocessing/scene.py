@@ -35,10 +35,9 @@ class Scene:
 
     Args:
         job: ``fields``, ``parts`` (their text), ``titles`` of modes by their steps (none for the
-            fields of a run), ``scalar`` (None for plain colours),
-            ``coloured`` (patterns of the names of parts and bodies, none for all), ``smooth``,
-            ``edges``, ``scale``, ``view``, ``limits`` of the colours (None: see `colours`),
-            ``size``.
+            fields of a run), ``smooth``, ``edges``, ``scale``, ``view``, ``size``. ``scalar`` is
+            None for plain colours; ``coloured`` has patterns of the names of parts and bodies, none
+            for all; ``limits`` of the colours may be None, see `colours`.
         steps: Numbers of the times that will be drawn.
 
     Raises:

@@ -3,8 +3,8 @@
 Nodal values lie in the order of the ranks that wrote them, with the initial positions of the nodes
 beside them. The same ranks with the same partition take theirs back bit for bit; others find their
 nodes by position. A file is written under another name and renamed when it is complete and on the
-disk, so that the end of the program at any moment leaves the last ones intact; a checksum tells
-those that were damaged later.
+disk. So the last ones stay intact whenever the program ends; a checksum reveals those that were
+damaged later.
 """
 
 from __future__ import annotations

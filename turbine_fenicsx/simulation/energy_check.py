@@ -2,8 +2,8 @@
 
 A step multiplied by its increments is the balance of energy: what is missing in it is the residual
 times the velocity. The residual is the tolerance times the terms of the step at most, which are
-inertia, M (du + dt v), and the forces that go with it. So a step adds not more than eight times the
-tolerance times the kinetic energy from inertia, and as much from each of the other terms; norms
+inertia, M (du + dt v), and the forces that go with it. So a step adds at most eight times the
+tolerance times the kinetic energy from inertia, and as much from each of the other terms. Norms
 over bodies and meshes of unequal masses are larger than the sums they stand for. All this is put
 into one factor of a hundred.
 

@@ -32,9 +32,9 @@ largest force in the same direction."""
 class LinearForm:
     """A linear form whose coefficients and constants may change between assemblies.
 
-    The integral over all cells is computed for as many cells at once as a register of the
-    processor has numbers, by the kernel of FFCx in lanes; DOLFINx assembles what is left, and also
-    cells whose kernel is not understood. Sums are the same up to round-off.
+    The kernel of FFCx is vectorised over as many cells as a register of the processor has numbers.
+    DOLFINx assembles the rest, and all cells if the kernel is not understood. Sums are the same up
+    to round-off.
 
     Args:
         form: A UFL form with one argument.

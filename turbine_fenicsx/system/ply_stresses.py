@@ -30,8 +30,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 class PlyStresses:
     """Where the plies of a body are strained, and how near they are to failing.
 
-    Strains are those of Green and Lagrange at both faces of the wall, at four points of each face
-    where quadratic cells are most accurate, two along the span and two around the section; plies
+    Strains are those of Green and Lagrange at both faces of the wall. Each face has four points,
+    two along the span and two around the section, where quadratic cells are most accurate. Plies
     have the linear interpolation between the faces. Stresses are those of plane stress in the
     plies, also where the cell is homogenised.
 

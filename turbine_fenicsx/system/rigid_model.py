@@ -7,8 +7,8 @@ multipliers (mu, nu, pi) the equations of motion and the constraints are
                       Phi_T,T nu  + S^T pi  = F_T(y, y', t)
     Phi(q) = 0,   Phi_T(q, T) = 0,   S T - p(t) = 0.
 
-Phi holds the internal constraints of the bodies and those of the joints, all quadratic in q; Phi_T
-ties each joint coordinate to its functions of q (`joints.augmented_angle`); the rows of S are
+Phi holds the internal constraints of the bodies and those of the joints, all quadratic in q. Phi_T
+ties each joint coordinate to its functions of q (`joints.augmented_angle`). The rows of S are
 prescribed motions and other relations of joint coordinates.
 """
 
@@ -212,9 +212,9 @@ class RigidModel:
             multipliers: (mu, nu, pi).
 
         Returns:
-            Factors lambda, shape (n_rows,), and gradients G, shape (n_rows, n_q), of the
-            constraints with a multiplier, then of the cosines (displacements) and of the sines of
-            all joint coordinates; -lambda_k G_k is the force of row k on q.
+            Factors lambda, shape (n_rows,), and gradients G, shape (n_rows, n_q). The rows are the
+            constraints with a multiplier, then the cosines (displacements) and the sines of all
+            joint coordinates; -lambda_k G_k is the force of row k on q.
         """
         a, mu, nu = self.angle_terms(q, T), multipliers[self.g], multipliers[self.c]
         return np.concatenate([mu, a.g_c * nu, a.g_s * nu]), self.at(q)[0]

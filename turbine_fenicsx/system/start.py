@@ -41,9 +41,9 @@ LARGEST_GAP = 1e-6
 def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State:
     """The initial state with given rates of joint coordinates.
 
-    All bodies get velocities that joints, couplings and rates allow, the nearest to those they
-    were given (see above): what hangs on a joint that turns turns with it, and from rest the motion
-    with the least kinetic energy is taken where there is a choice.
+    All bodies get the velocities nearest to those they were given that joints, couplings and rates
+    allow (see above). Bodies on a turning joint turn with it. From rest, the motion with the least
+    kinetic energy is taken where there is a choice.
 
     Args:
         system: The system.

@@ -2,13 +2,13 @@
 
 An approximate linear solver costs a fraction of the exact one, so that it goes first, and again
 with a factor of the same step if that of an earlier one fails (`NewtonStepper.advance`). Where that
-fails too its iterations are lost, and those of the next steps would be too: it then waits for a
-number of steps, which doubles with every failure and halves with every success, before it goes
-first again. Between two failures in a row its factor is renewed (`QuasiNewton`).
+fails too its iterations are lost, and those of the next steps would be too. So it waits for some
+steps before it goes first again; their number doubles with every failure and halves with every
+success. Between two failures in a row its factor is renewed (`QuasiNewton`).
 
 Only iterations count here, never measured times: all ranks and all repetitions of a run decide
 alike. As long as the approximate solver converges within `SolverOptions.max_iterations` it is the
-cheaper one: an exact iteration costs 24 to 48 times as much (1 000 to 70 000 displacements), and a
+cheaper one. An exact iteration costs 24 to 48 times as much (1 000 to 70 000 displacements), and a
 step takes three of them or more.
 """
 

@@ -6,7 +6,7 @@ the step (55), (57), multiplied by dt^2/2, is
     int rho (du - dt v_n) . w dV + dt^2/2 int F_mid (S_alg + S_dis) : grad w dV
         = dt^2/2 int rho g . w dV + dt^2/2 int t . w dA
 
-with the tractions t. The stress S_dis takes energy out: that of a viscous material, which is a
+with the tractions t. The stress S_dis takes energy out. It is that of a viscous material, a
 function of dE/dt with dE = E_{n+1} - E_n, and chi/2 D_0 : dE of the energy-decaying variant, with
 the elasticity D_0 of the material at rest. A step dissipates exactly int S_dis : dE dV, which is
 not negative; momenta are conserved for any symmetric S_dis.

@@ -38,10 +38,10 @@ LAST_GAIN = {"exact": 0.03, "approximate": 0.5}
 
 Then what is left is noise, which is not along the motion and so does hardly any work. An exact
 tangent that gains no more than this has come to rest. An approximate one gains a digit per
-iteration or less on its way, so that it has come to rest only where nothing is gained. To end it
-at the first gain of less than 0.03 costs a digit of the energy balance of thin walls, which have
-much noise (2e-11 for 9e-13 over fifty steps of a hollow rotor), and saves a sixth of an iteration
-per step of the paper's stiff case.
+iteration or less on its way, so that it has come to rest only where nothing is gained. Ending at
+the first gain of less than 0.03 would cost a digit of the energy balance of thin walls, which have
+much noise: 2e-11 instead of 9e-13 over fifty steps of a hollow rotor. It would save a sixth of an
+iteration per step of the paper's stiff case.
 """
 
 DIVERGENCE = 1e4

@@ -1,8 +1,8 @@
 """Rigid bodies, joints and joint coordinates in one energy-momentum step.
 
-Unknowns  r = (dq, dT, mu, nu, pi): increments of the coordinates and of the joint coordinates, and
-the multipliers of internal and joint constraints, of the constraints of the joint coordinates and
-of their relations, each scaled by dt^2/2. With q_{n+1} = q_n + dq and v_{n+1} = 2 dq/dt - v_n the
+The unknowns are r = (dq, dT, mu, nu, pi). dq and dT are increments of the coordinates and of the
+joint coordinates. The multipliers mu of internal and joint constraints, nu of joint coordinates and
+pi of their relations are scaled by dt^2/2. With q_{n+1} = q_n + dq and v_{n+1} = 2 dq/dt - v_n the
 step (21)-(24), (57)-(59) reads
 
     M (dq - dt v_n) + G(q_mid)^T mu + G_c(q_mid)^T g_c nu + G_s(q_mid)^T g_s nu = dt^2/2 F_q

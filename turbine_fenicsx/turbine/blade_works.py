@@ -1,8 +1,8 @@
 """The work of the air on each blade.
 
-Forces F and moments M on the sections of a blade, which move with v and turn with omega in the
-middle of a step, do the work dt sum (F.v + M.omega): to round-off the part of that blade of the
-work of the wind, as loads are put on nodes and directors by the transpose of how these move.
+Forces F and moments M act on the sections of a blade, which move with v and turn with omega in the
+middle of a step. Their work dt sum (F.v + M.omega) is that blade's share of the work of the wind to
+round-off: loads go to nodes and directors by the transpose of how these move.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Shaft and generator: what turns behind the hub.
 
 The generator turns on the slow side, with its moment of inertia times the square of the ratio. So
-it has the right energy and takes the right torque to speed up; its angular momentum about the shaft
+it has the right energy and takes the right torque to speed up. Its angular momentum about the shaft
 is the ratio times that of the fast shaft, as in a gearbox whose shafts turn in one sense.
 """
 

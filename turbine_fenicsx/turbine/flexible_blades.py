@@ -1,8 +1,8 @@
 """Three flexible blades, one body, on the hub or on the rings of the pitch bearings (section 3).
 
-The frame of a blade is that of OpenFAST, with the origin at the centre of the root: x points
-downwind, z along the span to the tip, and y = z x x to the trailing edge of a rotor that turns
-clockwise, seen from upwind; without precone x lies along the shaft. It is fixed to what carries the
+The frame of a blade is that of OpenFAST, with the origin at the centre of the root. Its x points
+downwind, without precone along the shaft, and z along the span to the tip. So y = z x x points to
+the trailing edge of a rotor that turns clockwise, seen from upwind. It is fixed to what carries the
 root: to the hub, or with pitch bearings to the ring, so that it pitches with the blade. Root loads
 are those that the blade exerts on its carrier.
 """

@@ -34,8 +34,8 @@ FLAT = 0.05
 """Slopes below this part of the largest have no sign."""
 
 STRAIGHT = 0.015
-"""Motion of a blade below this part of the largest has no sign; that of the second flapwise mode of
-a blade on a tower that moves with it is -0.03 on one side of its node, and 1 on the other."""
+"""Motion of a blade below this part of the largest has no sign. The second flapwise mode of a blade
+on a tower that moves with it has -0.03 on one side of its node, and 1 on the other."""
 
 
 @dataclass(frozen=True)

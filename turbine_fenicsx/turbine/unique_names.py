@@ -1,8 +1,8 @@
 """One name for each mode, and none twice.
 
-Each mode keeps the first of its titles if no other mode has it. If several do, each name goes to
-one mode such that the shares of the motions that the names tell are largest in sum, and rather to
-the slower: a mode of the blades in which the tower moves too can be called after the tower.
+Each mode keeps the first of its titles if no other mode has it. If several do, names are assigned
+so that the sum of the shares of the named motions is largest, with a preference for slower modes.
+So a mode of the blades in which the tower moves too can be named after the tower.
 """
 
 from __future__ import annotations

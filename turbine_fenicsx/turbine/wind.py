@@ -1,8 +1,8 @@
 """The wind on the blades: loads on their sections, and what the rotor takes out of the wind.
 
-Thrust and torque are those of the air on the blades along and about the shaft, in the middle of the
-step that ends at the time of the row; at t = 0 those of the first state. A turn by theta about a
-shaft with the unit vector e moves a point in the middle x_m of its chord by
+Thrust and torque are those of the air on the blades along and about the shaft. They belong to the
+middle of the step that ends at the time of the row, at t = 0 to the first state. A turn by theta
+about a shaft with the unit vector e moves a point in the middle x_m of its chord by
 
     x_1 - x_0 = 2 tan(theta/2) e x x_m,
 

@@ -1,10 +1,10 @@
 """Aerodynamic loads on the blades of a rotor that moves and bends as it likes.
 
-Blade elements see the wind, their own velocity and the induced velocity of the wake, which follows
-the loads with a delay (`turbine_fenicsx.wind.wake`), is skewed where the rotor does not face the
-wind (`turbine_fenicsx.wind.skew`), and stall has a delay of its own (`turbine_fenicsx.wind.stall`).
-Where nothing changes this is the balance of blade elements and momentum of
-`turbine_fenicsx.wind.rotor`.
+Blade elements see the wind, their own velocity and the induced velocity of the wake. The wake
+follows the loads with a delay (`turbine_fenicsx.wind.wake`) and is skewed where the rotor does not
+face the wind (`turbine_fenicsx.wind.skew`). Stall has a separate delay
+(`turbine_fenicsx.wind.stall`). Where nothing changes this is the balance of blade elements and
+momentum of `turbine_fenicsx.wind.rotor`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Turbulence boxes of HAWC2 and of Mann's model: three binary files with u, v and w.
 
 Each file holds 4-byte floats, plane after plane of the box in the order in which they reach the
-turbine; in a plane z runs fastest, from below, and y from the left to the right of who looks
-downwind. This is how OpenFAST's InflowWind reads them. They are the fluctuations alone, to which
-the mean wind is added.
+turbine. In a plane z runs fastest, from below, and y from left to right, looking downwind. This is
+how OpenFAST's InflowWind reads them. They are the fluctuations alone, to which the mean wind is
+added.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The skewed wake of a rotor that does not face the wind: more induction where it is deep.
 
-    w = w_0 (1 + K r/R tan(chi/2) cos(psi)),    tan(chi) = V_p/(V_n - w_m),
+    w = w_0 (1 + K r/R tan(chi/2) cos(psi)),    tan(chi) = V_p/(V_n - w_m).
 
-with the angle chi between the wake and the shaft, from the wind through the rotor V_n, in its plane
-V_p and the mean induced velocity w_m, and the angle psi in the rotor plane from the direction in
-which the wake leaves. Glauert proposed the form, D. M. Pitt and D. A. Peters (Vertica 5, 1981)
+chi is the angle between the wake and the shaft, from the wind V_n through the rotor and V_p in its
+plane and the mean induced velocity w_m. The angle psi in the rotor plane counts from the direction
+in which the wake leaves. Glauert proposed the form, D. M. Pitt and D. A. Peters (Vertica 5, 1981)
 found K = 15 pi/32.
 """
 

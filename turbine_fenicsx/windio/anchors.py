@@ -176,7 +176,8 @@ def _place_by_plane(plane: Entry, handle: str, shape: Contours) -> Curve | None:
 
     Returns:
         The start on the suction side, the end on the pressure side, or the middle on the side that
-        the plane is for; None where it does not define that, or not by two points of the axis.
+        the plane is for. None where the plane does not define that, or not by two points of the
+        axis.
     """
     first = plane.get("plane_type1")
     if first is None or handle not in list_defined(plane):

@@ -5,13 +5,13 @@ It is clamped where it is tangent to x, and a force at its tip pulls it up, out 
 
 Here the beam is a solid of quadratic hexahedra. Its faces are flat, so that its axis is a polygon.
 The force is a dead load on the face of the tip. `exact.py` solves the equations of the curved beam
-with the torsion constant of Saint-Venant for a square, 0.1406, and the solid tends to that: from 8
-to 16 and 32 elements along the beam, 2 by 2 across, its tip comes from 3.6 to 0.37 and 0.053 near
-that of the beam at 600, and with 4 by 4 across to 0.028, which is 0.05 % of its way.
+with the torsion constant of Saint-Venant for a square, 0.1406, and the solid tends to that. At the
+load 600 the distance of the tips falls from 3.6 to 0.37 and 0.053 with 8, 16 and 32 elements along
+the beam, 2 by 2 across. With 4 by 4 across it is 0.028, which is 0.05 % of the deflection.
 
 The published positions are 0.5 away from that, 0.8 % of the way. They come from eight straight
-elements, and, as it seems, from the torsion constant 1/6, which would hold if the sections did not
-warp: with that the curved beam is within 0.15 and 0.17 of them. A solid with one quadratic element
+elements and, it seems, from the torsion constant 1/6, which would hold if the sections did not
+warp. With that the curved beam is within 0.15 and 0.17 of them. A solid with one quadratic element
 across, which cannot warp, comes to within 0.03 of the same.
 """
 

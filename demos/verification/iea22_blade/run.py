@@ -12,11 +12,12 @@ where layers begin and end fall otherwise into cells. So there is no order, and 
 second to the third mesh is shown in its place.
 
 With the moduli of a uniform wall all frequencies are lower than those of the beam, those of
-bending edgewise most. If each wall has the bending stiffness of its laminate as well (A, B and D,
-"laminate"), these come nearer by up to 1 %, and torsion too: thin panels with foam bend a little
-when a section shears. The root has a part in what is left. Layers that end within metres make the
-section at 5 % of the span softer than the file's matrices, by up to 17 %; from 20 % on they agree.
-A beam whose sections are integrated from the solid has frequencies lower by up to 0.4 %.
+bending edgewise most. With the bending stiffness of each laminate as well (A, B and D,
+"laminate"), these come nearer by up to 1 %, and so does torsion. Thin panels with foam bend a
+little when a section shears. The root has a part in what is left. Layers that end within metres
+make the section at 5 % of the span softer than the file's matrices, by up to 17 %; from 20 % on
+they agree. A beam whose sections are integrated from the solid has frequencies lower by up to 0.4
+%.
 
 The fourth flapwise mode is not one alone: it twists as much as it bends. Sections are those of the
 mesh with 40 elements, integrated with Young's modulus along the span;

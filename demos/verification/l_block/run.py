@@ -2,14 +2,14 @@
 
 Two legs, 10 m and 6 m long and 3 m thick, of a soft neo-Hookean material. Opposite loads on the
 faces of both ends, which rise and fall within five seconds, throw it into a spin; then it tumbles
-freely. The angle between its legs swings between 73° and 101°, up to two thirds of the energy are
-strain energy, and the step of 0.25 s is a seventh of the slowest swing: far too long to follow it
+freely. The angle between its legs swings between 73° and 101°, and up to two thirds of the energy
+are strain energy. The step of 0.25 s is a seventh of the slowest swing, far too long to follow it
 closely.
 
-Energy and angular momentum are constant from there on, whatever the step, and linear momentum,
-as both loads cancel, is zero. It is the algorithmic stress that does it: with the stress of the
-middle of the step in its place, which is the midpoint rule, momenta are kept as well, but within
-250 steps the energy is 3.4 times as large. Trilinear hexahedra, two across a leg.
+Energy and angular momentum are constant from there on, whatever the step, and linear momentum, as
+both loads cancel, is zero. The algorithmic stress makes the difference. With the stress of the
+middle of the step instead, which is the midpoint rule, momenta are kept as well, but within 250
+steps the energy is 3.4 times as large. Trilinear hexahedra, two across a leg.
 """
 
 from mpi4py import MPI

@@ -1,18 +1,17 @@
 """Walls of laminate as strips and tubes, one hexahedron through the thickness.
 
 A strip of 1 m by 0.1 m by 10 mm is clamped at one end and pulled or bent at the other. In its
-middle, strains and curvatures are those of classical lamination theory: for plies of carbon along
-it, across it, at 45 and -45 degrees, at 30 degrees, and for a sandwich with a core of foam. At 30
-degrees the strip shears when it is pulled, and twists when it bends: the coupling by which a blade
-twists out of a gust. Strips that bend have the moduli of `layup = "laminate"`, without which a wall
-of several plies bends like a uniform one.
+middle, strains and curvatures are those of classical lamination theory. Plies of carbon lie along
+it, across it, at 45 and -45 degrees, or at 30 degrees; one strip is a sandwich with a core of
+foam. At 30 degrees the strip shears when it is pulled, and twists when it bends: the coupling by
+which a blade twists out of a gust. Strips that bend have the moduli of `layup = "laminate"`,
+without which a wall of several plies bends like a uniform one.
 
-A tube of metal, 60 m long with a radius of 1.5 m and a wall of 20 mm, is clamped, and a force
-bends it, or a torque twists it; another one has a radius that falls from 2.5 m to 0.3 m and a wall
-from 60 mm to 6 mm. A short one is pulled oval at its end. Sixteen cells around are enough for that
-only with few points of integration, see [](theory/laminates.md): fully integrated, the section
-hardly gives way at all. Vlasov's theory leaves out the shear of the wall, and that rings become
-longer.
+A force bends or a torque twists a clamped tube of metal, 60 m long with a radius of 1.5 m and a
+wall of 20 mm. A second tube has a radius that falls from 2.5 m to 0.3 m and a wall from 60 mm to 6
+mm. A short one is pulled oval at its end. Sixteen cells around are enough for that only with few
+points of integration, see [](theory/laminates.md): fully integrated, the section hardly gives way
+at all. Vlasov's theory leaves out the shear of the wall, and that rings become longer.
 
 All results are in parts of what theory, or the finest mesh, says. The errors of torsion are those
 of the shape of the cells, whose sides are parabolas, and become smaller with nearly the fourth

@@ -4,15 +4,15 @@ The experiment of Dowell and Traybar: a strip, four times as high as thick, is c
 the angle beta about its axis, and loaded at its tip. Unless the force is along one of its principal
 axes, it bends in both and twists. The strip's own weight is left out, as in the reference.
 
-Here the force is spread over the face of the tip, and its direction is fixed in space:
-F (0, -cos beta, sin beta), where x is along the strip, y across its height, and z across its
-thickness. The displacement is that of the middle of the tip; quadratic hexahedra.
+Here the force is spread over the face of the tip, and its direction is fixed in space: F (0, -cos
+beta, sin beta). x is along the strip, y across its height, and z across its thickness. The
+displacement is that of the middle of the tip; quadratic hexahedra.
 
-The references, two models of the same authors, differ by up to 3 %, and there this solid is between
-them: 0.3 % below their beams, which know nothing of the clamp that keeps the strip from getting
-narrower there, and up to 2.6 % above their solids. Refinement does not bring it nearer to these:
-from 20 to 40, 80 and 160 elements along the strip it bends further, at beta = 90° by 0.5, 0.14 and
-0.05 %; twice as many across the height or the thickness change 1e-4 and less. Their solids have 4
+The references, two models of the same authors, differ by up to 3 %, and this solid lies between
+them. It is up to 2.6 % above their solids and 0.3 % below their beams, which ignore that the clamp
+keeps the strip from getting narrower. Refinement does not bring it nearer to these. With 40, 80
+and 160 instead of 20 elements along the strip it bends further, at beta = 90° by 0.5, 0.14 and
+0.05 %. Twice as many across the height or the thickness change 1e-4 and less. Their solids have 4
 elements across the thickness and 12 across the height, and for beta = 0°, where only the latter
 count, they agree with this solid to 2e-4. Trilinear hexahedra on that mesh are too stiff across
 the thickness as well: by 4 % at beta = 90°, and by 0.3 % at beta = 0°. So elements that lock a

@@ -1,8 +1,8 @@
 """A rotating beam flaps the faster the faster it turns.
 
-A beam clamped to a hub that turns with the speed `Omega` about an axis through the clamp is
-stretched by the centrifugal force, which stiffens it against flapping, out of the plane of its
-rotation. With speeds and frequencies in units of `sqrt(EI/(rho A L^4))`, the first frequency is
+A beam is clamped to a hub that turns with the speed `Omega` about an axis through the clamp. The
+centrifugal force stretches it and stiffens it against flapping, out of the plane of its rotation.
+With speeds and frequencies in units of `sqrt(EI/(rho A L^4))`, the first frequency is
 
     w^2 int phi^2 dx = int phi''^2 dx + Omega^2 int (1 - x^2)/2 phi'^2 dx.
 
@@ -10,11 +10,11 @@ Nothing of this is put in: the beam is a solid of quadratic hexahedra, 10 m x 0.
 rigid hub whose joint is driven. It starts in its stretched state and flaps gently in its first
 mode. The frequency is that of the sine that fits two periods of the tip's motion.
 
-A time step makes periods too long by `(w dt)^2/12`, and so does it with the turn of the hub, which
-makes the centrifugal force too large by the same share; at high speeds both nearly cancel. Two runs
-of 40 and 80 steps per period are extrapolated to a step of zero. The solid also shears, and its
-sections turn, which beam theory leaves out: that lowers the frequencies by up to 2.2e-4 of them,
-and four times less in a beam half as thick.
+A time step makes periods too long by `(w dt)^2/12`. It does the same with the turn of the hub,
+which makes the centrifugal force too large by the same share; at high speeds both nearly cancel.
+Two runs of 40 and 80 steps per period are extrapolated to a step of zero. The solid also shears,
+and its sections turn, which beam theory leaves out: that lowers the frequencies by up to 2.2e-4 of
+them, and four times less in a beam half as thick.
 """
 
 from mpi4py import MPI

@@ -16,10 +16,10 @@ coordinates, joints are ten revolute joints in space, seven of whose angles are 
 the test set, and the torque acts on the first of them. Nine of the fifty joint constraints say
 nothing new, as the mechanism is plane; the time step leaves them out.
 
-As the mechanism has one degree of freedom, its motion can also be had by quadrature, to all digits:
-the time to the crank angle `beta` is `int sqrt(M / (2 W)) d beta` with the kinetic energy
-`M beta'^2 / 2` and the work `W` since the start. Those digits differ from the ones of the test set
-in the tenth place of `beta` and `Theta`, and agree with ours.
+The mechanism has one degree of freedom, so quadrature gives its motion to all digits. The time to
+the crank angle `beta` is `int sqrt(M / (2 W)) d beta`, with the kinetic energy `M beta'^2 / 2` and
+the work `W` since the start. Those digits differ from the ones of the test set in the tenth place
+of `beta` and `Theta`, and agree with ours.
 
 Motion in a plane knows only the inertia `J3 = E1 + E2` of a body, and a plate with E1 = E2 and
 E3 = 0 stands for it.

@@ -1,11 +1,11 @@
 """Modes of what turns, and of what is damped.
 
-A beam clamped to a driven hub, as in [](#rotating_cantilever), but by its modes: the eigenvalues of
-the motions about the stretched state that are seen in the turning frame, against the beam by Ritz'
-method. Errors are relative, the largest for `Omega` = 0, 4, 8, 12. The solid shears, its sections
-turn, and Coriolis' forces couple bending in the plane of rotation with stretching, all of which
-beam theory leaves out: so a beam 100 times as long as thick has errors four times smaller than one
-50 times as long. The errors are those of the former.
+A beam clamped to a driven hub, as in [](#rotating_cantilever), but by its modes: the eigenvalues
+of the motions about the stretched state that are seen in the turning frame, against the beam by
+Ritz' method. Errors are relative, the largest for `Omega` = 0, 4, 8, 12. The solid shears, its
+sections turn, and Coriolis forces couple bending in the plane of rotation with stretching. Beam
+theory leaves all of this out, so a beam 100 times as long as thick has errors four times smaller
+than one 50 times as long. The errors are those of the former.
 
 A disc at the end of a light shaft of square section, clamped to a hub that turns, against the
 equations of a disc on a shaft with gyroscopic moments. The section comes to lie on itself by a

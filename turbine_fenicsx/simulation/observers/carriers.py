@@ -18,9 +18,9 @@ def find_carriers(system: MultibodySystem) -> tuple[dict[RigidBody, int], dict[i
         system: The system. Its couplings count from 1.
 
     Returns:
-        Rigid body to the number of the coupling by which a flexible body carries it, 0 for none;
-        and number of each coupling that carries a flexible body to the number that its rigid body,
-        or the ground, stands on.
+        For each rigid body the number of the coupling by which a flexible body carries it, 0 for
+        none. For each coupling that carries a flexible body the number that its rigid body, or the
+        ground, stands on.
     """
     stands_on: dict[RigidBody | None, int] = {None: 0}
     roots: dict[int, int] = {}

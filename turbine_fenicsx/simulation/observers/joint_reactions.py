@@ -1,9 +1,9 @@
 """Forces and moments in joints, from the multipliers.
 
-With the multipliers lambda of a joint, and the gradients G of its constraints and of its joint
-coordinates in the middle of the step, f = -G^T lambda acts on the coordinates (phi, d1, d2, d3) of
-a body in the step from t_n to t_{n+1}. With the means d_i, phi and r, the point of the moment, that
-is
+In the step from t_n to t_{n+1}, f = -G^T lambda acts on the coordinates (phi, d1, d2, d3) of a
+body. Here lambda are the multipliers of a joint, and G the gradients of its constraints and of its
+joint coordinates in the middle of the step. With the means d_i, phi and r, the point of the moment,
+that is
 
     F = f_phi,    M = sum_i d_i x f_i + (phi - r) x F.
 

@@ -12,9 +12,9 @@ VTK's older reader takes points for unchanged if the text of their ``DataItem`` 
 at its attributes; so this text carries the time, in a comment.
 
 The numbers are handed to the file system before the XML mentions them, and the XML grows by one
-write that replaces its closing tags, so that the end of the program at any moment leaves all
-finished times readable and the cost of a time does not depend on how many there are. `sync` forces
-the data from the system's memory to the disk, as must be before a checkpoint counts.
+write that replaces its closing tags. So all finished times stay readable whenever the program ends,
+and the cost of a time does not depend on how many there are. `sync` forces the data from the
+system's memory to the disk, as must be before a checkpoint counts.
 """
 
 import errno

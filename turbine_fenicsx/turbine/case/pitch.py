@@ -32,7 +32,7 @@ class PitchCase(Section):
     The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
     ring between hub and root of each blade. All blades start at the pitch ``initial``. With the
     drive ``"prescribed"`` they turn from there by ``angle`` in ``duration``, smoothly, or follow
-    the columns of a ``file`` of comma-separated values; with ``"actuator"`` they follow commands of
+    the columns of a ``file`` of comma-separated values. With ``"actuator"`` they follow commands of
     the controller like an oscillator of ``frequency`` and ``damping_ratio``.
     """
 

@@ -1,10 +1,10 @@
 """The tables of a case file, their keys, defaults and ranges.
 
-A new key is a line here with a docstring that says what it means, which the reference and the
-command ``keys`` show; a new table is a class and a line in `Tables`, and stands in a file of its
-own with the checks of its component, as `turbine_fenicsx.turbine.case.tower`. What belongs to a
-value is in its type: unit, range, choices. What keys of several tables have to do with each other
-is in `turbine_fenicsx.turbine.case.consistency`.
+A new key is a line here with a docstring that says what it means; the reference and the command
+``keys`` show it. A new table is a class and a line in `Tables`. It has a file of its own with the
+checks of its component, as `turbine_fenicsx.turbine.case.tower`. What belongs to a value is in its
+type: unit, range, choices. What keys of several tables have to do with each other is in
+`turbine_fenicsx.turbine.case.consistency`.
 """
 
 from __future__ import annotations

@@ -54,9 +54,9 @@ class WindCase(Section):
     """The wind, which blows along e3 at the height of the hub; none without ``speed`` or ``file``.
 
     It is steady with a power law over the height, or one of the transients of IEC 61400-1 that
-    begins at ``gust_start``, or that of a ``file``: turbulence of TurbSim (``.bts``), or a table
-    over the time, comma-separated (``.csv``) or OpenFAST's uniform wind (``.wnd``, ``.hh``); or it
-    has the turbulence of a box below. It sets in smoothly in the time ``ramp``.
+    begins at ``gust_start``, or has the turbulence of a box below. Or it comes from a ``file``:
+    turbulence of TurbSim (``.bts``), or a table over the time, comma-separated (``.csv``) or
+    OpenFAST's uniform wind (``.wnd``, ``.hh``). It sets in smoothly in the time ``ramp``.
     """
 
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
