@@ -1,1 +1,1 @@
-"""What needs the model and a linear solver, but no time."""
+"""Analyses without time: equilibria, modes, matrices."""

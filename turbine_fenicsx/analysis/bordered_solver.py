@@ -59,7 +59,7 @@ class FlatVectors:
         return np.split(y.array_r, self._ends)
 
     def place_of(self, i: int) -> tuple[float, ...]:
-        """What tells an entry of this rank from all others, on any number of ranks.
+        """Key that identifies an entry of this rank among all, on any number of ranks.
 
         Args:
             i: Number of the entry on this rank.

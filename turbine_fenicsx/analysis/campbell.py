@@ -7,7 +7,7 @@ From one speed to the next, a mode is followed by the modal assurance criterion 
 for modes of unit modal mass, so that frequencies may cross. Modes of one frequency are any
 combinations of each other; what counts is the sum over them. Modes whose frequencies differ by less
 than the speed changes mix as well: whirl takes two motions of a rotor at rest apart by 1P to each
-side. What counts of them is also the sum, and each goes on as what it has most of.
+side. They count by their sum, and each continues as the mode of which it has most.
 """
 
 from __future__ import annotations

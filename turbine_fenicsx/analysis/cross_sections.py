@@ -84,7 +84,7 @@ class CrossSections:
 
     @property
     def roots(self) -> Array:
-        """What `motion` is divided by to get metres and radians, shape (stations, 4)."""
+        """Divisors of `motion` that give metres and radians, shape (stations, 4)."""
         found: Array = np.sqrt(self._masses)
         return found
 

@@ -120,7 +120,7 @@ def _separate(Q: Any, by_feature: Sequence[Any], least: float) -> Any:
 
 
 def _choose_phase(features: Sequence[Any]) -> Any:
-    """What a motion is multiplied by, 1 or -1, or exp(i phi) if it has two parts."""
+    """Factor of a motion: 1 or -1, or exp(i phi) if it has two parts."""
     sizes = np.array([np.linalg.norm(f) for f in features])
     if not np.any(sizes):
         return 1.0

@@ -117,7 +117,7 @@ def _change_of_contact(linear: LinearSystem, body: int, C: PETSc.Mat, shift: Cyc
 def _changes_of_rigid(
     frame: TurningFrame, linear: LinearSystem, shift: CyclicShift
 ) -> Iterator[tuple[str, float]]:
-    """What may differ in the rigid part, and by how much. Collective."""
+    """Relative difference allowed in the rigid part. Collective."""
     model, state = linear.system.rigid_model, linear.state
     C, M = shift.rigid, model.mass_matrix
     yield "mass", _relative(M @ C - C @ M, M)

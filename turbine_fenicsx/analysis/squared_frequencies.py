@@ -264,7 +264,7 @@ def _destroy(pairs: list[Pair]) -> None:
 def soft_shift(linear: LinearSystem) -> float:
     """A shift that is small against all squared frequencies that matter [rad^2/s^2].
 
-    It comes from the softest body. What has no stiffness at all gets one.
+    It comes from the softest body. Systems without any stiffness get one.
     """
     square = square_of_swelling(linear)
     if not linear.system.flexible_models:

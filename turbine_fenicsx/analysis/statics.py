@@ -7,9 +7,9 @@ method solves
     | C     0    B   | increment = | Phi_c          |
     | 0     B^T  K_r |             | R_r + B^T mu_c |
 
-with the stiffness K of the bodies, by the linear solver of the time steps. What hangs in joints has
-its stiffness from the joint forces, so these must be known before the first iteration: they are
-those with which the system starts to move from rest.
+with the stiffness K of the bodies, by the linear solver of the time steps. Hanging bodies get their
+stiffness from the joint forces, so these must be known before the first iteration. They are those
+with which the system starts to move from rest.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Args:
-        arguments: Arguments without the program name; those of the process if None. Whatever
-            follows ``--`` goes to PETSc.
+        arguments: Arguments without the program name; those of the process if None. Arguments after
+        ``--`` go to PETSc.
 
     Returns:
         The exit code.

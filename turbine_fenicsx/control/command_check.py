@@ -1,4 +1,4 @@
-"""What a controller returns, as commands that a turbine can follow."""
+"""Check what a controller returns and convert it to `Commands`."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ NAME = "control.SrvD"
 """Files of the library begin with this without its ending, as if OpenFAST had called it."""
 
 LOG, ERRORS = "library.log", "library_errors.log"
-"""What the library prints on its two outputs."""
+"""Output of the library on stdout and stderr."""
 
 STATUS, FIRST, NEXT, LAST = 1, 0.0, 1.0, -1.0
 """Record of the status, and its values."""
@@ -227,7 +227,7 @@ class Discon:
         }
 
     def _tell_end(self, time: float) -> str:
-        """What is known of a process that has ended."""
+        """Description of a process that has ended."""
         self._end()
         code = self._child.returncode
         lines = self._errors.read_text(errors="replace").strip().splitlines()

@@ -1,8 +1,8 @@
 """Program that holds a Bladed-style controller, so that only it ends where the library ends it.
 
 It imports nothing but the standard library, and ends with the process that started it. Requests
-come and replies go as packets of a socket, each with a token that the request brings: whatever
-else the library writes, on any descriptor, is no reply. What it prints goes to stdout.
+come and replies go as packets of a socket, each with a token that the request brings: whatever else
+the library writes, on any descriptor, is no reply. Its output goes to stdout.
 
     python discon_child.py LIBRARY INPUT NAME DESCRIPTOR PARENT
 

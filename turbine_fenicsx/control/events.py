@@ -1,4 +1,4 @@
-"""What happens at set times, whatever the controller wants: starts, stops, faults."""
+"""Events at set times, whatever the controller wants: starts, stops, faults."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Event:
 
 
 class Orders(NamedTuple):
-    """What is done in a step.
+    """Orders for a step.
 
     Attributes:
         generator_torque: On the fast shaft [N m].
@@ -63,7 +63,7 @@ class Orders(NamedTuple):
 def supervise(
     events: Sequence[Event], measured: Measurements, commands: Commands, before: Orders
 ) -> Orders:
-    """What is done of what a controller wants.
+    """Orders that remain of a controller's commands.
 
     Args:
         events: All events of the run.

@@ -40,7 +40,7 @@ COMMANDED = ("generator torque", *(f"pitch of blade {k}" for k in (1, 2, 3)), "y
 
 
 class Responder(Protocol):
-    """What somebody else's controller is on rank 0."""
+    """Interface of an external controller on rank 0."""
 
     def respond(self, measured: Measurements) -> Commands:
         """Commands for the next step; raises ForeignError if there are none."""
@@ -89,7 +89,7 @@ class ForeignController:
         on_rank0(comm, keep)
 
     def command(self, measured: Measurements) -> Commands:
-        """What it answers on rank 0. Collective.
+        """Its answer, on rank 0. Collective.
 
         Raises:
             ForeignError: if it fails, on all ranks.
@@ -97,7 +97,7 @@ class ForeignController:
         return on_rank0(self._comm, lambda: self._respond(measured))
 
     def _respond(self, measured: Measurements) -> Commands:
-        """What it answers, checked and kept; on rank 0."""
+        """Its answer, checked and kept; on rank 0."""
         assert self._responder is not None
         commands = check_commands(self._responder.respond(measured), self._who, measured.time)
         row = measured.to_row() + commands.to_row()
@@ -121,7 +121,7 @@ class ForeignController:
             self._state, self._calls = state, array("d")
 
     def save(self) -> RestartData:
-        """What it has saved of itself, and its calls since then. Collective; data of rank 0."""
+        """Its saved state, and its calls since then. Collective; data of rank 0."""
         on_rank0(self._comm, self._keep_state)
         data = RestartData({"layout": LAYOUT, "width": self._width})
         data.add("state", self._state)

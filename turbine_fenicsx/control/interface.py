@@ -1,4 +1,4 @@
-"""What a controller sees and what it commands.
+"""Measurements and commands of a controller.
 
 Speeds are positive when the rotor turns as it should, pitch angles when they are towards feather.
 """
@@ -21,7 +21,7 @@ _SEVERAL = {"pitch": BLADES, "flap_moments": BLADES, "edge_moments": BLADES, "to
 
 
 class Measurements(NamedTuple):
-    """What a controller sees at the end of a step.
+    """Measurements at the end of a step.
 
     Attributes:
         time: Time [s].
@@ -83,7 +83,7 @@ class Measurements(NamedTuple):
 
 
 class Commands(NamedTuple):
-    """What a controller wants until it is asked again.
+    """Commands that hold until the next call.
 
     Attributes:
         generator_torque: On the fast shaft, positive if it brakes the rotor [N m].
@@ -110,7 +110,7 @@ class Controller(Protocol):
         """Commands for the next step; called at the start and after every accepted step."""
 
     def save(self) -> RestartData:
-        """What it needs to go on. Collective."""
+        """Its state for a restart. Collective."""
 
     def restore(self, data: RestartData) -> None:
         """Go on like the controller that saved this. Collective."""

@@ -34,7 +34,7 @@ class RestartableSensors(Protocol):
         """A run goes on from here."""
 
     def save(self) -> RestartData:
-        """What later measurements depend on."""
+        """State that later measurements depend on."""
 
     def restore(self, data: RestartData) -> None:
         """Go on like the sensors that saved this."""
@@ -42,7 +42,7 @@ class RestartableSensors(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Actuators:
-    """What a controller acts on.
+    """Actuators of a controller.
 
     Args:
         generator: Torque of the generator on the fast shaft, negative where it brakes.

@@ -1,7 +1,7 @@
 """A controller that is a class in a Python file of the user.
 
 The file is run as it is, with all rights of the user: naming it in a case is a decision to run it.
-Whatever its code raises becomes a sentence with its name, file and line.
+Exceptions of its code become a sentence with its name, file and line.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class PythonClass:
             raise InputError(f"the {self._who} has {methods[0]}, but save and restore need both")
 
     def respond(self, measured: Measurements) -> Commands:
-        """What it returns.
+        """Its return value.
 
         Raises:
             ForeignError: if it fails, or returns no commands.
@@ -77,7 +77,7 @@ class PythonClass:
         )
 
     def save(self) -> RestartData:
-        """What its ``save`` returns; nothing without one."""
+        """Return value of its ``save``; empty without one."""
         if not self._saves:
             return RestartData()
         what = f"save() of the {self._who} failed"

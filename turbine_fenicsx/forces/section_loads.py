@@ -67,7 +67,7 @@ class LineLoad(Protocol):
         """A step was accepted, with this motion in its middle: wakes and the like move on."""
 
     def save(self) -> RestartData:
-        """What later loads depend on, apart from the motion."""
+        """State that later loads depend on, apart from the motion."""
 
     def restore(self, data: RestartData) -> None:
         """Go on like the loads that saved this; if there is nothing, start anew."""

@@ -106,7 +106,7 @@ def check_methods(what: str, thing: Any, methods: Sequence[str]) -> None:
 
 
 def describe(value: Any) -> str:
-    """What was given in place of something else, for messages: its type and its name or value."""
+    """Describe a wrong argument in a message: its type and its name or value."""
     if value is None:
         return "None"
     if isinstance(value, type):

@@ -19,7 +19,7 @@ class ForeignError(InputError):
 
 
 class ModelWarning(UserWarning):
-    """What looks wrong in a model, or in the balance of a run, but may be meant."""
+    """Suspicious setting of a model, or balance of a run, that may be intended."""
 
 
 class StepFailure(RuntimeError):

@@ -1,6 +1,6 @@
 """Files that are whole at any moment, on the disk when it matters, and named when they fail.
 
-What others have written is opened by `open_regular`, which does not wait for a pipe.
+Files of others are opened by `open_regular`, which does not wait for a pipe.
 """
 
 from __future__ import annotations

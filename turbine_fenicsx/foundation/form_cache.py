@@ -139,7 +139,7 @@ _of_this_process: list[TemporaryDirectory[str]] = []
 
 
 class Claim:
-    """The right to compile one form. What is compiled already needs none.
+    """The right to compile one form. Forms that are compiled already need none.
 
     The system drops the lock when the process ends, however it ends.
 
@@ -302,7 +302,7 @@ def _describe_wait(folder: Path) -> str:
 
 
 def _describe_fault(error: Exception) -> str:
-    """What is wrong with the compiler, or what it says."""
+    """Complaint about the compiler, or its message."""
     name = (os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc").split()[0]
     if shutil.which(name) is None:
         return f"FFCx needs a C compiler and there is no {name!r}; on Debian: apt install gcc"
@@ -312,7 +312,7 @@ def _describe_fault(error: Exception) -> str:
 
 
 def describe_processors() -> str:
-    """What Linux says of the processors of this machine, /proc/cpuinfo; empty if that is hidden."""
+    """Description of this machine's processors, /proc/cpuinfo; empty if that is hidden."""
     try:
         return Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:

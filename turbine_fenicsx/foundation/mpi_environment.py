@@ -1,4 +1,4 @@
-"""What launchers of MPI and MPI itself find in the environment of a process."""
+"""Environment variables of MPI and its launchers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OF_RANKS = (
     "FLUX_TASK_RANK",
     "PALS_RANKID",
 )
-"""What launchers tell each rank; where there is none of them, nobody has started several."""
+"""Variables that launchers set for each rank; without any, there is a single process."""
 
 _OF_ONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1"}
 """Open MPI starts no daemon and opens no network; other implementations do not know them."""
@@ -32,8 +32,8 @@ def environment_without_mpi() -> dict[str, str]:
 def spare_launcher() -> Iterator[None]:
     """Let MPI start in here without what one rank alone does not need.
 
-    A process that no launcher has started needs no daemon for more ranks and no network, which
-    take Open MPI 4 a third of a second. What the user has set stays, and children inherit nothing.
+    A process that no launcher has started needs no daemon for more ranks and no network, which take
+    Open MPI 4 a third of a second. Settings of the user stay, and children inherit nothing.
     """
     alone = not any(name in os.environ for name in _OF_RANKS)
     ours = {n: x for n, x in _OF_ONE_RANK.items() if alone and n not in os.environ}

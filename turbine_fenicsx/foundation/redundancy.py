@@ -46,7 +46,7 @@ def find_redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:
 
 
 def _project_out(basis: Array, columns: Array) -> Array:
-    """What is left of columns without the space of an orthonormal basis."""
+    """Part of columns normal to the space of an orthonormal basis."""
     for _ in range(2):  # once is not enough for columns that nearly lie in it
         columns = columns - basis @ (basis.T @ columns)
     return columns

@@ -1,4 +1,4 @@
-"""What a run needs to go on as if it had never stopped, apart from files and formats."""
+"""Data from which a run resumes as if it had never stopped, independent of files and formats."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RestartData:
             mine.update({f"{name}.{key}": value for key, value in theirs.items()})
 
     def part(self, name: str) -> RestartData:
-        """What was added under a name; empty if nothing was."""
+        """Data added under a name; empty if there are none."""
         start = f"{name}."
         return RestartData(
             *(

@@ -1,4 +1,4 @@
-"""What joints at a point of two bodies have in common."""
+"""Base classes of joints at a point of two bodies."""
 
 from __future__ import annotations
 

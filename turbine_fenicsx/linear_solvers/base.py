@@ -1,4 +1,4 @@
-"""What the Newton iteration asks of linear solvers."""
+"""Interface of linear solvers for the Newton iteration."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class LinearSolver(Protocol):
         """The Newton iteration has ended; whether to try again, with a tangent less old."""
 
     def save(self) -> RestartData:
-        """What later solves depend on, apart from the step; a new solver can `restore` it."""
+        """State that later solves depend on, apart from the step; a new solver can `restore` it."""
 
     def restore(self, data: RestartData) -> None:
         """Go on like the solver that saved this; nothing was solved yet."""
@@ -43,7 +43,7 @@ class LinearSolver(Protocol):
 
 
 class DirectSolver:
-    """What linear solvers share that factorise anew in each update.
+    """Base of linear solvers that refactorise in each update.
 
     Attributes:
         krylov_iterations: Solves so far.

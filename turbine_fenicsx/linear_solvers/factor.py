@@ -18,7 +18,7 @@ LARGEST_WORKSPACE = 100 * EXTRA_WORKSPACE
 """Beyond this the matrix has no factor. Pivots are delayed by any number in small saddle points."""
 
 WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
-"""What MUMPS says, the same on all ranks, where more of it helps."""
+"""Error codes of MUMPS, the same on all ranks, that more work space mends."""
 
 KEPT = 16
 """Dense matrices with so many columns stay for the next solve: those of a step, not of a set-up."""

@@ -1,8 +1,8 @@
 """One factorisation for a whole run, applied in frames that turn with the material.
 
-What changes the tangent of a stiff body from step to step is almost only rotation. R_l and R_r are
-the rotations around each node relative to the state where A was factorised. R_l belongs to the
-middle of the step, where its forces act, and R_r to the end, to which the unknowns belong. Then
+Almost only rotation changes the tangent of a stiff body from step to step. R_l and R_r are the
+rotations around each node relative to the state where A was factorised. R_l belongs to the middle
+of the step, where its forces act, and R_r to the end, to which the unknowns belong. Then
 
     A_uu  is nearly  R_l A R_r^T,
 

@@ -127,8 +127,8 @@ class SectionMultigrid(FreeSolver):
         """Whether the error is small, by how the energy b . x approaches its limit.
 
         In conjugate gradients x . A x = b . x, so that the square of the error in the norm of the
-        energy falls by what b . x grows. What is left is estimated as the rest of a geometric
-        series. A test of preconditioned residuals would take one more preconditioner per solve.
+        energy falls by what b . x grows. The rest is estimated as that of a geometric series. A
+        test of preconditioned residuals would take one more preconditioner per solve.
         """
         reason, (tolerance, _, _, most) = PETSc.KSP.ConvergedReason, ksp.getTolerances()
         self._energies = self._energies[-2:] if iteration else []

@@ -33,8 +33,8 @@ def check_memory(system: MultibodySystem, linear_solver: str, shared: bool) -> N
     """Refuse a system that the machines cannot hold. Collective.
 
     The unknowns and, on one rank, the entries of the matrices are exact. Those of the factors are
-    MUMPS's count for the graph of the nodes, which CHOLMOD's factors exceed by up to 15 %. What
-    several ranks add where they meet is left out.
+    MUMPS's count for the graph of the nodes, which CHOLMOD's factors exceed by up to 15 %. The
+    count leaves out what several ranks add at their interfaces.
 
     Args:
         system: The system.

@@ -115,7 +115,7 @@ class QuasiNewton:
         return False
 
     def save(self) -> RestartData:
-        """What the approximate solver saves, and what decides when it is refreshed."""
+        """State of the approximate solver, and of the decision when to refresh it."""
         data = RestartData({"excess": self._excess, "usual": self._usual, "settled": self._settled})
         data.numbers["fewest"] = self._fewest
         data.add("solver", self._solver.save())

@@ -7,8 +7,8 @@ are independent, so that with W_i = A_ii^{-1} A_iS
                             x_i = A_ii^{-1} b_i - W_i x_S.
 
 Each rank solves once with its own factor. All ranks solve for S, a few cross-sections of a slender
-body, redundantly: its matrix is sparse too, as a section only meets the next. What is congruent on
-a rank, such as three blades or the same slab of each, shares factor and W_i.
+body, redundantly: its matrix is sparse too, as a section only meets the next. Congruent parts on a
+rank, such as three blades or the same slab of each, share factor and W_i.
 """
 
 from __future__ import annotations

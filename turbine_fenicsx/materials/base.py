@@ -36,7 +36,7 @@ class Material(Protocol):
 
 @runtime_checkable
 class Viscous(Protocol):
-    """What a material has besides, if it is viscous; the code asks for it by `isinstance`."""
+    """Additional interface of viscous materials; the code asks for it by `isinstance`."""
 
     def viscous_stress(self, E_dot: Expr, parameter: Callable[[Any], Expr]) -> Expr:
         """Viscous second Piola-Kirchhoff stress S_v [Pa] as a UFL expression.
@@ -63,7 +63,7 @@ class Quadrature(NamedTuple):
 
 @runtime_checkable
 class Sampled(Protocol):
-    """What a material has besides, if its energy is to be sampled at points of its own."""
+    """Additional interface of materials whose energy is sampled at special points."""
 
     @property
     def quadrature(self) -> Quadrature | None:

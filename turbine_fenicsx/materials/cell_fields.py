@@ -78,7 +78,7 @@ def is_field(value: Any) -> TypeGuard[fem.Function]:
 
 
 def parameters_on(mesh: Mesh, name: str) -> Callable[[Any], Any]:
-    """What turns a number, an array or a cell field into a UFL coefficient on the mesh of a body.
+    """Function that turns numbers, arrays or cell fields into UFL coefficients on a mesh.
 
     It raises a ModelError for a field that belongs to the mesh of another body.
 

@@ -30,7 +30,7 @@ class BladeBlock:
 
     @property
     def cell_data(self) -> dict[str, Array]:
-        """What is known of each cell by name, shape (n_cells,) each; nothing of solid ones."""
+        """Per-cell data by name, each of shape (n_cells,). Empty for solid blades."""
         return {}
 
 

@@ -46,7 +46,7 @@ class Group:
 
 @dataclass(frozen=True)
 class MshContent:
-    """What is in a .msh file.
+    """Contents of a .msh file.
 
     Attributes:
         tags: gmsh's number of each node, shape (n,).

@@ -1,4 +1,4 @@
-"""What a mesher of hollow blades asks for: an outer surface, walls, lines and webs.
+"""Interface of shapes for the mesher of hollow blades: outer surface, walls, lines and webs.
 
 A point of the outer surface has two coordinates. s is the fraction of the span, from 0 at the root
 to 1 at the tip. The fraction a of the contour of a section is 0 at the trailing edge. It rises

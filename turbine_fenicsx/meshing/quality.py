@@ -24,7 +24,7 @@ _CHUNK = 4096  # cells examined at once, bounds the memory
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What a mesh consists of and how good its elements are.
+    """Size of a mesh and quality of its elements.
 
     Attributes:
         cell: "hexahedron" or "tetrahedron".

@@ -45,7 +45,7 @@ class Backdrop:
             self._hub = hub
 
     def frame(self) -> Frame:
-        """What has to be in the picture: all that was included, and the circle of a rotor."""
+        """Points that must be in the picture: all that was included, and the circle of a rotor."""
         low, high = self._low.copy(), self._high.copy()
         if self._turbine:
             reach = self._radius * np.array([1.0, 1.0, 0.0])

@@ -21,7 +21,7 @@ _LEGEND = 0.2
 
 @dataclass(frozen=True)
 class Frame:
-    """What has to be in the picture.
+    """Points that must be in the picture.
 
     Args:
         low: Least coordinates, shape (3,) [m].

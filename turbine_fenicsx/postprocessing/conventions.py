@@ -1,4 +1,4 @@
-"""What the output of a turbine calls and numbers its parts, and the signs of its angles."""
+"""Names and numbers of a turbine's parts in its output, and the signs of its angles."""
 
 NACELLE, HUB, TOWER = "nacelle", "hub", "tower"
 BLADES = ("blade_1", "blade_2", "blade_3")

@@ -2,7 +2,7 @@
 
 Each flexible part is seen from what carries it: the ground, the hub, the ring of a pitch bearing.
 Its displacement relative to that motion is multiplied, so that turning, yawing and pitching stay as
-they are. What stands on a flexible part, as a nacelle on its tower, rides along with it.
+they are. Parts on a flexible part, as a nacelle on its tower, ride along with it.
 """
 
 from collections.abc import Callable, Mapping
@@ -99,7 +99,7 @@ def exaggerate(
 
 
 def _find_ground(held: set[int], roots: Mapping[int, int]) -> int:
-    """What the carriers of a part stand on."""
+    """Supports of the carriers of a part."""
     return min((roots[number] for number in held if number in roots), default=0)
 
 

@@ -1,6 +1,6 @@
 """The files of an output folder, read back: time series, summary, case, times of the fields.
 
-Whatever is wrong with a file is one sentence in an `InputError`.
+Any defect of a file is one sentence in an `InputError`.
 """
 
 import csv
@@ -194,7 +194,7 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
 
 def read_field_parts(path: str | os.PathLike[str]) -> Parts:
-    """What the parts of ``fields.xdmf`` are called and what carries them.
+    """Names of the parts of ``fields.xdmf`` and their carriers.
 
     Raises:
         InputError: if the file does not say so.

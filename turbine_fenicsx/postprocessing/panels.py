@@ -54,14 +54,14 @@ def _energy(run: TimeSeries, column: str) -> NDArray[np.float64]:
 
 
 def find_energy_steps(run: TimeSeries) -> NDArray[np.float64]:
-    """What each step adds to the energy beyond works minus losses, not-a-number first [J]."""
+    """Change of the energy per step beyond works minus losses, not-a-number first [J]."""
     lost = sum(run.of(names.DISSIPATION).values(), np.zeros(len(run[names.TIME])))
     beyond = run[names.TOTAL_ENERGY] - run[names.EXTERNAL_WORK] + lost
     return np.diff(beyond, prepend=np.nan)
 
 
 def energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
-    """What each step adds to the energy beyond works minus losses."""
+    """Change of the energy per step beyond works minus losses."""
     change = find_energy_steps(run)
     columns = (names.TOTAL_ENERGY, names.KINETIC_ENERGY)
     largest = float(np.nanmax([np.abs(_energy(run, column)) for column in columns]))
@@ -86,7 +86,7 @@ def angular_momentum(axes: Any, run: TimeSeries, look: Look) -> None:
 
 
 def momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
-    """What each step adds to the angular momentum.
+    """Change of the angular momentum per step.
 
     The tower holds nacelle and weights, so that only the vertical component has to stay; of
     several runs it is the only one shown.

@@ -17,7 +17,7 @@ SHOWN = 4
 """Terms shown under their names; the smaller ones are added up as "other"."""
 
 LEAST = 1e-3
-"""What moves less than this part of the largest term is too thin to be seen, and left out."""
+"""Minimum size of a term relative to the largest one; smaller terms are too thin to be seen."""
 
 STORED = "stored energy"
 
@@ -70,7 +70,7 @@ def powers(axes: Any, run: TimeSeries, look: Look) -> None:
 
 
 def works(axes: Any, run: TimeSeries, look: Look) -> None:
-    """What each way has brought in since the start."""
+    """Energy that each path has brought in since the start."""
     for (name, energy), color in zip(_find_energies(run).items(), cycle(PALETTE), strict=False):
         draw_line(axes, run, energy, look, color=color, label=name)
     axes.set(title="Since the start", ylabel="energy [J]")

@@ -1,7 +1,7 @@
 """A run as one HTML page that needs no other file and no network.
 
-Everything is read from the output folder. What is missing there, or cannot be drawn, is left out
-with a sentence that says so; only ``history.csv`` is needed.
+Everything is read from the output folder. The page leaves out what is missing or cannot be drawn,
+and says so; only ``history.csv`` is needed.
 """
 
 import os
@@ -110,7 +110,7 @@ def report(
 
 
 def _find_key_figures(history: TimeSeries) -> dict[str, Any]:
-    """What one asks first."""
+    """Key numbers of a run."""
     error = np.abs(history[names.ENERGY_ERROR])
     steps = np.abs(find_energy_steps(history)[1:])
     largest = float(

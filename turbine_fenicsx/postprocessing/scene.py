@@ -115,7 +115,7 @@ class Scene:
         return np.asarray(plotter.screenshot(return_img=True))
 
     def _choose_words(self, step: int) -> str:
-        """What stands in the corner: the mode, or the time."""
+        """Text in the corner: the mode, or the time."""
         if self._job["titles"]:
             return str(self._job["titles"][step])
         words = f"t = {self._reader.times[step]:.2f} s"

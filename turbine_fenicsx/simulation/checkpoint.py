@@ -275,7 +275,7 @@ def _hash_parts(system: MultibodySystem) -> str:
 
 
 def _find_shortfalls(observers: Sequence[Observer], data: RestartData) -> list[str]:
-    """What the series lack of what they held when a checkpoint was written, a clause for each."""
+    """Missing parts of the series since a checkpoint was written, a clause for each."""
     found = []
     for observer in observers:
         if isinstance(observer, SeriesObserver) and (

@@ -32,15 +32,15 @@ ROUND_OFF = 1e-7
 """Share of the largest energy that round-off may cost."""
 
 LARGEST_SHARE = 1e-3
-"""What is lost beyond this share of the largest energy is wrong at any tolerance."""
+"""Maximum error of the balance relative to the largest energy, at any tolerance."""
 
 STILL = 1e-5
-"""What moves slower than this is at rest, and its energy is noise [m/s]."""
+"""Speed below which a body is at rest and its energy is noise [m/s]."""
 
 
 @runtime_checkable
 class Conserving(Protocol):
-    """What a stepper has besides, if the balance of energy closes in its steps."""
+    """Additional interface of steppers whose steps close the energy balance."""
 
     @property
     def energy_tolerance(self) -> float | None:
@@ -94,7 +94,7 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
 
 
 def judge_energy(summary: dict[str, Any]) -> str:
-    """What is wrong with the balance of a run, a sentence; empty if nothing is.
+    """Complaint about the balance of a run, a sentence; empty if it is right.
 
     A scheme that does not conserve energy promises nothing.
 

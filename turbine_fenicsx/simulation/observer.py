@@ -1,4 +1,4 @@
-"""What watches a run: time series, fields, progress, or anything of a user's own."""
+"""Interface of observers of a run: time series, fields, progress, or a user's class."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class RestartableObserver(Observer, Protocol):
     name: str
 
     def save(self) -> RestartData:
-        """What the observer needs to go on, for a checkpoint.
+        """State of the observer, for a checkpoint.
 
-        What was written so far must be on the disk when this returns, because the checkpoint counts
-        from then on.
+        Its output must be on the disk when this returns, because the checkpoint counts from then
+        on.
 
         Raises:
             OSError: if something is not on the disk, on all ranks.
@@ -69,7 +69,7 @@ class SeriesObserver(RestartableObserver, Protocol):
     """An observer whose files grow during a run and may have lost their end since."""
 
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
-        """What the files lack of what they held when data were saved. Called on rank 0 only.
+        """Missing parts of the files since the data were saved. Called on rank 0 only.
 
         Args:
             data: What `save` has returned for a checkpoint.

@@ -38,7 +38,7 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class _Run:
-    """What changes during a run."""
+    """Variables of a run."""
 
     state: State
     grid: StepGrid

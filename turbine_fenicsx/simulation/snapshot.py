@@ -1,4 +1,4 @@
-"""What observers see of a run."""
+"""View of a run for observers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from turbine_fenicsx.time_stepping.stepper import Stepper, StepReport
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What observers see of an accepted step, and of the first state of a run. Equal on all ranks.
+    """Accepted step, or first state of a run, as observers get it. Equal on all ranks.
 
     Args:
         index: Number of accepted steps since t = 0.

@@ -39,7 +39,7 @@ _UNBOUND = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """Outcome of a run.
 
     Attributes:
         run: The run.

@@ -31,7 +31,7 @@ def _flatten_value(value: Any) -> Any:
 
 
 def _check_reference(value: Any) -> Any:
-    """What a refinement is compared with."""
+    """Check the reference of a refinement."""
     number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
     if number or value in ("finest", "richardson"):
         return value
@@ -45,7 +45,7 @@ Changes = Annotated[dict[str, Any], BeforeValidator(_flatten_value)]
 
 
 class Convergence(BaseModel):
-    """What is refined, what is looked at, and what it is compared with."""
+    """Refined key, quantities and their reference."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -55,7 +55,7 @@ class Convergence(BaseModel):
 
 
 class Curve(BaseModel):
-    """What is drawn over a key that the study varies.
+    """Curve over a key that the study varies.
 
     Attributes:
         x: The key.

@@ -28,7 +28,7 @@ STATIONARY = 1e-3
 
 @dataclass
 class StudyResult:
-    """What a study has found.
+    """Results of a study.
 
     Attributes:
         runs: All runs.

@@ -44,7 +44,7 @@ class RigidUnknowns(NamedTuple):
 
 
 class RigidModel:
-    """What the rigid part of a system is, without a time step.
+    """The rigid part of a system, without a time step.
 
     Args:
         masses: Diagonal of the mass matrix M, shape (n_q,).

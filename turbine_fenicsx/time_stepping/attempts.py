@@ -1,4 +1,4 @@
-"""What a step tries one after another, learnt from the steps before, and how it tells of failures.
+"""Order of the attempts of a step, learnt from the steps before, and reports of failures.
 
 An approximate linear solver costs a fraction of the exact one, so that it goes first, and again
 with a factor of the same step if that of an earlier one fails (`NewtonStepper.advance`). Where that
@@ -57,7 +57,7 @@ class Attempts:
         self._wait = self._next_wait = 0
 
     def order(self) -> list[Attempt]:
-        """What to try, in this order."""
+        """Attempts in order."""
         first = [] if self._wait else [self._first]
         return list(dict.fromkeys([*first, *self._others]))
 
@@ -74,7 +74,7 @@ class Attempts:
             self._next_wait = min(2 * self._next_wait + 1, LONGEST_WAIT)
 
     def save(self) -> RestartData:
-        """What was learnt."""
+        """The learnt state."""
         return RestartData({"wait": self._wait, "next_wait": self._next_wait})
 
     def restore(self, data: RestartData) -> None:

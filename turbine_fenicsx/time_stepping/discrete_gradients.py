@@ -43,8 +43,8 @@ def general_stress(energy: Energy, F: Any, D: Any) -> Any:
     """Discrete gradient for any W(C): mean of S along dC, closed by Gonzalez' correction.
 
     S_G = [S(C_bar - dC/sqrt(12)) + S(C_bar + dC/sqrt(12))]/2 is the two-point Gauss rule of the
-    average of S between C_n and C_{n+1} (the mean value discrete gradient). What it misses of the
-    energy is added along dC (Gonzalez 2000),
+    average of S between C_n and C_{n+1} (the mean value discrete gradient). The missing energy is
+    added along dC (Gonzalez 2000),
 
         S_alg = S_G + 2 [W_{n+1} - W_n - S_G:dC/2] / (dC:dC) dC.
 

@@ -1,6 +1,6 @@
 """Equations of motion at the end of a step, for schemes of the Newmark family.
 
-Whatever the scheme, with the increment dy of all positions from t_n on
+In any scheme, with the increment dy of all positions from t_n on
 
     v'_{n+1} = (dy - p)/s,    v_{n+1} = dy/r + w,
 
@@ -35,7 +35,7 @@ from turbine_fenicsx.time_stepping.nested_step import NestedStep
 
 @dataclass(frozen=True)
 class EndScheme:
-    """What tells schemes apart.
+    """Coefficients that distinguish schemes.
 
     Args:
         s: Factor of the forces [s^2].
@@ -53,7 +53,7 @@ class EndScheme:
 
 @dataclass(frozen=True)
 class EndData:
-    """What a step of the rigid part is given.
+    """Input of a step of the rigid part.
 
     Args:
         y: (q, T) at t_n, shape (n_y,).

@@ -1,8 +1,8 @@
 """Round-off of the forces of a flexible body in a step: what no iteration can get below.
 
-The strain of a step comes from F = I + grad(u_n + du/2). What u_n contributes is the same in all
-iterations, so that its round-off is too. What is left, with the machine precision eps and the
-smallest edge h of the cells at a node, is wrong by
+The strain of a step comes from F = I + grad(u_n + du/2). The contribution of u_n is the same in all
+iterations, and so is its round-off. With the machine precision eps and the smallest edge h of the
+cells at a node, the rest is wrong by
 
 - eps, since C - I is a difference of numbers of size one, however small the strain is,
 - eps |du|/(2 h), by the increment: a slender body that moves by many times its thickness in a step,

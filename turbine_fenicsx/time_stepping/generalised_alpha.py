@@ -200,7 +200,7 @@ class GeneralisedAlpha(NewtonStepper):
         )
 
     def save(self) -> RestartData:
-        """What later steps depend on apart from the state: the accelerations, too."""
+        """Data that later steps depend on, apart from the state: the accelerations, too."""
         data = super().save()
         for end in self._equations.ends[-1:]:
             saved = RestartData({"time": end.time}, {"drives": end.drives})

@@ -195,7 +195,7 @@ class NewtonStepper:
         )
 
     def _list_attempts(self, time: float, dt: float) -> list[tuple[Attempt, Array | None]]:
-        """What to try one after another, and the rigid unknowns to start from, if known."""
+        """Attempts in order, and the rigid unknowns to start from, if known."""
         attempts: list[tuple[Attempt, Array | None]] = [(x, None) for x in self._attempts.order()]
         r = self._past.guess(time, dt)
         return attempts if r is None else [(attempts[0][0], r), *attempts]
@@ -237,7 +237,7 @@ class NewtonStepper:
             )
 
     def save(self) -> RestartData:
-        """What later steps depend on, apart from the state."""
+        """Data that later steps depend on, apart from the state."""
         data = RestartData({"name": self.linear_solver, "fallbacks": self.fallbacks})
         data.add("attempts", self._attempts.save())
         data.add("linear", self._solvers.use(self.linear_solver).save())

@@ -1,4 +1,4 @@
-"""What is known of the last steps, as long as these are equally long and without a gap."""
+"""Data of the last steps, as long as these are equally long and without a gap."""
 
 from __future__ import annotations
 

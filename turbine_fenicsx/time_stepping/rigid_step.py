@@ -32,7 +32,7 @@ from turbine_fenicsx.system.rigid_model import NOTHING, RigidModel, RigidUnknown
 
 @dataclass(frozen=True)
 class RigidData:
-    """What a step of the rigid part is given.
+    """Input of a step of the rigid part.
 
     Args:
         q: Coordinates q_n, shape (n_q,) [m, -].
@@ -56,7 +56,7 @@ class RigidData:
 
 
 class _Start(NamedTuple):
-    """What does not change in a step: Jacobian G and values y at q_n, |G|, and sizes of terms.
+    """Constants of a step: Jacobian G and values y at q_n, |G|, and sizes of terms.
 
     The sizes, shape (size,), are those of all terms that the unknowns do not change by more than
     a part of them.
@@ -203,7 +203,7 @@ class RigidStep:
         return _Evaluation(start, x, T1, y1, G, G1, a, lam, forces, sizes, slope)
 
     def _begin(self, data: RigidData) -> _Start:
-        """What does not change in a step.
+        """Quantities that are constant in a step.
 
         An angle itself is among the terms of its constraint: after many turns its round-off is
         what is left.

@@ -14,7 +14,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 
 @dataclass(frozen=True)
 class StepReport:
-    """What one step took.
+    """Cost of one step.
 
     Args:
         newton_iterations: Newton iterations, failed attempts included.
@@ -72,7 +72,7 @@ class Stepper(Protocol):
         """
 
     def save(self) -> RestartData:
-        """What later steps depend on, apart from the state."""
+        """Data that later steps depend on, apart from the state."""
 
     def restore(self, data: RestartData) -> None:
         """Go on like the stepper that saved this."""

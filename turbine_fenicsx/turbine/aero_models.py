@@ -1,4 +1,4 @@
-"""What the loads of the wind follow from beside blade elements and their wake, as a case has it."""
+"""Aerodynamic models of a case beside blade elements and their wake."""
 
 from __future__ import annotations
 

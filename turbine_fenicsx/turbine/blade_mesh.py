@@ -38,7 +38,7 @@ TIP = 0.01
 
 @dataclass(frozen=True)
 class Findings:
-    """What is wrong, and what looks wrong, one sentence each."""
+    """Mistakes and warnings, one sentence each."""
 
     mistakes: tuple[str, ...]
     warnings: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What a turbine asks of its blades before they are built, whatever they are made of."""
+"""Interface of blades before they are built, whatever they are made of."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class BladePlan(Protocol):
         """Radius of a circle around the root section [m]."""
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh is called, and what makes it on rank 0."""
+        """Name of the mesh, and the function that makes it on rank 0."""
 
     def list_mistakes(self, mesh: MeshArrays, layout: RotorLayout) -> tuple[str, ...]:
         """One sentence for everything that keeps a mesh from being these blades."""

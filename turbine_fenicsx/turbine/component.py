@@ -28,7 +28,7 @@ from turbine_fenicsx.wind.inflow import PlacedInflow
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """What stands of a turbine while one component after the other is added.
+    """The turbine during assembly, while components are added.
 
     Args:
         case: The case.
@@ -105,7 +105,7 @@ class Turbine(Assembly):
 
     @property
     def component_names(self) -> str:
-        """What it is made of, in words."""
+        """Description of its parts."""
         return ", ".join(type(component).__name__ for component in self.components)
 
     def surfaces(self) -> list[RigidSurface]:

@@ -115,7 +115,7 @@ def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Co
 
 
 def list_actuators(turbine: Turbine) -> Actuators:
-    """What a controller can act on, of the parts of a turbine."""
+    """Actuators among the parts of a turbine."""
     motions = [part.motion for part in turbine.parts if isinstance(part, PrescribedMotion)]
     return Actuators(
         next(_pick(turbine.parts, HeldTorque)),

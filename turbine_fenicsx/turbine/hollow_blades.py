@@ -120,7 +120,7 @@ class HollowBlades:
         return tabulate_walls(cells.find_plies(), cells.thickness, self.moments)
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh is called, and what makes it on rank 0, or reads it from a file.
+        """Name of the mesh, and the function that makes or reads it on rank 0.
 
         Raises:
             ModelError: if the mesh cannot be made.

@@ -111,7 +111,7 @@ def _load_box(
 
 
 def list_field_mistakes(case: Tables) -> list[str]:
-    """What keeps the turbulence of a case from being its wind, one sentence each.
+    """Mistakes of a case's turbulence, one sentence each.
 
     Raises:
         InputError: if it cannot be read.

@@ -25,7 +25,7 @@ from turbine_fenicsx.turbine.tower import tower_geometry
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a look at a mesh shows.
+    """Findings on a mesh.
 
     Args:
         mistakes: What is wrong with it, one sentence each.

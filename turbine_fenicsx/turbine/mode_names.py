@@ -16,7 +16,7 @@ from turbine_fenicsx.postprocessing.conventions import BLADES
 
 BLADE_WAYS = ("flap", "edge", "blade stretch", "blade twist")
 TOWER_WAYS = ("fore-aft", "side-side", "tower stretch", "tower twist")
-"""What blades and tower do along x, y, z and about z of their frames."""
+"""Motions of blades and tower along x, y, z and about z of their frames."""
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 
@@ -40,7 +40,7 @@ on a tower that moves with it has -0.03 on one side of its node, and 1 on the ot
 
 @dataclass(frozen=True)
 class Title:
-    """What a mode may be called.
+    """Possible name of a mode.
 
     Args:
         name: In words.
@@ -64,8 +64,8 @@ def find_order(shape: Array, ends_free: bool = False) -> int:
 
     The slope of the n-th has n - 1 changes of sign, whatever the rod carries at its end. With a
     free end, the rod also crosses its place at rest n - 1 times; whichever of the two is more
-    counts, since a root that moves adds to the shape and may hide some. What the end itself does
-    then bends nothing.
+    counts, since a root that moves adds to the shape and may hide some. Then the motion of the end
+    itself bends nothing.
 
     Args:
         shape: Displacement or rotation at each station, root first, real, shape (stations,).

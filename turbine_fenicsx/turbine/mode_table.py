@@ -19,7 +19,7 @@ from turbine_fenicsx.turbine.slender_parts import SlenderPart, find_slender_part
 from turbine_fenicsx.turbine.unique_names import choose_names
 
 REST = "nacelle_and_hub"
-"""What the modal mass of nacelle, hub, rings and tower top together is called."""
+"""Name of the modal mass of nacelle, hub, rings and tower top together."""
 
 ROUND_OFF = 1e-7
 """Rates of growth below this part of the eigenvalue are none."""
@@ -30,7 +30,7 @@ STIFF = 1e-4
 
 @dataclass(frozen=True)
 class ModeRow:
-    """What is told of a mode.
+    """Description of a mode.
 
     Args:
         frequency: With its damping [Hz]; zero for a motion that strains nothing.
@@ -127,7 +127,7 @@ def _list_titles(
     sense: float,
     ways: Mapping[str, float],
 ) -> list[Title]:
-    """What a mode may be called, first after what is strained and moves most: means of shares."""
+    """Possible names of a mode, first after the strained part that moves most: means of shares."""
     families = mode_names.share_energies(energies)
     strongest = next(iter(families), None)
     if strongest not in ("blades", TOWER):

@@ -28,7 +28,7 @@ OF_THE_START = ("start", "ramp")
 
 
 def label_case(case: Case) -> dict[str, str]:
-    """What a checkpoint and the run that reads it must agree in."""
+    """Labels in which a checkpoint and the run that reads it must agree."""
     tables = case.model_dump(mode="json", exclude=set(FREE))
     files = {table: tables[table].pop("file") for table in FILES}
     if files["aero"]:
@@ -51,7 +51,7 @@ def label_case(case: Case) -> dict[str, str]:
 
 
 def _hash_file(path: str | None, otherwise: str) -> str:
-    """What tells the contents of a file from others; a word without one."""
+    """Hash of the contents of a file; a word without one."""
     if not path:
         return otherwise
     with open_regular(path) as file:

@@ -44,7 +44,7 @@ class RotorPlan:
         return [self.layout.place(self.blades.tip[None], k)[0] for k in numbers]
 
     def mesh_source(self) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh of the blades is called, and what makes it on rank 0."""
+        """Name of the blade mesh, and the function that makes it on rank 0."""
         return self.blades.mesh_source(self.layout)
 
     def list_mistakes(self, mesh: MeshArrays) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from turbine_fenicsx.turbine.case.case import Case
 
 
 def make_stepper(case: Case, system: MultibodySystem) -> Stepper:
-    """What integrates the turbine of a case. Collective."""
+    """Integrator of the turbine of a case. Collective."""
     options = SolverOptions(
         linear_solver=case.solver.linear_solver,
         tolerance=case.solver.tolerance,

@@ -1,4 +1,4 @@
-"""What a controller sees of a turbine."""
+"""Sensors of a turbine for its controller."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Sensors:
             self._top.resume(snapshot.state.q)
 
     def save(self) -> RestartData:
-        """What the accelerometer and the gauges remember."""
+        """State of the accelerometer and the gauges."""
         data = RestartData()
         if self._top is not None:
             data.add("top", self._top.save())

@@ -95,7 +95,7 @@ class SolidBlades:
         return 0.5 * max(self.geometry.chord[0], self.geometry.thickness[0])
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
-        """What the mesh is called, and what makes it on rank 0, or reads it from a file."""
+        """Name of the mesh, and the function that makes or reads it on rank 0."""
         if self.file is None:
             return "mesh of the blades", lambda: mesh_rotor(self.geometry, layout, self.options)
         path = Path(self.file)

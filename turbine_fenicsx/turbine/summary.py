@@ -1,4 +1,4 @@
-"""What a run was and what it took, as ``summary.json`` and as a short table."""
+"""Summary of a run, as ``summary.json`` and as a short table."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Statistics:
         self.last = snapshot
 
     def save(self) -> RestartData:
-        """What was seen so far."""
+        """Statistics so far."""
         return RestartData({name: getattr(self, name) for name in self._SUMS})
 
     def restore(self, data: RestartData) -> None:

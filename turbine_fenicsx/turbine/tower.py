@@ -53,7 +53,7 @@ class Tower(Component):
     """The tube, the rigid body at its top, and a coupling at each end."""
 
     def mistakes(self, case: Case) -> list[str]:
-        """What contradicts itself in the table of the tower."""
+        """Contradictions in the table of the tower."""
         return [sentence for _, check in TOWER_CHECKS if (sentence := check(case.tower))]
 
     def parts(self, assembly: Assembly) -> list[Any]:

@@ -23,7 +23,8 @@ SLOWER = 0.1
 """A share counts by so much less for each slower mode that could have the same name."""
 
 NUMBERED, NEVER = -2.0, -1e3
-"""What a name counts that only a number tells from others, and one that is none of a mode."""
+"""Weight of a name that only a number distinguishes, and of a name that does not belong to a
+mode."""
 
 
 def choose_names(titles: Sequence[Sequence[Title]]) -> list[str]:

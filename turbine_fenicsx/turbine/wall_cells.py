@@ -1,4 +1,4 @@
-"""What the cells of hollow blades stand for, read from the data that go with their mesh."""
+"""Meaning of the cells of hollow blades, from the data of their mesh."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ LARGEST = 10_000_000
 """Maximum size of a file [bytes]."""
 
 _REMARK = re.compile(r"[!#%].*")
-"""What OpenFAST takes for a remark, up to the end of the line."""
+"""Start of a remark in OpenFAST's files, up to the end of the line."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?(nan|inf|infinity)$", re.I)
 """A number of Fortran, with D for the exponent of double precision."""

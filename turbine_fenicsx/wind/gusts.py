@@ -64,7 +64,7 @@ class TurbineClass:
 
 @dataclass(frozen=True)
 class _Transient:
-    """What the transients have in common.
+    """Base of the transients.
 
     Args:
         speed: At the height of the hub before [m/s].

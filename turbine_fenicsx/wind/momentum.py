@@ -89,7 +89,7 @@ class Annuli(NamedTuple):
 
 
 class Induction(NamedTuple):
-    """What the rotor does to the wind at each annulus.
+    """Induction of the rotor at each annulus.
 
     Attributes:
         phi: Inflow angle, from the rotor plane [rad].

@@ -37,7 +37,7 @@ class SkewedWake:
     def find_factors(
         self, wind: Array, shaft: Array, induced: float, outward: Array, part: Array
     ) -> Array:
-        """What the axial induced velocities of all sections are multiplied by; never negative.
+        """Factors of the axial induced velocities of all sections; never negative.
 
         Args:
             wind: Mean wind relative to the rotor, shape (3,) [m/s].

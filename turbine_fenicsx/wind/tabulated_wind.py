@@ -43,7 +43,7 @@ RANGES = {
     "vertical_shear": (-10.0, 10.0),
     "gust": (-FASTEST, FASTEST),
 }
-"""What lies beyond is no wind [m/s, -]; angles may have any value."""
+"""Plausible range of each column [m/s, -]; angles may have any value."""
 
 _ANGLES = ("direction", "inclination")
 

@@ -65,7 +65,7 @@ class TurbulenceField:
         return (n if self.periodic else n - 1) * self.dt
 
     def list_mistakes(self, end: float, centre: Array, radius: float) -> list[str]:
-        """What keeps the field from being the wind of a run, one sentence each.
+        """Mistakes of the field as the wind of a run, one sentence each.
 
         Args:
             end: End of the run [s].

@@ -12,7 +12,7 @@ RPM, DEGREE = pi / 30.0, pi / 180.0
 
 @dataclass(frozen=True)
 class ControllerData:
-    """What the section ``control`` says; None for what it leaves out. Speeds are the rotor's.
+    """Values of the section ``control``; None for missing ones. Speeds are the rotor's.
 
     Args:
         least_speed: Smallest speed [rad/s].

@@ -12,7 +12,7 @@ from turbine_fenicsx.windio.curves import Curve
 from turbine_fenicsx.windio.entry import Entry
 
 HANDLES = ("start_nd_arc", "end_nd_arc", "midpoint_nd_arc")
-"""What an anchor can be asked for."""
+"""Handles of an anchor."""
 
 WIDEST = 100.0
 """Maximum width of an anchor [m]."""

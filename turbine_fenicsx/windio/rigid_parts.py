@@ -43,7 +43,7 @@ class Hub:
 
 @dataclass(frozen=True, eq=False)
 class Nacelle:
-    """What stands on the tower, but for hub and yaw system.
+    """Parts on the tower, except hub and yaw system.
 
     Args:
         tilt: Angle of the shaft to the horizontal, upwards to the rotor [deg].

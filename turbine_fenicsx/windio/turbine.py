@@ -33,7 +33,7 @@ _OLD_KEYS = ("outer_shape_bem", "internal_structure_2d_fem", "elastic_properties
 
 @dataclass(frozen=True, eq=False)
 class WindIOTurbine:
-    """What this package reads of a windIO file.
+    """Contents of a windIO file that this package reads.
 
     Args:
         name: Name of the turbine.

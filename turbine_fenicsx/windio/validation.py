@@ -15,7 +15,7 @@ _SCHEMA = ("schemas", "turbine", "turbine_schema.yaml")
 
 
 def list_schema_mistakes(path: str | os.PathLike[str]) -> list[str]:
-    """What windIO's schema objects to in a file that `read_turbine` reads.
+    """Objections of windIO's schema to a file that `read_turbine` reads.
 
     Keys that the schema does not know are not among it.
 

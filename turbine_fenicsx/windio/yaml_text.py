@@ -29,7 +29,7 @@ _PLAIN = {
     ),
     "merge": (r"<<", ["<"]),
 }
-"""What unquoted text stands for in YAML 1.2, where 1e-5 is a number, by its first characters."""
+"""Types of unquoted text in YAML 1.2, where 1e-5 is a number, by its first characters."""
 
 
 class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]

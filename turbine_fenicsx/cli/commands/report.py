@@ -1,7 +1,8 @@
 """Write one HTML page about a run, or about modes, that opens from disk without a network.
 
 Case, mesh, diagrams, pictures, tables and versions, all from the output folder and all inside the
-page. What a run has not written, or cannot be drawn here, is left out with a sentence in the page.
+page. The page leaves out missing files and figures that cannot be drawn here, and says so in a
+sentence.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 
 
 def find_carriers(system: MultibodySystem) -> tuple[dict[RigidBody, int], dict[int, int]]:
-    """What each rigid body stands on, and which couplings carry flexible bodies.
+    """Supports of rigid bodies, and couplings that carry flexible bodies.
 
     The ground stands on nothing, nor does the first body of what hangs together without touching
     the ground. From there joints are followed before couplings, so that a flexible body in a loop

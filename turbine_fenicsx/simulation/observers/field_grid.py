@@ -113,7 +113,7 @@ class FieldGrid:
         return self._open(path=path, append=append, information=about)
 
     def motion(self, q: Array, u: Sequence[PETSc.Vec]) -> Array:
-        """What the points of this rank do, displacements or velocities, shape (n, 3). Collective.
+        """Displacements or velocities of the points of this rank, shape (n, 3). Collective.
 
         Args:
             q: Of the coordinates of the rigid bodies, shape (12 bodies,).

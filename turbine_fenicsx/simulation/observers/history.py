@@ -26,10 +26,10 @@ log = logging.getLogger(__name__)
 
 
 class Restartable(Protocol):
-    """What a channel remembers from one row to the next."""
+    """State of a channel between rows."""
 
     def save(self) -> RestartData:
-        """What it knows."""
+        """Its state."""
 
     def restore(self, data: RestartData) -> None:
         """Know it again."""
@@ -70,7 +70,7 @@ class Channel:
 
 
 def save_channels(channels: Sequence[Channel]) -> RestartData:
-    """What channels remember, by their first columns."""
+    """States of channels, by their first columns."""
     data = RestartData()
     for channel in channels:
         if channel.memory is not None:
@@ -251,8 +251,8 @@ def angle_channel(system: MultibodySystem) -> Channel:
 def work_channel(stepper: Stepper) -> Channel:
     """Energy of springs, work of each force and drive, and what each damper dissipated so far.
 
-    What does not occur in the system has no column. Total energy is initial energy plus all works
-    minus everything dissipated.
+    Quantities that do not occur in the system have no column. Total energy is initial energy plus
+    all works minus everything dissipated.
     """
     system = stepper.system
     springs = any(e.kind == "conservative" for e in system.motion_forces) or any(

@@ -109,7 +109,7 @@ class Points:
         return sum_over_ranks(self._comm, self._local(state))
 
     def _local(self, state: State) -> Array:
-        """What this rank contributes, shape (n, 2, 3); rank 0 adds what all ranks know."""
+        """Contribution of this rank, shape (n, 2, 3); rank 0 adds what all ranks know."""
         found = np.zeros((len(self.points), 2, 3))
         for k, (rows, N) in enumerate(self._flexible):
             if rows:

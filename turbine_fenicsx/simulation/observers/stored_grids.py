@@ -1,4 +1,4 @@
-"""What an existing XDMF series holds, as far as its files are intact."""
+"""Contents of an existing XDMF series, as far as its files are intact."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ class XdmfSeries:
 
 
 def _format_head(information: Mapping[str, str]) -> str:
-    """What stands before the grids."""
+    """Text before the grids."""
     about = "".join(
         f'<Information Name="{escape(name)}" Value="{escape(text)}"/>\n'
         for name, text in information.items()

@@ -182,7 +182,7 @@ def _apply_override(data: dict[str, Any], override: str) -> None:
 
 
 def _mesh_file(case: Case) -> list[Mistake]:
-    """What a first look at the mesh file shows."""
+    """Mistakes that a first look at the mesh file shows."""
     if case.mesh.file is None or case.turbine.model == "rigid":
         return []
     from turbine_fenicsx.meshing import MeshError

@@ -1,4 +1,4 @@
-"""What controller, drivetrain, yaw bearing and events need of each other and of the turbine."""
+"""Checks of controller, drivetrain, yaw bearing and events against each other and the turbine."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def check_pitch_law(case: Tables) -> str:
 
 
 def _check_law(name: str, case: Tables) -> str:
-    """What is wrong with a law."""
+    """Complaint about a law."""
     if case.control.kind != "pi":
         return ""
     try:
@@ -60,7 +60,7 @@ def _check_law(name: str, case: Tables) -> str:
 
 
 def check_drivetrain(case: Tables) -> str:
-    """What a drivetrain needs."""
+    """Checks of the drivetrain."""
     d = case.drivetrain
     if d.model == "none":
         return ""
@@ -89,7 +89,7 @@ def has_brake(case: Tables) -> bool:
 
 
 def check_events(case: Tables) -> str:
-    """What events need of a turbine is there."""
+    """The turbine has what its events need."""
     for name, event in case.event.items():
         key = f'event.{name}.kind = "{event.kind}"'
         if event.kind in TURNING and (

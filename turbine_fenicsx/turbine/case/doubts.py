@@ -83,7 +83,7 @@ def _doubt_mass(case: Tables) -> Iterator[str]:
 
 
 def _doubt_steps(case: Tables) -> Iterator[str]:
-    """What acts for a while is seen by several steps, which look at it in their middle."""
+    """Several steps must resolve a load, and each looks at it in its middle."""
     loads, pitch = case.loads, case.pitch
     acting = []
     if any((loads.rotor_torque, loads.yaw_torque, loads.pitch_torque)):

@@ -36,7 +36,7 @@ class EventCase(Section):
     """
 
     kind: EventKind = "emergency_stop"
-    """What happens."""
+    """Kind of the event."""
     time: Annotated[Seconds, NotNegative] = 0.0
     """When it begins."""
     pitch: Annotated[Radians, Field(ge=-pi, le=pi)] = 0.5 * pi
@@ -52,7 +52,7 @@ class EventCase(Section):
 def name_events(data: Any) -> Any:
     """Nested tables of a case in which events of a list ``[[event]]`` have names.
 
-    What are no tables is left to those who say so.
+    Values other than tables are left to later checks.
     """
     events = data.get("event") if isinstance(data, Mapping) else None
     if not isinstance(events, list):

@@ -20,8 +20,8 @@ class GeneratorCase(Section):
     """
 
     keeps: Literal["nothing", "speed", "torque"] = "nothing"
-    """What a generator without a controller keeps: nothing, ``turbine.rotor_speed``, or its
-    torque."""
+    """Quantity that a generator without a controller keeps: nothing, ``turbine.rotor_speed``, or
+    its torque."""
     torque: Annotated[Torque, Finite] | None = None
     """With ``keeps = "torque"``: torque against the rotation; none: the mean torque of the wind on
     stiff blades."""

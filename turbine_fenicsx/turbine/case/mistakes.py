@@ -49,7 +49,7 @@ _RENAMED: dict[Key, Key] = {("solver", "preconditioner"): ("solver", "linear_sol
 
 
 def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
-    """What pydantic found.
+    """Mistakes that pydantic found.
 
     Args:
         error: Its report.

@@ -44,7 +44,7 @@ class PitchCase(Section):
     ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
     """Principal values of the Euler tensor of a ring along chord, span and rotor axis."""
     drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
-    """What turns the blades: nothing, spring and damper, a motion in time, or a drive that follows
+    """Drive of the blades: none, spring and damper, a motion in time, or an actuator that follows
     commands, see howto/control."""
     initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)] = 0.0
     """Pitch at t = 0, positive to feather."""

@@ -64,7 +64,7 @@ _KINDS = {
     "m/s^2": ("an acceleration", "9.81 m/s^2"),
     "": ("a number", "0.3"),
 }
-"""What a quantity in an SI unit is called, and an example."""
+"""Name of a quantity in an SI unit, and an example."""
 
 
 def to_si(value: Any, unit: str) -> float:

@@ -1,4 +1,4 @@
-"""What the tables of a case file have in common: strictness, ranges, kinds of values."""
+"""Base of the tables of a case file: strictness, ranges, kinds of values."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 A new key is a line here with a docstring that says what it means; the reference and the command
 ``keys`` show it. A new table is a class and a line in `Tables`. It has a file of its own with the
-checks of its component, as `turbine_fenicsx.turbine.case.tower`. What belongs to a value is in its
-type: unit, range, choices. What keys of several tables have to do with each other is in
+checks of its component, as `turbine_fenicsx.turbine.case.tower`. The type of a value holds its
+unit, range and choices. Relations between keys of several tables are in
 `turbine_fenicsx.turbine.case.consistency`.
 """
 

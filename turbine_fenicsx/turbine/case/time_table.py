@@ -23,7 +23,7 @@ _HEADING = re.compile(r"\s*(\w+?)_?\s*(?:[\[(](.*)[\])])?\s*")
 
 @dataclass(frozen=True)
 class Column:
-    """What a column may hold.
+    """Allowed contents of a column.
 
     Args:
         unit: SI unit, empty for none.

@@ -42,7 +42,7 @@ LEAST_SPEED, PITCH_RATE = 0.6, 2.0 * pi / 180.0
 
 @dataclass(frozen=True)
 class GeneratorShaft:
-    """What a controller acts on.
+    """Actuators of a controller.
 
     Args:
         ratio: Speed of the generator over that of the rotor.
@@ -79,7 +79,7 @@ def find_generator(data: Mapping[str, Any], turbine: WindIOTurbine) -> Generator
 
 @dataclass(frozen=True)
 class Design:
-    """What a file and the aerodynamics of its rotor say of a controller.
+    """Controller values from a file and the aerodynamics of its rotor.
 
     Args:
         gap: What the built-in one lacks, one sentence; empty if nothing or for another.

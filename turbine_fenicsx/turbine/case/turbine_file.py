@@ -1,7 +1,7 @@
 """A windIO file as part of a case: the case overrides single values of the file.
 
-What the file says of hub, nacelle and tower becomes the default of the keys; shape and layup of the
-blades are the file's alone.
+Hub, nacelle and tower of the file become the defaults of the keys; shape and layup of the blades
+are the file's alone.
 """
 
 from __future__ import annotations
@@ -225,7 +225,7 @@ def list_origins(case: Tables) -> tuple[list[str], list[str]]:
 
 
 def describe_file(case: Tables) -> list[str]:
-    """What of a case is its file's, in a few lines; nothing without a file."""
+    """Values of a case that come from its file, in a few lines; empty without a file."""
     if case.turbine.file is None:
         return []
     turbine, (taken, overridden) = load_turbine(case.turbine.file), list_origins(case)

@@ -103,7 +103,7 @@ class WindCase(Section):
 
 
 class AeroCase(Section):
-    """What the wind does to the blades: blade-element momentum theory at ``stations``.
+    """Loads of the wind on the blades: blade-element momentum theory at ``stations``.
 
     ``file`` is a primary file of AeroDyn 15, which names its blade and polars, or a windIO file;
     without it the blades have the aerodynamics of ``turbine.file``.
@@ -127,7 +127,7 @@ class AeroCase(Section):
     skewed_wake: Flag = False
     """More induction where the wake of a rotor that does not face the wind is deep."""
     tower_shadow: Literal["none", "potential", "powles"] = "none"
-    """What a flexible tower does to the wind: potential flow, and with ``"powles"`` the wake
-    behind it."""
+    """Effect of a flexible tower on the wind: potential flow, and with ``"powles"`` the wake behind
+    it."""
     tower_drag: Annotated[Number, Field(ge=0.0, le=5.0)] = 0.5
     """Drag coefficient of the tower, for the wake."""

@@ -1,4 +1,4 @@
-"""What the keys of wind and aerodynamics have to do with each other, and with their files."""
+"""Checks of the keys of wind and aerodynamics against each other and their files."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def find_idle_wind_keys(case: Tables) -> IdleKeys:
 
 
 def describe_aerodynamics(case: Tables) -> list[str]:
-    """What the wind is and what it acts on, in a few lines; nothing without a wind."""
+    """Wind of a case and its models, in a few lines; empty without a wind."""
     w = case.wind
     if not w.blows:
         return []
@@ -189,7 +189,7 @@ def describe_aerodynamics(case: Tables) -> list[str]:
 
 
 def _name_models(case: Tables) -> str:
-    """What the aerodynamics of a case know, in words."""
+    """Aerodynamic models of a case, in words."""
     aero = case.aero
     found = ["dynamic inflow" if aero.induction else "no induction"]
     if aero.dynamic_stall == "oeye":

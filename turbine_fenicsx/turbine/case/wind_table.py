@@ -62,7 +62,7 @@ def find_own_keys(path: str) -> tuple[str, ...]:
 
 
 def describe_wind_table(path: str) -> str:
-    """What the wind of a file is, in a few words."""
+    """Kind of wind of a file, in a few words."""
     table = load_wind_table(path)
     speed = table.columns["speed"]
     return (
