@@ -1,7 +1,7 @@
 """Energy-momentum dynamics of rigid and flexible bodies on FEniCSx, and wind turbines made of them.
 
 The public names stand in ``__init__.pyi`` and are imported on first use, so that the command line
-answers at once.
+answers immediately.
 """
 
 from __future__ import annotations

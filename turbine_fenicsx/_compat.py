@@ -55,7 +55,7 @@ def _jit_options() -> tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]:
 
 @contextmanager
 def _form_cache() -> Iterator[list[Any]]:
-    """Let DOLFINx compile by way of `form_cache`, in a folder of its own below that of DOLFINx.
+    """Let DOLFINx compile by way of `form_cache`, in a separate folder below that of DOLFINx.
 
     Yields:
         A list of the Python modules that were made or loaded meanwhile.

@@ -1,4 +1,4 @@
-"""Modes of a quadratic problem: rigid ones told apart, of unit modal mass, by rising frequency."""
+"""Modes of a quadratic problem by rising frequency, of unit modal mass, rigid ones first."""
 
 from __future__ import annotations
 

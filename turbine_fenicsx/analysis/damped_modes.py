@@ -29,7 +29,7 @@ def damped_modes(system: MultibodySystem, state: State | None = None, count: int
 
     Raises:
         InputError: if slepc4py is not installed.
-        TypeError: for what is no state.
+        TypeError: if the state is not a `State`.
         ModelError: for a state that is not in equilibrium, more modes than degrees of freedom, or a
             force that has no derivative with respect to the velocity.
         StepFailure: if no equilibrium is found, or the iteration does not converge.

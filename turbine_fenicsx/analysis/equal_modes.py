@@ -1,4 +1,4 @@
-"""Modes of equal eigenvalues, told apart; the sign or phase of every mode.
+"""Modes of equal eigenvalues, distinguished; the sign or phase of every mode.
 
 Any orthogonal combination of modes with one eigenvalue is as good as another, and which one a
 solver finds depends on round-off and on the number of ranks. Here they become those that are
@@ -23,7 +23,8 @@ EQUAL = 1e-6
 """Eigenvalues that differ by less than this part of themselves are one and the same."""
 
 APART = 1e-4
-"""Modes are told apart by a feature if the squares of it differ by more than this part of them."""
+"""Modes are distinguished by a feature if the squares of it differ by more than this part of
+them."""
 
 NOTHING = 1e-9
 """Features whose squares are below this part of those of all features are round-off."""
@@ -43,12 +44,11 @@ def separate_equal_modes(
 
     Args:
         modes: The modes; they are destroyed.
-        features: Features of a mode, the most telling one first.
+        features: Features of a mode, the most significant one first.
         inner_product: a . M b of two motions.
 
-    Returns:
-        The modes, with equal ones told apart, and with a sign or phase in which the largest entry
-        of the first feature that they have much of is positive.
+    Returns: The modes, with equal ones distinguished, and with a sign or phase in which the largest
+        entry of the first feature that they have much of is positive.
     """
     found: list[Mode] = []
     for group in group_neighbours(modes.modes, _are_equal):
@@ -146,7 +146,7 @@ def _combine(mode: Mode, group: Sequence[Mode], weights: Any) -> Mode:
 
 
 def _add_motions(motions: Sequence[Motion], weights: Array) -> Motion:
-    """A sum of motions with weights, of vectors of its own."""
+    """A sum of motions with weights, in new vectors."""
     u: list[PETSc.Vec] = []
     for vectors in zip(*(m.u for m in motions), strict=True):
         total = vectors[0].duplicate()

@@ -63,7 +63,7 @@ def check_equilibrium(system: MultibodySystem, state: State) -> None:
     """Check that a state is in equilibrium.
 
     Raises:
-        TypeError: for what is no state.
+        TypeError: if the state is not a `State`.
         ModelError: for a state of another system, or one that is not in equilibrium; on all ranks.
 
     Note:

@@ -39,7 +39,7 @@ class ModalSums:
     Args:
         system: The system.
         state: Where it is linearised.
-        pieces: Pieces of the flexible bodies that are told apart.
+        pieces: Pieces of the flexible bodies that are distinguished.
 
     Note:
         Collective, also all methods.

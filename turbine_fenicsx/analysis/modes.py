@@ -54,7 +54,7 @@ def modes(
 
     Raises:
         InputError: if slepc4py is not installed.
-        TypeError: for what is no state.
+        TypeError: if the state is not a `State`.
         ModelError: for a state that is not in equilibrium, or more modes than there are.
         StepFailure: if no equilibrium is found, the iteration does not converge, or a mode does
             not fulfil the equations.

@@ -79,7 +79,7 @@ def keep_if_interrupted(solver: Any) -> Iterator[None]:
     """Never free a solver that an exception has left in the midst of its iteration.
 
     SLEPc cannot free what it has lent out then: it fails, or crashes when the program ends. Newer
-    releases wrap Ctrl-C in errors of their own.
+    releases wrap Ctrl-C in other errors.
     """
     try:
         yield

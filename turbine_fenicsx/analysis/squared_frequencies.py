@@ -70,8 +70,8 @@ class SquaredFrequencies:
         """All pairs that have converged when so many have, and none nearer to the shift is missing.
 
         A Krylov space holds one vector of each eigenvalue, and further ones of a repeated
-        eigenvalue only by round-off. So the iteration begins anew, orthogonal to what was found,
-        until it comes to an eigenvalue beyond.
+        eigenvalue only by round-off. So the iteration restarts, orthogonal to what was found, until
+        it comes to an eigenvalue beyond.
 
         Args:
             count: Number of pairs, at most that of degrees of freedom.

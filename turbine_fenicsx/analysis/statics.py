@@ -104,8 +104,8 @@ def equilibrium(
         The equilibrium under the forces at the last time, with zero velocities.
 
     Raises:
-        TypeError, ModelError: for a start that is no state of this system, or an unknown joint
-            coordinate.
+        TypeError, ModelError: if the start is not a state of this system, or a joint coordinate is
+            unknown.
         StepFailure: if Newton's method does not converge, or turns a joint by half a revolution
             or more in one load step.
 
@@ -130,7 +130,7 @@ def at_rest(system: MultibodySystem, state: State | None) -> State:
     """A copy of a state, the initial one if None, with zero velocities. Collective.
 
     Raises:
-        TypeError, ModelError: for what is no state of this system.
+        TypeError, ModelError: if it is not a state of this system.
     """
     if state is not None:
         check_start(system, state)
@@ -143,7 +143,7 @@ def at_rest(system: MultibodySystem, state: State | None) -> State:
 
 
 def number_held(system: MultibodySystem, names: Iterable[str]) -> list[int]:
-    """Numbers of joint coordinates that must be held; a motion of their own holds some already.
+    """Numbers of joint coordinates that must be held; a prescribed motion holds some already.
 
     Raises:
         ModelError: for an unknown name.

@@ -104,9 +104,8 @@ def turning_equilibrium(
         The state, with the velocities of the rotation and the joint forces of Omega.
 
     Raises:
-        TypeError, ModelError: for a start that is no state of this system, a joint that cannot
-            turn, an unknown joint coordinate, or a rotation that is not steady unless it may be
-            periodic.
+        TypeError, ModelError: if the start is not a state of this system, the joint cannot turn, a
+            joint coordinate is unknown, or the rotation is not steady and not `periodic`.
         StepFailure: if Newton's method does not converge.
 
     Note:

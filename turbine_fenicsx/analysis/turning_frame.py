@@ -190,8 +190,8 @@ def turning_frame(
         state: Where the axis is; the initial state if None.
 
     Raises:
-        ModelError: for an unknown joint, one that does not turn about one axis, whose second
-            partner is the ground, or whose sides are tied together, or a speed that is no number.
+        ModelError: if the joint is unknown, does not turn about one axis, has the ground as second
+            partner or sides that are tied together, or if the speed is not a number.
     """
     speed = check_number(f"speed of {joint!r}", speed)
     found = next((j for j in system.joints if j.name == joint), None)

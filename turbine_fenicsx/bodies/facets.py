@@ -19,7 +19,7 @@ def check_facets(name: str, mesh: Mesh, facets: npt.ArrayLike) -> npt.NDArray[np
         facets: What was given on this rank.
 
     Raises:
-        ModelError: for what are no numbers of facets of the mesh, on all ranks.
+        ModelError: if they are not facet numbers of the mesh, on all ranks.
 
     Note:
         Collective.

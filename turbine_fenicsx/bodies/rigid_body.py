@@ -36,8 +36,8 @@ class RigidBody:
         angular_velocity: Initial angular velocity in space [rad/s], shape (3,).
 
     Raises:
-        ModelError: for a mass that is not positive, a negative Euler value, directors that are no
-            rotation, or a vector that is no three numbers.
+        ModelError: if the mass is not positive, an Euler value is negative, the directors are not a
+            rotation, or a vector is not three numbers.
     """
 
     name: str
@@ -90,8 +90,8 @@ class RigidBody:
             angular_velocity: Initial angular velocity in space [rad/s], shape (3,).
 
         Raises:
-            ModelError: for what is no tensor of inertia of a body, axes that are no rotation, and
-                as above.
+            ModelError: if the inertia tensor is not that of a body, the axes are not a rotation,
+                and as above.
         """
         euler, principal = principal_inertia(name, inertia)
         R = np.eye(3) if axes is None else _check_rotation("axes", name, axes)

@@ -19,7 +19,7 @@ class RigidSurface:
         body: The rigid body.
         points: Initial positions, shape (n, 3) [m].
         quadrilaterals: Corners of the faces, shape (m, 4).
-        part: Number that tells the parts apart in the output.
+        part: Number that distinguishes the parts in the output.
     """
 
     body: RigidBody

@@ -32,7 +32,7 @@ def check_commands(commands: Any, who: str, time: float) -> Commands:
         time: When [s].
 
     Raises:
-        ForeignError: for anything that is no command.
+        ForeignError: if it is not a command.
     """
     at = f"at t = {time:g} s"
     try:

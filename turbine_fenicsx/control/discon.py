@@ -66,7 +66,7 @@ def check_library(library: Path, infile: Path) -> str:
 
 
 class Discon:
-    """A library with its input file in a process of its own; call it on one rank only.
+    """A library with its input file in a separate process; call it on one rank only.
 
     Args:
         library: The shared library.

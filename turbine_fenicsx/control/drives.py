@@ -1,7 +1,7 @@
 """Drives of bearings as motions that are known over a step: pitch and yaw.
 
-A drive is a function of time for a `PrescribedMotion`. Between two steps it is told where to go;
-from the state at that time on its motion is a closed formula, which steps of any length see alike.
+A drive is a function of time for a `PrescribedMotion`. It gets its target between two steps. From
+the state at that time its motion is a closed formula, which is the same for steps of any length.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class PitchDrive:
         return [float(getattr(self, name)) for name in _STATE]
 
     def restore(self, state: list[float]) -> None:
-        """Go on from a state."""
+        """Restore a state."""
         for name, value in zip(_STATE, state, strict=True):
             setattr(self, name, float(value))
 
@@ -127,5 +127,5 @@ class YawDrive:
         return [self.angle, self.rate, self.time]
 
     def restore(self, state: list[float]) -> None:
-        """Go on from a state."""
+        """Restore a state."""
         self.angle, self.rate, self.time = map(float, state)

@@ -67,7 +67,7 @@ def supervise(
 
     Args:
         events: All events of the run.
-        measured: What the controller has seen.
+        measured: Measurements of the controller.
         commands: What it wants.
         before: What was done in the last step; at the first call the pitch at the start.
 

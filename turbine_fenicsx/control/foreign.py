@@ -1,7 +1,7 @@
-"""Controllers of others: whatever they do ends in a sentence, and a run with them can go on.
+"""Controllers of others: whatever they do ends in a sentence, and a run with them can resume.
 
-They run on rank 0 alone. A checkpoint holds what such a controller has saved of itself, if it can,
-and all that it has seen and commanded since. On restart its state is restored and the rest of its
+They run on rank 0 alone. A checkpoint holds the saved state of such a controller, if it has one,
+and all its input and commands since. On restart its state is restored and the rest of its
 input history is replayed. If its commands then differ from the recorded ones, it depends on
 something unsaved, and the run ends with a sentence.
 """
@@ -57,7 +57,7 @@ class RestartableResponder(Responder, Protocol):
         """Its state, of rank 0; nothing if it cannot. Raises ForeignError if that fails."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on from that state. Raises ForeignError if that fails."""
+        """Restore that state. Raises ForeignError if that fails."""
 
 
 class ForeignController:
@@ -131,7 +131,7 @@ class ForeignController:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Give it back its state and show it all again that it has seen since. Collective.
+        """Restore its state and replay its input since then. Collective.
 
         Raises:
             InputError: for data of another layout.
@@ -157,7 +157,7 @@ class ForeignController:
         on_rank0(self._comm, go_on)
 
     def _show_again(self, row: Array) -> None:
-        """Show it what it has seen, and compare what it commands."""
+        """Replay its input and compare its commands."""
         n = len(COMMANDED)
         measured = Measurements.from_row(row[:-n])
         new = self._respond(measured).to_row()
@@ -170,7 +170,7 @@ class ForeignController:
                 )
 
     def finish(self) -> None:
-        """Tell it that the run has ended; what fails then is a warning. Collective."""
+        """Call it at the end of the run; a failure is a warning. Collective."""
 
         def end() -> None:
             if self._responder is None:

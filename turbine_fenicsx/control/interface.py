@@ -113,7 +113,7 @@ class Controller(Protocol):
         """Its state for a restart. Collective."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the controller that saved this. Collective."""
+        """Restore the state of the controller that saved this. Collective."""
 
     def finish(self) -> None:
         """The run has ended. Collective."""

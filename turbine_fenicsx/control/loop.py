@@ -31,13 +31,13 @@ class RestartableSensors(Protocol):
     """Sensors that need to know more than the present state."""
 
     def resume(self, snapshot: Snapshot) -> None:
-        """A run goes on from here."""
+        """A run resumes from here."""
 
     def save(self) -> RestartData:
         """State that later measurements depend on."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the sensors that saved this."""
+        """Restore the state of the sensors that saved this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Actuators:
         return [torques, *(drive.save() for drive in self._drives)]
 
     def restore(self, states: Sequence[list[float]], orders: Orders) -> None:
-        """Go on from states and orders."""
+        """Restore states and orders."""
         (self.generator.last, self.generator.torque), *others = states
         for drive, state in zip(self._drives, others, strict=True):
             drive.restore(state)
@@ -122,7 +122,7 @@ class ControlLoop:
         self._speaks = False
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Ask for the first commands, unless a run goes on that has them."""
+        """Ask for the first commands, unless a resumed run has them."""
         self._speaks = snapshot.stepper.system.comm.rank == 0
         if not resumed:
             self._ask(self._sensors(snapshot, self._dt, True))
@@ -136,12 +136,12 @@ class ControlLoop:
         """Ask for the next commands.
 
         Raises:
-            ForeignError: if the controller fails; a run that goes on from here asks it again.
+            ForeignError: if the controller fails; a resumed run from here asks it again.
         """
         self._ask(self._sensors(snapshot, snapshot.state.time - self._time, False))
 
     def finish(self) -> None:
-        """Tell the controller that the run has ended."""
+        """Call the controller at the end of the run."""
         self._controller.finish()
 
     def _ask(self, measured: Measurements) -> None:
@@ -177,7 +177,7 @@ class ControlLoop:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on with what was held."""
+        """Restore what was held."""
         self._time = data.numbers["time"]
         torque, pitch, *others = data.numbers["orders"]
         self.orders = Orders(torque, tuple(pitch), *others)

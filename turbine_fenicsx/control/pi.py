@@ -134,7 +134,7 @@ class PIController:
         )
 
     def restore(self, data: RestartData) -> None:
-        """Go on from its states."""
+        """Restore its states."""
         for name, value in data.numbers.items():
             setattr(self, f"_{name}", float(value))
 

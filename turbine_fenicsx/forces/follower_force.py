@@ -31,7 +31,7 @@ class FollowerForce:
 
     Raises:
         ModelError: if point or force are not three numbers.
-        TypeError: for what is no rigid body, or no function of time.
+        TypeError: if the body is not rigid, or the function is not one of time.
     """
 
     name: str

@@ -96,7 +96,7 @@ class Layout:
     def frames(
         self, *bodies: RigidBody | None
     ) -> tuple[tuple[BodyFrame, ...], npt.NDArray[np.int64]]:
-        """Frames of some bodies in coordinates of their own, and the numbers of these.
+        """Frames of some bodies in local coordinates, and the numbers of these.
 
         Args:
             bodies: Rigid bodies; None is the ground.

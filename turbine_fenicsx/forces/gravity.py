@@ -20,7 +20,7 @@ class Gravity:
         name: Its name; it does no external work.
 
     Raises:
-        ModelError: for an acceleration that is no vector.
+        ModelError: if the acceleration is not a vector.
     """
 
     acceleration: npt.ArrayLike = (0.0, -9.81, 0.0)

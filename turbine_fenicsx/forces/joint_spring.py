@@ -21,7 +21,7 @@ class JointSpring:
         rest: Where the spring is at rest [rad or m].
 
     Raises:
-        ModelError: for a negative stiffness, or a position at rest that is no number.
+        ModelError: if the stiffness is negative, or the position at rest is not a number.
     """
 
     name: str

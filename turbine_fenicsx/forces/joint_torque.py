@@ -23,8 +23,8 @@ class JointTorque:
         function: Factor as a function of time [s].
 
     Raises:
-        ModelError: for a torque that is no number.
-        TypeError: for what is no function of time.
+        ModelError: if the torque is not a number.
+        TypeError: if the function is not one of time.
     """
 
     name: str

@@ -78,7 +78,7 @@ class LineSource:
         return np.asarray(F), np.asarray(M)
 
     def tell(self, times: StepTimes) -> None:
-        """Tell the source for what motion it is asked outside of the steps of a run."""
+        """Announce the motion for which the source is called outside of the steps of a run."""
         self._source.begin(times)
 
     def finish(self, loads: StepLoads) -> None:
@@ -92,7 +92,7 @@ class LineSource:
         return self._source.save()
 
     def restore(self, data: RestartData) -> None:
-        """Go on where the data were saved; start anew without any."""
+        """Resume where the data were saved; start from scratch without any."""
         self._waits, self.last = False, None
         self._source.restore(data)
 

@@ -28,7 +28,7 @@ class NodeForce:
 
     Raises:
         ModelError: if point or force are not three numbers.
-        TypeError: for what is no function of time.
+        TypeError: if the function is not one of time.
     """
 
     name: str

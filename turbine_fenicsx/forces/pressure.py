@@ -28,8 +28,8 @@ class Pressure:
         function: Factor as a function of time [s].
 
     Raises:
-        ModelError: for a pressure that is no number.
-        TypeError: for what is no function of time.
+        ModelError: if the pressure is not a number.
+        TypeError: if the function is not one of time.
     """
 
     name: str

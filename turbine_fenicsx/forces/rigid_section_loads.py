@@ -67,7 +67,7 @@ class RigidSectionLoads:
 
     Raises:
         ModelError: for points that are not positions, or a body that occurs twice.
-        TypeError: for a source that is no `LineLoad`, or what is no rigid body.
+        TypeError: if the source is not a `LineLoad`, or a body is not rigid.
     """
 
     name: str
@@ -171,7 +171,7 @@ class BoundRigidLoads(LineSource):
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on where the data were saved; start anew without any."""
+        """Resume where the data were saved; start from scratch without any."""
         self._age, self._slopes = data.numbers.get("age", 0), data.arrays.get("slopes")
         self._at = Memo(self._evaluate)
         super().restore(data.part("source"))

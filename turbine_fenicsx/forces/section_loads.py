@@ -70,7 +70,7 @@ class LineLoad(Protocol):
         """State that later loads depend on, apart from the motion."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the loads that saved this; if there is nothing, start anew."""
+        """Restore saved loads; without any, start from scratch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class SectionLoads:
 
     Raises:
         ModelError: for stations that do not rise, or an axis without a direction.
-        TypeError: for a source that is no `LineLoad`.
+        TypeError: if the source is not a `LineLoad`.
     """
 
     name: str

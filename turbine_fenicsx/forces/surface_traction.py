@@ -28,7 +28,7 @@ class SurfaceTraction:
 
     Raises:
         ModelError: if the force is not three numbers.
-        TypeError: for what is no function of time.
+        TypeError: if the function is not one of time.
     """
 
     name: str

@@ -72,7 +72,7 @@ class Ramp:
         smooth: Whether to round off the ends.
 
     Raises:
-        ModelError: for a duration that is not positive, or what is no number.
+        ModelError: if the duration is not positive, or an argument is not a number.
     """
 
     final: float
@@ -138,7 +138,7 @@ class Sine:
         phase: Phase [rad]; pi/2 makes it a cosine.
 
     Raises:
-        ModelError: for a frequency that is not positive, or what is no number.
+        ModelError: if the frequency is not positive, or an argument is not a number.
     """
 
     amplitude: float
@@ -245,7 +245,7 @@ class Table:
 
 
 def _check_finite(what: str, value: float, unit: str = "") -> None:
-    """Raise a ModelError for what is no number."""
+    """Raise a ModelError unless it is a number."""
     if not math.isfinite(value):
         raise ModelError(f"{what} must be a number, got {value} {unit}".rstrip())
 

@@ -34,7 +34,7 @@ class Torque:
 
     Raises:
         ModelError: if the torque is not three numbers.
-        TypeError: for what is no rigid body, or no function of time.
+        TypeError: if the body is not rigid, or the function is not one of time.
     """
 
     name: str

@@ -29,7 +29,7 @@ def compile_c(
         folder: Where compiled code is kept.
         declaration: The functions, as for `cffi.FFI.cdef`.
         source: The code, which must be the same on all ranks.
-        flags: Flags for the compiler; ranks with other flags have code of their own.
+        flags: Flags for the compiler; ranks with other flags have separate code.
 
     Raises:
         CompilationError: on every rank, as `compile_on_all` does.

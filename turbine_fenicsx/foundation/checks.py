@@ -24,7 +24,7 @@ def check_array(what: str, value: Any, shape: tuple[int, ...], words: str) -> Ar
         The numbers, of that shape.
 
     Raises:
-        ModelError: for another shape, or for what is no finite number.
+        ModelError: if the shape differs, or an entry is not a finite number.
     """
     array = _as_floats(value)
     if array.shape != shape or not np.all(np.isfinite(array)):
@@ -118,7 +118,7 @@ def describe(value: Any) -> str:
 
 
 def _number(value: Any) -> float:
-    """The number, or nan for what is none."""
+    """The number, or nan if it is not one."""
     array = _as_floats(value)
     return float(array) if array.ndim == 0 else np.nan
 

@@ -38,7 +38,8 @@ PATIENCE = 900
 """Time after which another process will not finish a form any more [s]."""
 
 WORTH_SAYING = 1.0
-"""Time of waiting that is told; to load a compiled form takes others a small part of it [s]."""
+"""Waiting time after which a message appears; loading a compiled form takes a small part of it
+[s]."""
 
 T = TypeVar("T", bound=tuple[Any, ...])
 log = logging.getLogger(__name__)
@@ -49,7 +50,7 @@ EXTRA_FLAGS = "TURBINE_FENICSX_CFLAGS"
 
 
 def read_extra_flags() -> list[str]:
-    """Flags for the compiler of forms that the user adds, which also tell compiled forms apart.
+    """Flags for the compiler of forms that the user adds, which also identify compiled forms.
 
     Where code is made for this processor, a name of the processor is among them, so that another
     machine with the same cache compiles for itself.
@@ -171,7 +172,7 @@ class Claim:
         """Take the lock of the form and remove what dead processes have left of it.
 
         Args:
-            anew: Whether what was finished goes too.
+            anew: Whether finished forms are removed too.
 
         Returns:
             Whether the file system has locks.
@@ -204,7 +205,7 @@ class Claim:
         return self._folder / f".{self.name}.lock"
 
     def _wait(self) -> bool:
-        """Wait for the lock, and tell whether the file system has such a thing."""
+        """Wait for the lock; return whether the file system supports it."""
         if self._lock is not None:
             return True
         try:
@@ -246,7 +247,7 @@ class Claim:
 
 
 def _is_stopped(process: int) -> bool:
-    """Whether a process of this computer waits for a signal to go on."""
+    """Whether a process of this computer waits for a signal to continue."""
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -1,4 +1,4 @@
-"""Kernels of FFCx for several cells at once: C code in which a number is a register of numbers.
+"""Kernels of FFCx for several cells together: C code in which a number is a register of numbers.
 
 A kernel computes one cell with numbers one after the other, and its loops over the nodes of a cell
 fill registers badly. Here each number becomes one number for each of several cells, its lanes, so
@@ -169,7 +169,7 @@ def _statement(text: str) -> str:
 
 
 def _expression(text: str) -> str:
-    """An expression in lanes: functions and choices get names of their own."""
+    """An expression in lanes: functions and choices get new names."""
     while "?" in text:
         text = _choose_in_lanes(text)
     for name in FUNCTION.findall(text):

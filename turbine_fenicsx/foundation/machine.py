@@ -33,7 +33,7 @@ def machine_memory(comm: MPI.Intracomm) -> float:
 def give_back_memory() -> None:
     """Give what was freed back to the system, before something large comes that fits in no gap.
 
-    SuperLU_DIST, which comes with PETSc, tells glibc to keep everything. Other C libraries than
+    SuperLU_DIST, which comes with PETSc, makes glibc keep everything. Other C libraries than
     glibc have no such function.
     """
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

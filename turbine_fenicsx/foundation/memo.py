@@ -14,8 +14,8 @@ class Memo(Generic[Value]):
     """A function that is not evaluated again for the arguments of the last call.
 
     Args:
-        function: The function. Its arguments are told apart bit for bit if they are arrays, which
-            is faster for small ones than `numpy.array_equal`, else by identity.
+        function: The function. Its arguments are distinguished bit for bit if they are arrays,
+            which is faster for small ones than `numpy.array_equal`, else by identity.
     """
 
     def __init__(self, function: Callable[..., Value]) -> None:

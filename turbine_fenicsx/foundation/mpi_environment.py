@@ -24,7 +24,7 @@ _OF_ONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1"}
 
 
 def environment_without_mpi() -> dict[str, str]:
-    """Variables of this process without those by which a launcher tells ranks of one another."""
+    """Variables of this process without those by which a launcher connects ranks."""
     return {name: x for name, x in os.environ.items() if not name.startswith(_OF_MPI)}
 
 

@@ -11,7 +11,7 @@ and its discrete gradient is the Jacobian at the midpoint (Gonzalez 1996), exact
     grad Phi((q_n + q_{n+1})/2) . (q_{n+1} - q_n) = Phi(q_{n+1}) - Phi(q_n).
 
 Joints state their functions with `AffineVector` and `dot`; `QuadraticMap` evaluates all of them
-at once, with a handful of numpy calls whatever the number of joints.
+together, with a handful of numpy calls whatever the number of joints.
 """
 
 from __future__ import annotations

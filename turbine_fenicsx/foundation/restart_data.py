@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.types import Array
 
 @dataclass
 class RestartData:
-    """Named data; parts of a program add theirs under names of their own.
+    """Named data; parts of a program add theirs under unique names.
 
     Args:
         numbers: Whatever JSON can hold without loss, equal on all ranks.

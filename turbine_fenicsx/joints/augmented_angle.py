@@ -1,8 +1,8 @@
 """Augmented joint angles: the angle Theta as an extra coordinate, eqs (15)-(18), (24).
 
 The constraint ties Theta to the functions c and s of the directors that equal its cosine and sine.
-Two forms exist. Both take arrays over all joint angles at once; index 0 and 1 are the two ends of
-the step, D = Theta_1 - Theta_0, m marks means.
+Two forms exist. Both take arrays over all joint angles; index 0 and 1 are the two ends of the step,
+D = Theta_1 - Theta_0, m marks means.
 
 `regular` (default)     Phi = sin(Theta) c - cos(Theta) s,     dPhi/dTheta = 1 on the manifold;
 `paper`                 Phi = c - cos(Theta) - s + sin(Theta), dPhi/dTheta = cos + sin, eq. (18),

@@ -31,7 +31,7 @@ class Planar(TwoBodyJoint):
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ModelError: for a point or a normal that is no three numbers, or no direction.
+        ModelError: if the point or the normal is not three numbers, or the normal is zero.
     """
 
     _: KW_ONLY

@@ -21,7 +21,7 @@ class PrescribedMotion:
 
     Raises:
         ModelError: if p(0) is no number.
-        TypeError: for what is no function.
+        TypeError: if the motion is not a function.
     """
 
     coordinate: str

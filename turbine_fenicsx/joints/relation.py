@@ -41,8 +41,9 @@ class JointRelation:
         motion: p(t), in a run p(0) belongs to its start; None for zero.
 
     Raises:
-        ModelError: for no factor, a factor that is zero or no number, or p(0) that is no number.
-        TypeError: for a motion that is no function.
+        ModelError: if there is no factor, a factor is zero or not a number, or p(0) is not a
+            number.
+        TypeError: if the motion is not a function.
     """
 
     name: str

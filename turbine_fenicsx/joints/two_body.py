@@ -26,7 +26,7 @@ class TwoBodyJoint:
         point: Joint point in the initial configuration [m], shape (3,).
 
     Raises:
-        ModelError: for a point that is no three numbers.
+        ModelError: if the point is not three numbers.
     """
 
     name: str
@@ -65,7 +65,7 @@ class AxisJoint(TwoBodyJoint):
         with_coordinates: Whether the joint coordinates are coordinates of the system.
 
     Raises:
-        ModelError: for a point or an axis that is no three numbers, or no direction.
+        ModelError: if the point or a direction is not three numbers, or a direction is zero.
     """
 
     _: KW_ONLY

@@ -36,7 +36,7 @@ class LinearSolver(Protocol):
         """State that later solves depend on, apart from the step; a new solver can `restore` it."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the solver that saved this; nothing was solved yet."""
+        """Restore the state of the solver that saved this; nothing was solved yet."""
 
     def destroy(self) -> None:
         """Free all PETSc objects."""

@@ -24,7 +24,7 @@ no accuracy, only iterations: for hollow blades bent by their weight, with diffe
 three per step instead of two, with 2e-2 eighteen instead of five."""
 
 SAMPLES = 3
-"""So many random motions of all nodes tell two stiffnesses apart."""
+"""Number of random motions of all nodes that distinguish two stiffnesses."""
 
 MOST_MOTIONS = 24
 """So many rigid motions take a cube to itself; more are not tried."""

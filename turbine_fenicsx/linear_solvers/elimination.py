@@ -88,7 +88,7 @@ class ReducedEquations:
 
 
 class Elimination(DirectSolver):
-    """Direct solver of the nested tangent, factorised anew in each Newton iteration.
+    """Direct solver of the nested tangent, refactorised in each Newton iteration.
 
     Args:
         blocks: The blocks of the tangent.

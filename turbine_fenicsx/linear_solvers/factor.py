@@ -39,7 +39,7 @@ class FreeSolver(Protocol):
     def update(self) -> None:
         """Prepare for the present values of the matrix.
 
-        A solver that needs it no more may destroy it; it is then made anew before the next update.
+        A solver that needs it no more may destroy it; it is then rebuilt before the next update.
         """
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
@@ -149,7 +149,7 @@ class SparseFactor(FreeSolver):
         self._dense.clear()
 
     def _reserve(self) -> None:
-        """Tell MUMPS how much more work space than estimated it may take."""
+        """Set how much MUMPS may exceed its estimate of the work space."""
         if self._is_mumps:
             pc = self._ksp.getPC()
             pc.setFactorSetUpSolverType()

@@ -104,7 +104,7 @@ def mean_gradients(X: Array, cell: str, degree: int) -> Array:
 
 
 def polar_rotation(F: Array, tolerance: float = 1e-16) -> Array:
-    """Orthogonal factor of F = R U by Newton-Schulz iteration, for many F at once.
+    """Orthogonal factor of F = R U by Newton-Schulz iteration, for many F together.
 
     Args:
         F: Shape (3, 3, n), not far from orthogonal.

@@ -1,4 +1,4 @@
-"""Sparse LU of the whole tangent at once: slow, simple, the reference to check against."""
+"""Sparse LU of the whole tangent: slow, simple, the reference to check against."""
 
 from __future__ import annotations
 

@@ -13,13 +13,14 @@ from turbine_fenicsx.linear_solvers.blocks import StepBlocks
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 
 RENEWAL = 30.0
-"""Iterations that cost as much as a new factor: 11 to 37 for 1 000 to 70 000 displacements."""
+"""Iterations that cost as much as a new factor: 11 to 37 with 1 000 to 70 000 displacements."""
 
 SETTLED = 10
-"""So many steps tell how many iterations a step takes with a new factor."""
+"""Number of steps after a refactorisation that define the baseline of iterations."""
 
 ORDINARY = 10
-"""In these steps, iterations beyond so many and beyond the fewest so far count at once."""
+"""Maximum number of iterations during the baseline; more, beyond the fewest so far, count as
+excess."""
 
 
 class QuasiNewton:
@@ -98,8 +99,8 @@ class QuasiNewton:
         """Count the iterations, for the decision to refresh the solver.
 
         Returns:
-            Whether the step is to be tried again: it failed with a factor of an earlier step, and
-            one of its own costs less than the exact tangent.
+            Whether to retry the step: it failed with a factor of an earlier step, and a new one
+            costs less than the exact tangent.
         """
         n = len(self._steps)
         if not converged:
@@ -122,7 +123,7 @@ class QuasiNewton:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on like another one."""
+        """Copy the state of another one."""
         numbers = data.numbers
         self._excess, self._usual = numbers["excess"], numbers["usual"]
         self._settled, self._fewest = int(numbers["settled"]), int(numbers["fewest"])

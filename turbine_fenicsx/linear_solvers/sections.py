@@ -35,8 +35,8 @@ def section_motions(flexible: FlexibleModel, nodes: Indices) -> PETSc.Mat:
     the number of cells across. The sections belong to the rank that has most of their nodes.
 
     Args:
-        flexible: The body; its fibres tell the direction, and parts with different directions
-            (the blades of a rotor) have sections of their own. Without fibres it is the longest
+        flexible: The body; its fibres define the direction, and parts with different directions
+            (the blades of a rotor) have separate sections. Without fibres it is the longest
             axis of inertia.
         nodes: Owned free nodes.
 

@@ -105,7 +105,7 @@ def check_cells(
     Args:
         message: Start of the message for values that do not fulfil the condition; {name} stands
             for the value of that name.
-        condition: Function of the values that tells whether they are right.
+        condition: Function of the values that returns whether they are valid.
         values: Numbers or cell fields, in the order of the arguments of ``condition``.
 
     Raises:

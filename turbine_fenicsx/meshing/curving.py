@@ -62,7 +62,7 @@ def _offset_to_skin(points: Array, blade: BladeGeometry) -> Array:
 
 
 def _is_lateral(edges: IntArray, block: BladeBlock, blade: BladeGeometry) -> npt.NDArray[np.bool_]:
-    """Tell which edges belong to a face of the skin other than the tip, shape (n_edges,)."""
+    """Find edges that belong to a face of the skin other than the tip, shape (n_edges,)."""
     tip = blade.hub_radius + blade.length
     at_tip = np.abs(block.points[:, 0] - tip) <= 1e-9 * tip
     lateral = block.skin[~at_tip[block.skin].all(axis=1)]

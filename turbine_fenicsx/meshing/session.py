@@ -75,7 +75,7 @@ def how_to_install(error: object) -> str:
 
 
 def is_open(gmsh: Any) -> bool:
-    """Tell whether somebody has initialised gmsh in this process already."""
+    """Return whether gmsh is initialised in this process already."""
     if hasattr(gmsh, "isInitialized"):
         return bool(gmsh.isInitialized())
     try:

@@ -1,7 +1,7 @@
 """Background of pictures: the ground, a plain tower, and how far both reach.
 
-A turbine without a tower of its own gets a pale one, so that the picture shows a wind turbine, and
-every turbine a piece of ground. Other models are shown as they are.
+A turbine without a tower gets a pale one, so that the picture shows a wind turbine, and every
+turbine gets a piece of ground. Other models are shown as they are.
 """
 
 from collections.abc import Sequence

@@ -17,7 +17,7 @@ HARMONICS = (1, 3, 6)
 """Multiples of the speed, at which a rotor of three blades is shaken."""
 
 _KINDS = ("flap", "edge", "fore-aft", "side-side", "twist")
-"""Words in the names of modes that have a colour of their own."""
+"""Words in the names of modes that have a separate colour."""
 
 _GREY = "#777777"
 _GAP = 0.031

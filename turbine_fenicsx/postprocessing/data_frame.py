@@ -11,7 +11,7 @@ from turbine_fenicsx.postprocessing.output_folder import need_folder, read_histo
 
 
 def read_run(folder: str | os.PathLike[str]) -> Any:
-    """The time series of a run, also of one that is still going on.
+    """The time series of a run, also of one that is still running.
 
     Args:
         folder: Output folder.

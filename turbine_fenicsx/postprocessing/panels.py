@@ -39,7 +39,7 @@ def energies(axes: Any, run: TimeSeries, look: Look) -> None:
 
 
 def small_energies(axes: Any, run: TimeSeries, look: Look) -> None:
-    """Strain and potential energy on a scale of their own."""
+    """Strain and potential energy on a separate scale."""
     for (column, label), color in islice(zip(_PARTS.items(), PALETTE, strict=False), 1, None):
         draw_line(axes, run, _energy(run, column), look, color=color, label=label)
     axes.set(title="Strain and potential", ylabel="energy [J]")
@@ -111,7 +111,7 @@ def other_joints(run: TimeSeries) -> list[str]:
 
 
 def joint_angles(axes: Any, run: TimeSeries, look: Look) -> None:
-    """Angles of joints that every model has under names of its own."""
+    """Angles of joints that every model has, under fixed names."""
     joints = other_joints(run)
     _draw_angles(axes, run, look, joints)
     axes.set_title("Joint angles" if len(joints) != 1 else f"Angle of {joints[0]}")

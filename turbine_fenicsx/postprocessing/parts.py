@@ -1,7 +1,7 @@
 """Names of the parts of ``fields.xdmf``, and what carries them.
 
-The cell field ``part`` tells the parts apart by their numbers, the point field ``coupling`` says by
-which coupling a point is held. This is the rest that a picture needs, as text inside the file.
+The cell field ``part`` distinguishes the parts by their numbers, the point field ``coupling`` says
+by which coupling a point is held. This is the rest that a picture needs, as text inside the file.
 """
 
 import json

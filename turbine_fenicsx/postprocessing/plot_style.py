@@ -1,7 +1,7 @@
 """How diagrams look: colours, lines, units with prefixes, legends.
 
-Colours tell quantities apart, line styles runs; where there is one quantity only, colours and
-markers tell runs apart as well.
+Colours distinguish quantities, line styles runs; where there is one quantity only, colours and
+markers distinguish runs as well.
 """
 
 import re
@@ -16,7 +16,7 @@ from turbine_fenicsx.postprocessing.names import TIME
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Colours of Okabe and Ito, which colour-blind readers can tell apart."""
+"""Colours of Okabe and Ito, which colour-blind readers can distinguish."""
 
 LINE_STYLES = ("-", "--", ":", "-.", (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
 MARKERS = ("o", "s", "^", "D", "v", "P")

@@ -23,7 +23,7 @@ STORED = "stored energy"
 
 
 def has_power_balance(run: TimeSeries) -> bool:
-    """Whether there is more than one way in or out, so that a chart tells something."""
+    """Whether there is more than one way in or out, so that a chart is useful."""
     return len(_find_energies(run)) > 2
 
 

@@ -227,8 +227,7 @@ def colour_parts(
         patterns: What the name of a part or of its body must fit; none for all.
         common: Whether all have the same scale.
 
-    Returns:
-        Number of the part to its body if each body has a scale of its own, else to nothing.
+    Returns: Number of the part to its body if each body has a separate scale, else to nothing.
 
     Raises:
         InputError: if a pattern fits no part.

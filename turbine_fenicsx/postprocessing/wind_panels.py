@@ -12,7 +12,7 @@ from turbine_fenicsx.postprocessing.panels import Panel, rotor_speed
 from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_line
 
 GENERATORS = ("generator", "motion_of_rotor")
-"""Names under which a generator takes work, with a torque of its own or a speed that it keeps."""
+"""Names under which a generator takes work, with a torque or a speed that it keeps."""
 
 ROUND_OFF = 1e-12
 """Angles below are drawn as zero [rad]."""

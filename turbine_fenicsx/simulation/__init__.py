@@ -1,1 +1,1 @@
-"""Steps in a row, what watches them, and what is kept to go on."""
+"""The time loop, observers and checkpoints."""

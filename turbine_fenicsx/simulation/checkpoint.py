@@ -1,4 +1,4 @@
-"""Checkpoints: everything a run needs to go on, in one file that any number of ranks can read.
+"""Checkpoints: everything a run needs to resume, in one file that any number of ranks can read.
 
 Nodal values lie in the order of the ranks that wrote them, with the initial positions of the nodes
 beside them. The same ranks with the same partition take theirs back bit for bit; others find their
@@ -94,8 +94,8 @@ class Checkpoints:
     Args:
         system: The system.
         folder: Folder for ``checkpoint_*.npz``.
-        labels: What a run that goes on must agree in, such as the hash of an input file, besides
-            the version of turbine_fenicsx and the names of the parts.
+        labels: What a resumed run must agree in, such as the hash of an input file, besides the
+            version of turbine_fenicsx and the names of the parts.
         every: Simulated time between two checkpoints [s]; 0 for none.
         every_wall: Wall time between two checkpoints [s]; 0 for none.
     """
@@ -148,7 +148,7 @@ class Checkpoints:
         why.
 
         Args:
-            observers: Those that will go on; a `SeriesObserver` among them is asked whether its
+            observers: Those that will continue; a `SeriesObserver` among them is asked whether its
                 files reach a checkpoint.
 
         Raises:

@@ -22,8 +22,8 @@ class Observer(Protocol):
         """Begin: open files, look at the first state.
 
         Args:
-            snapshot: The state at t = 0, or the one that the run goes on from.
-            resumed: Whether the run goes on, so that an earlier run has observed this state.
+            snapshot: The state at t = 0, or the one that the run resumes from.
+            resumed: Whether the run continues, so that an earlier run has observed this state.
         """
 
     def observe(self, snapshot: Snapshot) -> None:
@@ -41,8 +41,8 @@ class Observer(Protocol):
 class RestartableObserver(Observer, Protocol):
     """An observer whose data checkpoints hold.
 
-    When a run goes on, `restore` is called before `start`, unless the checkpoint comes from a run
-    without this observer.
+    On restart, `restore` is called before `start`, unless the checkpoint comes from a run without
+    this observer.
 
     Attributes:
         name: Under which checkpoints know it; no two observers of a run have the same.

@@ -1,4 +1,4 @@
-"""The time loop: steps on a grid, refined where need be, watched by observers, ready to go on."""
+"""The time loop: steps on a grid, refined where necessary, with observers and checkpoints."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Simulation:
     Raises:
         ModelError: for a time step or end out of range, two observers of one name, or a start state
             of another system.
-        TypeError: for an observer without its methods, or a start that is no state.
+        TypeError: if an observer lacks a method, or the start is not a state.
     """
 
     def __init__(
@@ -110,11 +110,11 @@ class Simulation:
     def run(self, data: RestartData | None = None) -> Snapshot:
         """Integrate to the end time, or until it is asked to stop.
 
-        A `ModelWarning` tells at the end if the energy balance is worse than the tolerance of the
+        A `ModelWarning` at the end reports if the energy balance is worse than the tolerance of the
         stepper and round-off explain.
 
         Args:
-            data: What an earlier run saved; this one goes on from there.
+            data: What an earlier run saved; this one resumes from there.
 
         Returns:
             The last snapshot.
@@ -158,7 +158,7 @@ class Simulation:
         return snapshot
 
     def resume(self) -> Snapshot:
-        """Go on from the newest checkpoint that can be used, as if the run had never ended.
+        """Resume from the newest checkpoint that can be used, as if the run had never ended.
 
         Returns:
             The last snapshot.
@@ -241,7 +241,7 @@ class Simulation:
         return bool(due)
 
     def _write_checkpoint(self, run: _Run, snapshot: Snapshot) -> None:
-        """Write what the run needs to go on."""
+        """Write what the run needs to resume."""
         if self._checkpoints is not None:
             with timing.event("output"):
                 index, wall_time = run.index, snapshot.wall_time

@@ -1,8 +1,8 @@
 """Observed orders of convergence.
 
 The error e of a quantity falls like C h^p with the size h of what is refined. p is the slope of
-log e over log h, fitted by least squares. Against the finest run of the series itself, which has
-an error of its own, the observed order is somewhat too high; Richardson's extrapolation
+log e over log h, fitted by least squares. Against the finest run of the series itself, which has an
+error itself, the observed order is somewhat too high; Richardson's extrapolation
 
     q(h) = q* + C h^p   through the three finest runs
 
@@ -37,7 +37,7 @@ class Series:
         values: The quantity, shape (n,).
         reference: What it is compared with; NaN if there is none.
         errors: Absolute errors, shape (n,); NaN for the reference itself.
-        order: Observed order; NaN if it cannot be told.
+        order: Observed order; NaN if it cannot be determined.
     """
 
     label: str

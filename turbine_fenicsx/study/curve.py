@@ -34,7 +34,7 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
         y: Quantities, with or without unit.
 
     Raises:
-        InputError: if it cannot be read, lacks the places, or holds what is no number.
+        InputError: if it cannot be read, lacks a column, or an entry is not a number.
     """
     lines = read_text(path, "table of references").splitlines()
     table_rows = list(csv.reader(line for line in lines if not line.startswith("#")))

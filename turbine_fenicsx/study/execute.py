@@ -114,7 +114,7 @@ def execute(
 
 
 def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[bytes]:
-    """Start a run, or go on with it if it was interrupted."""
+    """Start a run, or resume it if it was interrupted."""
     folder.mkdir(parents=True, exist_ok=True)
     goes_on = is_interrupted(run, folder)
     # Whatever happens to this run, an earlier one counts no longer.

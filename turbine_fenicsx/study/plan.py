@@ -22,7 +22,7 @@ from turbine_fenicsx.turbine.case.case import Case
 _LONGEST_NAME = 120
 
 MOST_RUNS = 10_000
-"""Runs of a study, each of which has a folder of its own."""
+"""Runs of a study, each of which has a separate folder."""
 
 
 @dataclass(frozen=True, eq=False)

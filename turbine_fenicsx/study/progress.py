@@ -10,7 +10,7 @@ from turbine_fenicsx.study.execute import Outcome
 
 
 class StudyProgress:
-    """Shows how many runs are done; failures are always said at once.
+    """Shows how many runs are done; failures are always said immediately.
 
     Args:
         total: Number of runs.

@@ -30,7 +30,7 @@ def is_finished(run: Run, folder: Path) -> bool:
 
 
 def is_interrupted(run: Run, folder: Path) -> bool:
-    """Whether a folder holds just this run, which was interrupted and can go on."""
+    """Whether a folder holds just this run, which was interrupted and can resume."""
     return _end_of(run, folder) == "interrupted"
 
 
@@ -112,7 +112,7 @@ def check_quantities(wanted: Iterable[str]) -> None:
         wanted: Names, with or without their units.
 
     Raises:
-        InputError: for the first that is none.
+        InputError: for the first unknown one.
     """
     given = [value for name, value in vars(names).items() if name.isupper()]
     families = [x for x in given if isinstance(x, names.Family)]

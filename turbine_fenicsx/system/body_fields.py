@@ -23,7 +23,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 
 
 class BodyFields:
-    """Displacement, strain and stress of a flexible body, for post-processing of one's own.
+    """Displacement, strain and stress of a flexible body, for custom post-processing.
 
     Strain and stress are discontinuous from cell to cell. With the degree 0 they are the values at
     the cell centres, with a higher one those at the nodes of each cell. The stress is the elastic

@@ -1,7 +1,7 @@
 """Numbers of each cell of a mesh: integrals over it, or values at points of it.
 
 They are linear forms whose test functions live in one cell each, so that they are computed for
-several cells at once as forces are.
+several cells together as forces are.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ class PointValues:
 
     Args:
         mesh: The mesh.
-        points: Points of the reference cell: one, or eight of a hexahedron that tell all trilinear
-            functions apart, shape (points, 3).
+        points: Points of the reference cell: one, or eight of a hexahedron that distinguish all
+            trilinear functions, shape (points, 3).
         expressions: The expressions.
 
     Note:

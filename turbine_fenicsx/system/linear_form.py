@@ -72,7 +72,7 @@ class LinearForm:
 
 
 class CellsInLanes:
-    """An integral over all cells, computed for several cells at once.
+    """An integral over all cells, computed for several cells together.
 
     Args:
         form: A UFL form of rank 1 with integrals over all cells.

@@ -156,7 +156,7 @@ def _tell_singular(owners: Sequence[str]) -> list[str]:
 def _tell_redundant(
     counts: Mapping[str, int], total: int, singular: Sequence[str] = ()
 ) -> list[str]:
-    """Warn of redundant constraints, except for those that are told as singular."""
+    """Warn of redundant constraints, except for those that are reported as singular."""
     rest = {name: n - singular.count(name) for name, n in counts.items()}
     rest = {name: n for name, n in rest.items() if n}
     if not rest:

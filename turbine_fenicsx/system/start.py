@@ -53,8 +53,8 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
         A state at t = 0 for the ``start`` of a `Simulation`.
 
     Raises:
-        ModelError: for an unknown joint coordinate, a rate that is no number, rates that contradict
-            each other or the joints, or a flexible body with a velocity field that does not fit.
+        ModelError: if a joint coordinate is unknown, a rate is not a number, rates contradict each
+            other or the joints, or the velocity field of a flexible body does not fit.
 
     Note:
         Collective.
@@ -97,7 +97,7 @@ def check_start(system: MultibodySystem, state: State) -> None:
     """Check that a state belongs to a system.
 
     Raises:
-        TypeError: for what is no state.
+        TypeError: if the state is not a `State`.
         ModelError: for a state of another system, or one that breaks constraints; on all ranks.
 
     Note:
@@ -150,7 +150,7 @@ def _sizes(state: State) -> list[tuple[int, ...]]:
 
 
 def _check_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[str, float]:
-    """The rates as numbers; a ModelError for what is no rate of a joint coordinate."""
+    """The rates as numbers; a ModelError if one is not the rate of a joint coordinate."""
     for name in rates:
         if name not in system.joint_coordinate_names:
             known = sorted(system.joint_coordinate_names)

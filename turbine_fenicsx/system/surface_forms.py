@@ -36,7 +36,7 @@ class SurfaceIntegrals:
 
     Attributes:
         forces: The forces.
-        has_energy: Which of them have an energy of their own.
+        has_energy: Which of them have an energy.
 
     Raises:
         ModelError: if a force has no facet on any rank, or one inside the body, and for a

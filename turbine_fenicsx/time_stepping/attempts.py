@@ -78,7 +78,7 @@ class Attempts:
         return RestartData({"wait": self._wait, "next_wait": self._next_wait})
 
     def restore(self, data: RestartData) -> None:
-        """Go on like another one."""
+        """Copy the state of another one."""
         self._wait, self._next_wait = data.numbers["wait"], data.numbers["next_wait"]
 
 

@@ -4,7 +4,7 @@ In any scheme, with the increment dy of all positions from t_n on
 
     v'_{n+1} = (dy - p)/s,    v_{n+1} = dy/r + w,
 
-where the numbers s [s^2] and r [s] and what is known at t_n, p and w, tell the schemes apart.
+where the numbers s [s^2] and r [s] and what is known at t_n, p and w, distinguish the schemes.
 Multiplied by s, and so are the multipliers, the step is
 
     M (dy - p) + s D(y_{n+1})^T lambda_{n+1} = s F(y_{n+1}, v_{n+1}, t_{n+1}),    Phi(y_{n+1}) = 0.

@@ -147,7 +147,7 @@ class EnergyMomentum(NewtonStepper):
 
     Attributes:
         energy_tolerance: Tolerance of the equations, which the balance of energy closes to; None
-            with a stress of one's own, which need not conserve energy.
+            with a custom stress, which need not conserve energy.
 
     Raises:
         ModelError: for a dissipation out of range or an unknown form.

@@ -50,7 +50,7 @@ class Extrapolation:
         return RestartData({"dt": steps.dt, "end": steps.end}, {"r": np.array(steps.values)})
 
     def restore(self, data: RestartData) -> None:
-        """Go on after the steps that were saved."""
+        """Resume after the saved steps."""
         self.forget()
         if data:
             self._steps.dt, self._steps.end = data.numbers["dt"], data.numbers["end"]

@@ -211,7 +211,7 @@ class GeneralisedAlpha(NewtonStepper):
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the stepper that saved this."""
+        """Restore the state of the stepper that saved this."""
         super().restore(data)
         saved = data.part("accelerations")
         self._equations.ends = []

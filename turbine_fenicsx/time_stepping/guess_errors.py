@@ -1,4 +1,4 @@
-"""How far the first guess of a step is off, told from how far it was off in the last steps.
+"""Error of the first guess of a step, extrapolated from the last steps.
 
 Where velocities lead is off by e_n, the increment of a step less its guess. Seen from what carries
 a body, the errors of a smooth motion follow from each other,
@@ -82,7 +82,7 @@ class GuessErrors:
         return RestartData({"dt": steps.dt, "end": steps.end}, arrays, nodal)
 
     def restore(self, data: RestartData) -> None:
-        """Go on after the steps that were saved."""
+        """Resume after the saved steps."""
         self.forget()
         if data:
             self._steps.dt, self._steps.end = data.numbers["dt"], data.numbers["end"]

@@ -278,7 +278,7 @@ class NestedStep(StepBlocks):
         return np.append(of_relations, paths.sum_works(forces[:n], G[paths.rows], dq))
 
     def _finish_loads(self) -> None:
-        """Tell the loads on rigid sections that the step is done. Collective."""
+        """Notify the loads on rigid sections that the step is done. Collective."""
         if not self.system.rigid_section_loads:
             return
         state, times = self.start.state, StepTimes.from_start(self.start.state.time, self.start.dt)

@@ -248,7 +248,7 @@ class NewtonStepper:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the solver that saved this; with another linear solver, start anew."""
+        """Restore a saved solver; with another linear solver, start from scratch."""
         self.fallbacks = data.numbers.get("fallbacks", 0)
         if data.numbers.get("name") == self.linear_solver:
             self._attempts.restore(data.part("attempts"))

@@ -107,7 +107,7 @@ class RigidStep:
 
         Returns:
             The residual R, shape (size,), and the sum of the absolute values of its terms,
-            shape (size,), which tells how small R can be made in floating point. Factors that
+            shape (size,), which limits how small R can become in floating point. Factors that
             hardly change in a step are those at its start.
         """
         m = self.model

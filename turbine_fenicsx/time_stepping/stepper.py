@@ -75,4 +75,4 @@ class Stepper(Protocol):
         """Data that later steps depend on, apart from the state."""
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the stepper that saved this."""
+        """Restore the state of the stepper that saved this."""

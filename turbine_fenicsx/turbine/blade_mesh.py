@@ -1,6 +1,6 @@
 """Whether a mesh can be the blades of a turbine, seen from its arrays on one rank.
 
-Everything that is wrong is found at once; what only looks wrong is a warning.
+All mistakes are found together; suspicious values are warnings.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ def _count_double_nodes(mesh: MeshArrays) -> int:
 
 
 def _check_root(mesh: MeshArrays, faces: Faces, root: IntArray, k: int) -> list[str]:
-    """The faces of a root must lie on the surface of its own blade."""
+    """The faces of a root must lie on the surface of the same blade."""
     cells, counts = faces.find(face_keys(root, mesh.reference))
     inner = counts > 1
     others = ~inner & (mesh.cell_groups[cells] != mesh.volumes[f"blade_{k}"])

@@ -52,5 +52,5 @@ class BladeWorks:
         return RestartData({"works": self.works.tolist()})
 
     def restore(self, data: RestartData) -> None:
-        """Go on from works."""
+        """Restore works."""
         self.works = np.array(data.numbers["works"], dtype=float)

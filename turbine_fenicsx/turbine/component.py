@@ -179,10 +179,10 @@ class Component(Protocol):
         return ()
 
     def observers(self, turbine: Turbine, folder: Path) -> Iterable[Observer]:
-        """Observers of its own, such as a controller; called once per run. Collective.
+        """Its observers, such as a controller; called once per run. Collective.
 
         They see each state before the files are written. One that has a name, `save` and `restore`
-        goes on with a run that goes on.
+        resumes a resumed run.
 
         Args:
             turbine: The turbine.

@@ -92,7 +92,7 @@ def find_modes(
         out: Output folder, created if it does not exist; None writes nothing.
         comm: Communicator.
         wanted: Which modes.
-        force: Whether to go on even if the memory of the machine seems too small.
+        force: Whether to continue even if the memory of the machine seems too small.
         overwrite: Whether earlier results in the folder may be replaced.
         found: Called after each speed; where it returns True on any rank, no more are looked at.
 

@@ -61,7 +61,7 @@ class RootMoments:
         return self._loads.save()
 
     def restore(self, data: RestartData) -> None:
-        """Go on after the step that was saved."""
+        """Resume after the saved step."""
         self._loads.restore(data)
 
 
@@ -104,7 +104,7 @@ class TopAcceleration:
         return float(found @ ahead), float(found @ np.cross(E2, ahead))
 
     def resume(self, q: Array) -> None:
-        """A run goes on from these coordinates."""
+        """A run resumes from these coordinates."""
         if self._first is not None:
             self._place = q[self._first : self._first + 3].copy()
 
@@ -115,5 +115,5 @@ class TopAcceleration:
         return RestartData({"length": self._before[1]}, {"velocity": self._before[0].copy()})
 
     def restore(self, data: RestartData) -> None:
-        """Go on after the step that was saved."""
+        """Resume after the saved step."""
         self._before = (data.arrays["velocity"].copy(), data.numbers["length"]) if data else None

@@ -27,7 +27,7 @@ def make_hat(loads: LoadsCase, ramp: float) -> Course:
 
     Args:
         loads: Its duration.
-        ramp: Time in which it sets in [s]; 0 for at once.
+        ramp: Time in which it sets in [s]; 0 for a sudden start.
     """
     hat = Hat(1.0, loads.duration)
     return Product(hat, Ramp(1.0, ramp, smooth=True)) if ramp else hat

@@ -51,7 +51,7 @@ class ModeRow:
 
 
 def tell_modes(turbine: Turbine, modes: Modes) -> tuple[Modes, list[ModeRow]]:
-    """Tell equal modes apart, and describe all. Collective.
+    """Distinguish equal modes, and describe all. Collective.
 
     Args:
         turbine: The turbine.

@@ -1,4 +1,4 @@
-"""The case of an output folder: written, and read again by a run that goes on."""
+"""The case of an output folder: written, and read again by a resumed run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from turbine_fenicsx.turbine.case.case import Case, apply_overrides
 from turbine_fenicsx.turbine.case.turbine_file import FOREIGN
 
 FREE = ("title", "time", "solver", "output")
-"""Parts of a case that may change when a run goes on."""
+"""Parts of a case that may change on restart."""
 
 FILES = ("mesh", "turbine", "wind", "aero", "loads", "pitch")
 """Tables that name a file of data."""

@@ -1,4 +1,4 @@
-"""Running a case: everything from the case to the files, and going on later."""
+"""Running a case: everything from the case to the files, and resuming it later."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def run_case(
         progress: "auto", "bar", "log" or "none".
         observers: More observers.
         stop: Called after each step; where it returns True, the run ends with a checkpoint.
-        resume: Whether to go on from the last checkpoint in the folder.
-        force: Whether to go on even if the memory of the machine seems too small.
+        resume: Whether to resume from the last checkpoint in the folder.
+        force: Whether to continue even if the memory of the machine seems too small.
         overwrite: Whether the results of an earlier run in the folder may be replaced.
         components: What the turbine is made of from the ground up; `list_components` if None.
 
@@ -117,7 +117,7 @@ def restart_case(
     observers: Iterable[Observer] = (),
     components: Iterable[Component] | None = None,
 ) -> tuple[Case, dict[str, Any]]:
-    """Go on with a run from its last checkpoint.
+    """Resume a run from its last checkpoint.
 
     Args:
         out: Output folder of the run.
@@ -133,7 +133,7 @@ def restart_case(
         The case and the summary.
 
     Raises:
-        InputError: if there is no run to go on with, or a key may not change.
+        InputError: if there is no run to resume, or a key may not change.
         FileError: as in `run_case`.
         StepFailure: as in `run_case`.
     """
@@ -220,7 +220,7 @@ def _refuse_to_overwrite(folder: Path) -> None:
 
 
 def _make_checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
-    """Checkpoints of a run, which others can only go on with if they agree with it."""
+    """Checkpoints of a run, which others can only resume if they agree with it."""
     labels = on_rank0(turbine.comm, lambda: label_case(case))
     labels["list of components"] = turbine.component_names
     output = case.output

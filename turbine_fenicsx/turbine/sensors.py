@@ -44,7 +44,7 @@ class Sensors:
         self._top = TopAcceleration(turbine) if wanted else None
 
     def resume(self, snapshot: Snapshot) -> None:
-        """A run goes on from here."""
+        """A run resumes from here."""
         if self._roots is not None:
             self._roots.at(snapshot, (0.0, 0.0, 0.0))
         if self._top is not None:
@@ -60,7 +60,7 @@ class Sensors:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on like the sensors that saved this."""
+        """Restore the state of the sensors that saved this."""
         if self._top is not None:
             self._top.restore(data.part("top"))
         if self._roots is not None:

@@ -1,4 +1,4 @@
-"""Blades and tower as slender parts, whose motion is told by that of their cross-sections."""
+"""Blades and tower as slender parts, described by the motion of their cross-sections."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ method converges linearly. An error of 1e-6 of the displacements, 14 micrometres
 IEA 15 MW turbine, kicks walls of 0.1 mm into vibrations that Newton's method hardly follows.
 Iterations grow from 3 to 13 per step in ten steps, and then a frozen factor fails. Blades begin
 with the velocities of the rotation alone, which their air loads belong to. Those of a quasi-static
-change with the azimuth, 1.5 m/s at the tips in shear, would change these loads by 6 % at once,
+change with the azimuth, 1.5 m/s at the tips in shear, would change these loads by 6 % suddenly,
 another such kick."""
 
 

@@ -67,7 +67,7 @@ class Statistics:
         return RestartData({name: getattr(self, name) for name in self._SUMS})
 
     def restore(self, data: RestartData) -> None:
-        """Go on from what was seen in an earlier run."""
+        """Resume from what was seen in an earlier run."""
         for name in self._SUMS:
             setattr(self, name, data.numbers[name])
         self.steps_before = self.steps
@@ -136,7 +136,7 @@ def summarise(
     Args:
         turbine: The turbine.
         statistics: What was seen during the run.
-        seconds: Wall time of the time loop, since the run went on if it did [s].
+        seconds: Wall time of the time loop, since the run continued if it did [s].
         simulation: The run, for what its steps and its solver count.
     """
     steps, steps_now = (

@@ -1,4 +1,4 @@
-"""Aerodynamic loads on the blades of a rotor that moves and bends as it likes.
+"""Aerodynamic loads on the blades of a rotor with any motion and deformation.
 
 Blade elements see the wind, their own velocity and the induced velocity of the wake. The wake
 follows the loads with a delay (`turbine_fenicsx.wind.wake`) and is skewed where the rotor does not
@@ -92,7 +92,8 @@ class RotorAerodynamics:
             `turbine_fenicsx.wind.momentum.find_induction_share`.
 
     Raises:
-        ModelError: for fewer than three blades, whose roots would not tell how the rotor stands.
+        ModelError: if there are fewer than three blades, whose roots do not define the rotor's
+            position.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class RotorAerodynamics:
         self._local: tuple[Array, Array] | None = None
 
     def begin(self, times: StepTimes) -> None:
-        """Separation goes on to the middle of the step, where loads are asked for."""
+        """Separation continues to the middle of the step, where loads are asked for."""
         self._half_step = 0.5 * times.dt
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
@@ -186,7 +187,7 @@ class RotorAerodynamics:
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Go on with a wake and a separation, or begin with new ones."""
+        """Restore a wake and a separation, or begin with new ones."""
         wake, attached = data.part("wake"), data.arrays.get("attached")
         self._wake = Wake.restore(wake) if wake else None
         self._attached = None if attached is None else attached.copy()

@@ -45,7 +45,7 @@ class PlacedInflow:
     """A wind in the axes of a model.
 
     Args:
-        inflow: The wind in axes of its own.
+        inflow: The wind in other axes.
         axes: Its axes x, y, z as rows in those of the model, orthonormal, shape (3, 3).
         ground: Point on the ground below the tower in the model, shape (3,) [m].
 
@@ -82,7 +82,8 @@ class SteadyWind:
         inclination: Upward angle of the wind [rad].
 
     Raises:
-        ModelError: for a negative speed, a height that is not positive, or what is no number.
+        ModelError: if the speed is negative, the height is not positive, or an argument is not a
+            number.
     """
 
     speed: float

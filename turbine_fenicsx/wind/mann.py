@@ -60,8 +60,8 @@ def read_mann_box(
         points: Number of points along x, y and z, two or more each.
         spacing: Distances between points along x, y and z [m].
         mean: The mean wind, along x; the middle of the box is at its hub height.
-        periodic: Whether the box begins anew when it has passed, as those of Mann's model may;
-            else it must last for the run.
+        periodic: Whether the box restarts when it has passed, as those of Mann's model may; else it
+            must last for the run.
         scale: Factors for u, v and w [-].
 
     Returns:
@@ -71,7 +71,7 @@ def read_mann_box(
     Raises:
         InputError: if sizes of files and box do not fit together, or numbers are not finite.
         FileError: if a file cannot be read.
-        ModelError: for a mean wind that does not blow along x, or numbers that are no box.
+        ModelError: if the mean wind does not blow along x, or the numbers do not make a box.
     """
     n_x, n_y, n_z, (dx, dy, dz), factors = _check_box(paths, points, spacing, mean, scale)
     values = np.empty((n_x, n_z, n_y, 3), dtype=np.float32)

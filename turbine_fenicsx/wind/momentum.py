@@ -10,7 +10,7 @@ so sections that stand or move backwards have one balance too:
 
 with Prandtl's losses F at tip and hub, and Buhl's thrust coefficient where the momentum theory
 fails. Induced velocities never exceed the wind: |a| <= 1 and |w_t| <= |V_y|. All annuli are solved
-at once.
+together.
 """
 
 from __future__ import annotations

@@ -132,7 +132,7 @@ class AngleTable:
 
 
 class PolarTable:
-    """Polars of the stations of a blade, looked up all at once.
+    """Polars of the stations of a blade, looked up together.
 
     Args:
         polars: One polar for each station.

@@ -6,7 +6,7 @@ The speed at a place is that of OpenFAST's uniform wind (InflowWind),
 
 with y' to the left of the wind and L the diameter of the rotor, and the vertical speed across it in
 the vertical plane of the wind; straight lines lead from time to
-time. All of the wind changes at once: it does not travel.
+time. The wind changes everywhere at the same time: it does not travel.
 """
 
 from __future__ import annotations

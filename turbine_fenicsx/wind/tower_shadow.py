@@ -42,7 +42,7 @@ class TowerShadow:
         drag: C_d of the tower, for the wake; 0 for none [-].
 
     Raises:
-        ModelError: for a tower without height or radius, or for what is no number.
+        ModelError: if the tower has no height or radius, or an argument is not a number.
     """
 
     base: npt.ArrayLike

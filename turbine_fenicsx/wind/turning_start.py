@@ -59,7 +59,7 @@ class TurningAtRest:
         return self._source.save()
 
     def restore(self, data: RestartData) -> None:
-        """Go on where the data of the source were saved."""
+        """Resume where the data of the source were saved."""
         self._source.restore(data)
 
     def _turn(self, motion: SectionMotion) -> SectionMotion:

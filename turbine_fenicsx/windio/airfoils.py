@@ -93,9 +93,9 @@ class Sections:
     """Sections of any relative thickness between those of some airfoils.
 
     Points at equal fractions of the contour, corners apart, follow monotone splines (PCHIP) over
-    the relative thickness, as the definition of windIO asks for. Corners are a piece of their own
-    so that they stay sharp between two airfoils; a round trailing edge has them where its
-    neighbour does. A trailing edge narrower than a thousandth of the chord is cut off where it is
+    the relative thickness, as the definition of windIO asks for. Corners are a separate piece so
+    that they stay sharp between two airfoils; a round trailing edge has them where its neighbour
+    does. A trailing edge narrower than a thousandth of the chord is cut off where it is
     as wide.
     """
 

@@ -66,7 +66,7 @@ def read_control(entry: Entry) -> ControllerData:
     """The section `control`.
 
     Raises:
-        ModelError: for values that are no numbers, and for speeds, rates and limits below zero.
+        ModelError: if a value is not a number, or a speed, rate or limit is below zero.
     """
     found: dict[str, float | None] = {}
     for name, (key, factor) in _KEYS.items():

@@ -60,7 +60,7 @@ class Layer:
 
     @property
     def jumps(self) -> list[float]:
-        """Span fractions where it begins or ends at once with some thickness."""
+        """Span fractions where it begins or ends suddenly with some thickness."""
         t = self.thickness
         return [s for s, value in ((t.start, t.values[0]), (t.end, t.values[-1])) if value > 0.0]
 
@@ -122,7 +122,7 @@ def _read_layer(
 
 
 def _cut_ramps(thickness: Curve) -> Curve:
-    """Let a layer of a web begin and end at once, in the middle of the ramps up from and down to 0.
+    """Begin and end a layer of a web suddenly, in the middle of the ramps from and to 0.
 
     Sampled curves rise over one interval where the web begins; its mass stays the same.
     """

@@ -22,7 +22,7 @@ WEB_GAP = 0.003
 """And this fraction from webs."""
 
 _SOFT = 5e9
-"""Layers with a Young's modulus below this fill, and have no lines of their own [Pa]."""
+"""Layers with a Young's modulus below this fill, and have no separate lines [Pa]."""
 
 _NEAR = 0.005
 """Reinforcements that begin or end within this fraction are at the trailing edge."""

@@ -31,8 +31,8 @@ class AirfoilPolar:
         lift: C_l, shape (n,) [-].
         drag: C_d, shape (n,) [-].
         moment: C_m, positive nose up, shape (n,) [-].
-        positions: Span fractions where the blade has the airfoil, which tell polars of one
-            thickness apart; none where the file does not say [-].
+        positions: Span fractions where the blade has the airfoil, which distinguish polars of one
+            thickness; none where the file does not say [-].
     """
 
     name: str

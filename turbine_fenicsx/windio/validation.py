@@ -9,7 +9,7 @@ from turbine_fenicsx.windio.files import find_windio
 from turbine_fenicsx.windio.yaml_text import parse_yaml
 
 MOST = 5
-"""Sentences; of the other mistakes only the number is told."""
+"""Sentences, the last with the number of further mistakes."""
 
 _SCHEMA = ("schemas", "turbine", "turbine_schema.yaml")
 

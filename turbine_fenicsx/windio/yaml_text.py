@@ -43,14 +43,14 @@ for _name, (_pattern, _first) in _PLAIN.items():
 
 
 class YamlError(Exception):
-    """A text that is no YAML, or none of ours; the message is a sentence without its name."""
+    """Invalid or refused YAML; the message is a sentence without the file's name."""
 
 
 def parse_yaml(text: str) -> Any:
     """Numbers, text, lists and dictionaries of a YAML 1.2 text.
 
     Raises:
-        YamlError: for what is no YAML; for tags, repeated keys, too many values.
+        YamlError: if it is not YAML, or has tags, repeated keys or too many values.
     """
     try:
         _check_events(text)
@@ -83,7 +83,7 @@ def _check_events(text: str) -> None:
 
 
 def _check(node: Any, sizes: dict[int, int]) -> int:
-    """Refuse what is none of ours, and return the number of values in a node.
+    """Refuse unsupported nodes, and return the number of values in a node.
 
     Args:
         node: Text, a list or a table; keys become text.
@@ -113,7 +113,7 @@ def _check(node: Any, sizes: dict[int, int]) -> int:
 
 
 def _check_key(key: Any, before: set[str]) -> None:
-    """Refuse a key that is no text or stands there twice; numbers and words become text."""
+    """Refuse keys that are not text or occur twice; numbers and words become text."""
     line = key.start_mark.line + 1
     if not isinstance(key, yaml.ScalarNode) or key.tag not in _TAGS:
         raise YamlError(f"has a key in line {line} that is not text")

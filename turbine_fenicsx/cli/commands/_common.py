@@ -29,7 +29,7 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:
-    """The argument that goes on where the memory seems too small."""
+    """The argument that continues where the memory seems too small."""
     parser.add_argument(
         "--force", action="store_true", help="go on even if the memory seems too small"
     )

@@ -66,6 +66,6 @@ def _warn(comm: Any, sentences: Any) -> None:
 
 
 def _print(comm: Any, text: str) -> None:
-    """Print on one rank, at once, unless there is nothing to say."""
+    """Print on one rank, immediately, unless there is nothing to say."""
     if comm.rank == 0 and text:
         print(text, flush=True)

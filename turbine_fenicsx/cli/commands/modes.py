@@ -148,7 +148,7 @@ def parse_speed(words: list[str]) -> float:
     """The speed of ``--speed`` [rad/s].
 
     Raises:
-        InputError: for what is no number with a unit.
+        InputError: if it is not a number with a unit.
     """
     text = " ".join(words)
     match = _SPEED.fullmatch(text.strip())
@@ -163,7 +163,7 @@ def parse_speeds(words: list[str]) -> tuple[float, ...]:
     """The speeds of ``--speeds`` from the first to the last [rad/s].
 
     Raises:
-        InputError: for what is no range with a unit, or one without end.
+        InputError: if it is not a finite range with a unit.
     """
     text = " ".join(words)
     match = _RANGE.fullmatch(text.strip())

@@ -1,4 +1,4 @@
-"""Go on with a run from its last checkpoint."""
+"""Resume a run from its last checkpoint."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
-    """Go on and print a short table."""
+    """Resume and print a short table."""
     need_dolfinx()
     from turbine_fenicsx.turbine.run import restart_case
 

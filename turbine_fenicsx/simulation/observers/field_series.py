@@ -20,7 +20,7 @@ SHORTEST = 1e-9
 
 
 class FieldSeries:
-    """Writes an XDMF file when it is time to; what is written says a class of its own.
+    """Base of observers that write XDMF files at set times; subclasses choose the fields.
 
     Args:
         path: The XDMF file.
@@ -40,14 +40,14 @@ class FieldSeries:
 
     @abstractmethod
     def _open(self, path: Path, append: float | None) -> XdmfSeries:
-        """Open the series, with the times before one [s] if the run goes on. Collective."""
+        """Open the series, with the times before one [s] on restart. Collective."""
 
     @abstractmethod
     def _write(self, series: XdmfSeries, state: State) -> None:
         """Write the fields of a state. Collective."""
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Open the files, which keep their times before the first state if the run goes on.
+        """Open the files, which keep their times before the first state on restart.
 
         Raises:
             FileError: if they cannot be written, on all ranks.
@@ -80,7 +80,7 @@ class FieldSeries:
         """The files themselves have all that is needed."""
 
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
-        """Times that the files lack before a checkpoint; that of the checkpoint is written anew."""
+        """Times that the files lack before a checkpoint; that of the checkpoint is rewritten."""
         first, n = time - 1e-9 * max(1.0, abs(time)), data.numbers
         there = sum(grid.time < first for grid in read_grids(self._path))
         needed = n["times"] - (n["times"] > 0 and n["last_time"] >= first)

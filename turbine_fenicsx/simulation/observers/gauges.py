@@ -42,7 +42,7 @@ class Gauge:
         angle: By which it is turned from there, positive about the outward normal [rad].
 
     Raises:
-        ModelError: for a vector that is none or of length zero, or an angle that is no number.
+        ModelError: if a vector is not three numbers or zero, or the angle is not a number.
     """
 
     name: str

@@ -45,7 +45,7 @@ class Channel:
         memory: What the values remember of earlier snapshots and a restart needs; None for nothing.
 
     Raises:
-        TypeError: for columns that are no names, or values that are no function.
+        TypeError: if columns are not names, or values are not a function.
     """
 
     columns: tuple[str, ...]
@@ -96,11 +96,10 @@ class History:
     Attributes:
         name: Name of the file, under which checkpoints know it.
 
-    Note:
-        A run that goes on keeps the rows of the file up to its first state, and its columns:
-        channels that are new are left out. A file whose head was changed since is kept under
+    Note: A resumed run keeps the rows of the file up to its first state, and its columns: channels
+        that are new are left out. A file whose head was changed since is kept under
         another name, ``history.csv.damaged``. A file whose rows are all lost begins with a row of
-        the state that the run goes on from.
+        the state that the run resumes from.
     """
 
     def __init__(
@@ -242,7 +241,7 @@ def energy_channel() -> Channel:
 
 
 def angle_channel(system: MultibodySystem) -> Channel:
-    """All joint coordinates: angles, and displacements under names of their own."""
+    """All joint coordinates: angles, and displacements under their names."""
     kinds = zip(system.joint_coordinate_names, system.rigid_model.is_angle, strict=True)
     columns = tuple((names.ANGLE if a else names.DISPLACEMENT)(joint=n) for n, a in kinds)
     return Channel(columns, lambda s: list(s.state.joint_coordinates))

@@ -48,7 +48,7 @@ class JointReaction:
             shape (3, 3). The inertial axes e1, e2, e3 if None.
 
     Raises:
-        ModelError: for a point or axes that are none, or a joint that has no point of its own.
+        ModelError: if point or axes have the wrong shape, or the joint defines no point.
     """
 
     joint: Joint

@@ -40,8 +40,8 @@ class Point:
         position: Its position in the initial configuration [m], shape (3,).
 
     Raises:
-        ModelError: for a position that is no three numbers.
-        TypeError: for what is no body.
+        ModelError: if the position is not three numbers.
+        TypeError: if the body is not one.
     """
 
     name: str

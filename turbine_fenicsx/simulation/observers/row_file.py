@@ -19,7 +19,8 @@ class RowFile:
 
     Args:
         comm: Communicator.
-        path: The file; it is replaced at once, so that a crash here loses no rows of an old one.
+        path: The file; it is replaced immediately, so that a crash here loses no rows of an old
+            one.
         first: Returns the first lines; called on rank 0 before the old file is replaced.
 
     Raises:

@@ -87,7 +87,7 @@ class StepLoads(ABC):
         return RestartData({"length": self._last[1]}, {"loads": self._last[0].copy()})
 
     def restore(self, data: RestartData) -> None:
-        """Go on after the step that was saved."""
+        """Resume after the saved step."""
         self._last = (data.arrays["loads"].copy(), data.numbers["length"]) if data else None
         self._restored = True
 

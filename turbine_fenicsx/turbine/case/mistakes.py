@@ -21,7 +21,7 @@ class Mistake:
     """A mistake.
 
     Args:
-        key: The key, or the table if that is no table; empty for the whole case.
+        key: The key, or the table if its value is not a table; empty for the whole case.
         sentence: What is wrong, for the user.
     """
 

@@ -81,7 +81,7 @@ def to_si(value: Any, unit: str) -> float:
         The number in that unit.
 
     Raises:
-        ValueError: for anything that is no finite quantity of this kind.
+        ValueError: if it is not a finite quantity of this kind.
     """
     number = nan
     with suppress(ValueError, ArithmeticError):

@@ -1,7 +1,7 @@
 """The tables of a case file, their keys, defaults and ranges.
 
 A new key is a line here with a docstring that says what it means; the reference and the command
-``keys`` show it. A new table is a class and a line in `Tables`. It has a file of its own with the
+``keys`` show it. A new table is a class and a line in `Tables`. It has a separate file with the
 checks of its component, as `turbine_fenicsx.turbine.case.tower`. The type of a value holds its
 unit, range and choices. Relations between keys of several tables are in
 `turbine_fenicsx.turbine.case.consistency`.
@@ -79,7 +79,7 @@ class TimeCase(Section):
     """State at t = 0: undeformed, static equilibrium, or turning at ``turbine.rotor_speed``, see
     howto/start."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
-    """Time in which torques set in smoothly; 0 for at once."""
+    """Time in which torques set in smoothly; 0 for a sudden start."""
     angle_tolerance: Annotated[Number, Positive] | None = None
     """Largest error of a step in directions of rigid bodies, in rad; none: no limit."""
     displacement_tolerance: Annotated[Metres, Positive] | None = None
@@ -195,7 +195,7 @@ class BladeCase(Section):
 
 
 class MeshCase(Section):
-    """Mesh of the blades; ``file`` takes a mesh of one's own instead.
+    """Mesh of the blades; ``file`` takes a custom mesh instead.
 
     Hollow blades have ``span`` elements along the span and ``around`` around a section; those of a
     windIO file end in a plate, or in an open ``tip``.

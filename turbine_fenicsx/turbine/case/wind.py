@@ -45,7 +45,7 @@ class BoxCase(Section):
     spacing: tuple[Distance, Distance, Distance] | None = None
     """Distances between points along the wind, across it and upwards."""
     periodic: Flag = True
-    """Whether the box begins anew when it has passed; else it must last for the run."""
+    """Whether the box restarts when it has passed; else it must last for the run."""
     scale: tuple[Scale, Scale, Scale] = (1.0, 1.0, 1.0)
     """Factors for u, v and w, such as those that give a standard deviation."""
 
@@ -87,7 +87,7 @@ class WindCase(Section):
     density: Annotated[Density, Positive] = 1.225
     """Density of the air."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
-    """Time in which the wind sets in smoothly from calm; 0 for at once."""
+    """Time in which the wind sets in smoothly from calm; 0 for a sudden start."""
     box: BoxCase = BoxCase()
 
     @property

@@ -34,7 +34,7 @@ def _check_gust(case: Tables) -> str:
 
 
 def _check_height(case: Tables) -> str:
-    """The blades do not touch the ground that the wind is told of."""
+    """The blades do not touch the ground of the wind."""
     if not case.wind.blows:
         return ""
     height, radius = case.hub_height, case.blade.hub_radius + case.blade.length

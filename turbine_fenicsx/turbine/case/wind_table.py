@@ -1,4 +1,4 @@
-"""Wind over the time from a file: a table of its own, or OpenFAST's uniform wind."""
+"""Wind over the time from a file: a separate table, or OpenFAST's uniform wind."""
 
 from __future__ import annotations
 
