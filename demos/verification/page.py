@@ -19,8 +19,8 @@ them and writes this page. It fails if an error is larger than its bound, or if 
 is not that of the method.
 
 The error at the finest step is mostly that of the time step or mesh. Where runs follow the law of
-their order, Richardson's extrapolation takes it away. What is left then are errors of the model, of
-the reference, and of solving the equations of a step.
+their order, Richardson's extrapolation takes it away. Then only errors of the model, of the
+reference, and of solving the equations of a step are left.
 
 """
 SUMMARY = ["benchmark", "order", "largest error", "error, extrapolated"]

@@ -34,7 +34,7 @@ FOLLOWED = 0.6
 """A mode is followed if its MAC with those of one frequency at the next speed is at least this."""
 
 EQUAL = 1e-5
-"""Eigenvalues that differ by less than this part of themselves count as one."""
+"""Relative difference of eigenvalues below which they count as one."""
 
 HALVINGS = 2
 """Steps of the speed are halved at most so often to follow the modes, which takes seven times as
@@ -44,7 +44,7 @@ RPM = 30.0 / np.pi
 """Revolutions per minute of one rad/s."""
 
 MORE = 6
-"""So many more modes are looked for at the next speed: others may have become slower."""
+"""Number of additional modes at the next speed: others may have become slower."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,40 +19,40 @@ from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 
 SLOW = 1e-3
-"""What is below this part of the shift counts as zero if the motion is not strained: eigenvalues of
-rigid motions are double, and round-off moves such ones by the root of its size. In thin walls it
+"""Eigenvalue relative to the shift below which an unstrained motion is rigid. Eigenvalues of rigid
+motions are double, and round-off moves such ones by the root of its size. In thin walls it
 moves them farther, see `_is_slow`."""
 
 STRAINED = 1e-13
-"""A motion is rigid if y.K y is round-off, below this part of the sum of K_ii y_i^2 ..."""
+"""Round-off of y.K y, relative to the sum of K_ii y_i^2; a motion is rigid below it ..."""
 
 ROUND_OFF = 1e-6
-"""... or that of a frequency below this part of the highest that is found."""
+"""... or below that of a frequency, relative to the highest that is found."""
 
 NEW = 1e-4
-"""A rigid motion is another one if more than this part of its modal mass is normal to others."""
+"""Minimum share of the modal mass of a rigid motion that is normal to the others."""
 
 IN_PHASE = 1e-12
-"""All parts of a mode move in phase if its part b has less than this part of its modal mass."""
+"""Share of the modal mass in the part b below which all parts of a mode move in phase."""
 
 CLOSE = 0.05
 """Shift and lowest frequency may differ by a factor of one over this; digits are lost beyond."""
 
 BALANCED = 0.5
-"""Inertia and forces of the velocity balance each other if their sum is below this part of the
-larger one."""
+"""Maximum sum of inertia and forces of the velocity that balance each other, relative to the larger
+one."""
 
 ATTEMPTS = 8
 
 MORE = 8
-"""So many eigenvalues more are iterated: those of one frequency come together."""
+"""Number of additional eigenvalues: those of one frequency come together."""
 
 SOFT = 0.02
-"""The first shift is this part of the frequency at which the softest body would swell and shrink:
-of the bending of slender ones, whose lowest frequency is this over their slenderness."""
+"""First shift relative to the frequency at which the softest body would swell and shrink. Slender
+bodies bend at that frequency over their slenderness."""
 
 RANDOM = 1e-3
-"""Without flexible bodies it is this part of the frequency of a motion by random forces."""
+"""First shift without flexible bodies, relative to the frequency of a motion by random forces."""
 
 
 def check_count(linear: LinearSystem, count: int) -> None:

@@ -36,7 +36,8 @@ from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 
 SAME_PLACE = 1e-5
-"""Two nodes or bodies are in the same place within this part of their distance from the axis."""
+"""Maximum distance of two nodes or bodies in the same place, relative to their distance from the
+axis."""
 
 
 @dataclass(frozen=True, eq=False)

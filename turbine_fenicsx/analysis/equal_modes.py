@@ -20,14 +20,13 @@ from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
 from turbine_fenicsx.foundation.types import Array
 
 EQUAL = 1e-6
-"""Eigenvalues that differ by less than this part of themselves are one and the same."""
+"""Relative difference of eigenvalues below which they are equal."""
 
 APART = 1e-4
-"""Modes are distinguished by a feature if the squares of it differ by more than this part of
-them."""
+"""Minimum relative difference of the squares of a feature that distinguishes modes."""
 
 NOTHING = 1e-9
-"""Features whose squares are below this part of those of all features are round-off."""
+"""Square of a feature, relative to those of all features, below which it is round-off."""
 
 T = TypeVar("T")
 

@@ -17,7 +17,7 @@ LARGEST_LACK = 1e-6
 """Part of the forces on a system that may be unbalanced in an equilibrium."""
 
 ROUND_OFF = 1e-14
-"""Unbalanced forces below this part of stiffness times extent are round-off of the stresses."""
+"""Round-off of unbalanced forces, relative to stiffness times extent."""
 
 
 @dataclass(frozen=True)

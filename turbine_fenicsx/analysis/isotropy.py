@@ -30,7 +30,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
 
 EQUAL = 1e-6
-"""Blades are equal if a shift changes matrices by less than this part of their size."""
+"""Maximum change of matrices by a shift of equal blades, relative to their size."""
 
 AZIMUTH = 1.0
 """Another azimuth at which constraints and forces are compared [rad]."""

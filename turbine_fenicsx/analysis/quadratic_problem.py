@@ -36,20 +36,20 @@ ERROR_OF_LIBRARY = 76
 """PETSc's code for an error in a library that it calls (PETSC_ERR_LIB)."""
 
 SMALL = 150
-"""With at most so many degrees of freedom, dense matrices give all eigenvalues."""
+"""Maximum number of degrees of freedom for dense matrices, which give all eigenvalues."""
 
 MORE = 8
-"""So many more of them are kept: those that come together may be of one eigenvalue."""
+"""Number of additional ones that are kept: those that come together may be of one eigenvalue."""
 
 RESIDUAL = 1e-2
 """Largest error with which a pair fulfils the equations, relative to its vector. That of pairs that
 are round-off is above one, that of others far below."""
 
 SAME = 1e-6
-"""Eigenvalues that differ by less than this part of themselves and the shift are one."""
+"""Difference of eigenvalues, relative to them and the shift, below which they are equal."""
 
 NEW = 1e-4
-"""A vector is another one if more than this part of its modal mass is normal to those before it."""
+"""Minimum share of the modal mass of a new vector that is normal to those before it."""
 
 
 class QuadraticProblem:

@@ -24,8 +24,8 @@ from turbine_fenicsx.foundation.errors import StepFailure
 log = logging.getLogger(__name__)
 
 SOFT = 1e-6
-"""The shift is this part of the square of the frequency at which a body would swell and shrink:
-small against squares of frequencies of bending, large against round-off of the stiffness."""
+"""Shift relative to the square of the frequency at which a body would swell and shrink: small
+against squares of frequencies of bending, large against round-off of the stiffness."""
 
 SAME = 1e-6
 """Eigenvalues that differ by less than this part may be one."""
@@ -38,7 +38,7 @@ RESIDUAL = 1e-6
 count in thin walls, which are so much stiffer stretched than bent."""
 
 ROUND_OFF = 1e-13
-"""y.K y is round-off below this part of what the sizes of the entries of K let expect."""
+"""Round-off of y.K y, relative to its size by the entries of K."""
 
 UNSYMMETRIC = 1e-12
 """Difference of a symmetric block and its transpose, over the block, by round-off."""
@@ -67,7 +67,7 @@ class SquaredFrequencies:
         self._solver = linear.solver(self._A, "modes_", self.symmetric)
 
     def find(self, count: int, tolerance: float) -> list[Pair]:
-        """All pairs that have converged when so many have, and none nearer to the shift is missing.
+        """All converged pairs once their number is reached and none nearer to the shift is missing.
 
         A Krylov space holds one vector of each eigenvalue, and further ones of a repeated
         eigenvalue only by round-off. So the iteration restarts, orthogonal to what was found, until
@@ -144,7 +144,7 @@ class SquaredFrequencies:
         return [pair for pair in pairs if pair is not None]
 
     def _is_beyond(self, others: list[Pair], pairs: list[Pair], count: int, margin: float) -> bool:
-        """Whether other pairs are farther from the shift than so many, and by some part."""
+        """Whether other pairs are farther from the shift than a number of pairs, by a margin."""
         distances = sorted(abs(pair.eigenvalue + self._shift) for pair in pairs)
         nearest = min((abs(pair.eigenvalue + self._shift) for pair in others), default=np.inf)
         return nearest > (1.0 + margin) * distances[count - 1]

@@ -46,33 +46,33 @@ SMALLEST_EXTENT = 1e-12
 """Displacements below this [m] count as none."""
 
 ROUND_OFF = 1e-11
-"""Increments that no longer decrease are round-off below this part of the size of the system."""
+"""Round-off of increments that no longer decrease, relative to the size of the system."""
 
 SMALLER = 0.15
-"""A tangent is kept, if at all, after an increment below this part of the last one, or a first one
-below this part of the displacements."""
+"""Maximum increment after which a tangent may be kept, relative to the last one; for the first,
+relative to the displacements."""
 
 LINEAR = 0.6
-"""... or, where new tangents no longer speed up convergence, after an increment below this part of
-the last. Loads that are not in the tangent, such as those of the air, leave linear convergence,
+"""... or, where new tangents no longer speed up convergence, relative to the last increment. Loads
+that are not in the tangent, such as those of the air, leave linear convergence,
 which the present tangent has as well."""
 
 CLOSE = 1e-4
 """Part of the displacements below which that is looked for: farther away it may be chance."""
 
 FASTER = 0.3
-"""Convergence is linear if the last ratio of increments is not below this part of the one before;
-that of Newton's method is its square, or less."""
+"""Minimum quotient of the last two ratios of increments in linear convergence; with Newton's method
+the last ratio is the square of the one before, or less."""
 
 GROWS = 2.0
-"""An increment grows if it is above so many times the last one."""
+"""Ratio to the last increment above which an increment grows."""
 
 LAST = 1e-3
 """Part of the tolerance for an increment by a tangent that was kept: the error that it leaves is a
 part of it, while that of a new tangent leaves its square."""
 
 STAGNATION = 1e-8
-"""... or below this part of the largest displacement."""
+"""... or relative to the largest displacement."""
 
 
 def equilibrium(
@@ -95,8 +95,8 @@ def equilibrium(
         system: The system.
         times: Times of the load steps [s].
         state: Where to start; the initial state if None. Not changed.
-        tolerance: Newton's method ends when its increment is below this part of the largest
-            displacement, or is round-off.
+        tolerance: Newton's method ends when its increment, relative to the largest displacement, is
+            below this, or is round-off.
         max_iterations: Largest number of iterations per load step.
         held: Names of joint coordinates that stay as they are, by whatever force that takes.
 

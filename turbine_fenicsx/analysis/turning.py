@@ -49,7 +49,7 @@ LOAD_STEPS = (1, 5, 20)
 """Numbers of steps in which it is tried to reach the loads on sections, where there are some."""
 
 ASTRAY = 0.1
-"""Increments after the third must not exceed this part of the displacements, or load steps are
+"""Maximum increment after the third, relative to the displacements; beyond it, load steps are
 taken. Wind that bends blades by a fifth of their length buckles the iterates of thin walls, and
 Newton's method does not return from there."""
 
@@ -61,8 +61,8 @@ AZIMUTHS = (1.0, 2.5)
 """Further angles of the rotor at which a state must be in equilibrium to be steady [rad]."""
 
 CHANGE = 1e-9
-"""A rotation is steady if what turns changes its shape by less than this part of its size, and its
-speed in a turn by some times this part of it."""
+"""Maximum change of shape in a steady rotation, relative to the size; that of the speed in a turn
+is some times as large."""
 
 SMALL_TURN = 1e-3
 """Angle of the differences that velocities of a quasi-static change are made of [rad]."""

@@ -86,7 +86,7 @@ def turning_modes_near(
         state: As there.
         held: As there.
         shift: First guess of the lowest frequency [rad/s].
-        more: So many modes more.
+        more: Number of additional modes.
     """
     import_slepc()
     if blades is not None:

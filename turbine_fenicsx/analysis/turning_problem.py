@@ -25,7 +25,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
 RESISTANCE = 1e-8
-"""Forces of a rigid rotation below this part of damping times velocity are round-off."""
+"""Round-off of the forces of a rigid rotation, relative to damping times velocity."""
 
 
 def turning_problem(

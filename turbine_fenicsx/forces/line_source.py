@@ -13,7 +13,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 
 SAME_TIME = 1e-6
-"""A step follows another if it begins within this part of its length of the other's end."""
+"""Maximum gap between the end of a step and the start of the next one, relative to its length."""
 
 
 class StepLoads(NamedTuple):

@@ -37,7 +37,7 @@ SMALL_CHANGE = 1e-4
 """Change of velocities in differences of the loads [m/s]."""
 
 RENEWED = 10
-"""Derivatives of the loads serve for so many steps."""
+"""Number of steps for which derivatives of the loads are kept."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,7 +122,7 @@ def _compile_alone(folder: Path, compile_here: Callable[[Path, Claim], T]) -> T:
         try:
             return _compile(folder, compile_here, claim)
         except ImportError:
-            if not (claim.name and claim.take(anew=True)):
+            if not (claim.name and claim.take(all_files=True)):
                 raise
             return _compile(folder, compile_here, claim)  # cut short when the computer went down
         except _OwnerStopped as stopped:
@@ -168,11 +168,11 @@ class Claim:
         for suffix in EXTENSION_SUFFIXES:
             _check_trust(self._folder / f"{name}{suffix}")
 
-    def take(self, anew: bool = False) -> bool:
+    def take(self, all_files: bool = False) -> bool:
         """Take the lock of the form and remove what dead processes have left of it.
 
         Args:
-            anew: Whether finished forms are removed too.
+            all_files: Whether finished forms are removed too.
 
         Returns:
             Whether the file system has locks.
@@ -182,7 +182,7 @@ class Claim:
             names = {name for name in os.listdir(self._folder) if name.startswith(f"{self.name}.")}
         except OSError:
             return alone
-        if anew or f"{self.name}.c.cached" not in names:
+        if all_files or f"{self.name}.c.cached" not in names:
             files = [self._folder / name for name in names]
             age = time.time() - max((_time_of(file) for file in files), default=0.0)
             if alone or age >= PATIENCE:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.types import Array
 
 TOLERANCE = 1e-9
-"""A row counts as dependent if less than this part of it is independent of those before it."""
+"""Independent share of a row below which it counts as dependent on those before it."""
 
 
 def find_redundant_rows(G: Array, first: int) -> npt.NDArray[np.int64]:

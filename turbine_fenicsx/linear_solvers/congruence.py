@@ -27,7 +27,7 @@ SAMPLES = 3
 """Number of random motions of all nodes that distinguish two stiffnesses."""
 
 MOST_MOTIONS = 24
-"""So many rigid motions take a cube to itself; more are not tried."""
+"""Maximum number of rigid motions that are tried; as many take a cube to itself."""
 
 
 @dataclass(frozen=True)

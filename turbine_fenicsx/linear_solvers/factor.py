@@ -21,7 +21,8 @@ WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
 """Error codes of MUMPS, the same on all ranks, that more work space mends."""
 
 KEPT = 16
-"""Dense matrices with so many columns stay for the next solve: those of a step, not of a set-up."""
+"""Maximum number of columns of dense matrices that are kept for the next solve: those of a step,
+not of a set-up."""
 
 
 class FreeSolver(Protocol):

@@ -1,7 +1,8 @@
 """Conjugate gradients for the free nodes of a slender solid body.
 
-Choose it for two reasons only. The first is memory: the factor does not fit. The second is ranks:
-there are so many that the factor no longer gains from more. A factor that fits takes a fourth to a
+Choose it for two reasons only. The first is memory: the factor does not fit. The second is the
+number of ranks: beyond some, the factor no longer gains from more. A factor that fits takes a
+fourth to a
 sixth of the time.
 """
 

@@ -17,10 +17,10 @@ from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 Indices = npt.NDArray[np.int64]
 
 SLAB = 16
-"""Rows of the slab for each column of W: so many layers of a slender body."""
+"""Rows of the slab for each column of W: the number of layers of a slender body."""
 
 NEGLIGIBLE = 1e-6
-"""Singular values of the forces beyond the slab below this part of the largest are left out."""
+"""Singular values of the forces beyond the slab, relative to the largest, that are left out."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class CongruentParts:
 
         W = (W_s, 0) - A_ii^{-1} (0, A_os W_s),      W_s = A_ss^{-1} A_sS.
 
-    The forces A_os W_s that S exerts beyond the slab therefore have a low rank, and only so many
+    The forces A_os W_s that S exerts beyond the slab therefore have a low rank, and only as many
     solutions with the large factor are needed. W has a relative error of about `NEGLIGIBLE`.
 
     Args:

@@ -20,7 +20,7 @@ ranks. With more ranks the interfaces that all of them solve for grow, and the p
 thinner."""
 
 UNEVEN = 1.1
-"""The largest part has at most so many times the cells of their mean."""
+"""Maximum ratio of the cells of the largest part to their mean."""
 
 
 def share_equal_components(points: Array, cells: IntArray, ranks: int) -> NDArray[np.int32] | None:

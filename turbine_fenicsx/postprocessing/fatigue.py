@@ -63,7 +63,7 @@ def count_cycles(
 def equivalent_range(
     ranges: NDArray[np.float64], counts: NDArray[np.float64], slope: float, cycles: float
 ) -> float:
-    """Range that does in so many cycles the damage of all that were counted."""
+    """Range that in a number of cycles does the damage of all that were counted."""
     largest = float(np.max(ranges, initial=0.0))
     if largest == 0.0:
         return 0.0

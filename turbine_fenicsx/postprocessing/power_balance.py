@@ -11,7 +11,7 @@ from turbine_fenicsx.postprocessing.output_folder import TimeSeries
 from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_line
 
 WINDOWS = 200
-"""Means of power are taken over at most so many parts of a run."""
+"""Maximum number of parts of a run over which means of power are taken."""
 
 SHOWN = 4
 """Terms shown under their names; the smaller ones are added up as "other"."""

@@ -21,16 +21,16 @@ from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
 
 LARGEST_PART = 1e-9
-"""A constraint may be open by this part of the sum of its terms, which are lengths or cosines."""
+"""Maximum gap of a constraint relative to the sum of its terms, which are lengths or cosines ..."""
 
 ROUND_OFF = 1e-14
-"""And by this part of the largest vector among the coordinates, where all its terms are zero."""
+"""... and relative to the largest vector among the coordinates, where all its terms are zero."""
 
 CURVATURE = 1e-6
-"""A curvature beyond this part of its terms is no round-off."""
+"""Round-off of a curvature, relative to its terms."""
 
 ROUND_OFF = 1e-9
-"""Factors of constraints below this part of the largest one are zero [-]."""
+"""Factor of a constraint, relative to the largest one, below which it is zero [-]."""
 
 
 def check_closed(

@@ -14,7 +14,7 @@ from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 LARGEST_PART = 1e-9
-"""A coupling may be open by this part of the largest position or displacement of its nodes."""
+"""Maximum gap of a coupling relative to the largest position or displacement of its nodes."""
 
 
 def initial_displacement(

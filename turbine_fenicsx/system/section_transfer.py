@@ -29,7 +29,7 @@ from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array, IntArray
 
 SLENDEREST = 1e-6
-"""Sections whose smallest moment of inertia is below this part of the largest are a line."""
+"""Smallest moment of inertia of a section, relative to the largest, below which it is a line."""
 
 UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Entries of a symmetric tensor."""

@@ -32,7 +32,8 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 CONTRADICTION = 1e-9
-"""A rate may miss by this part of the largest what joints and the other rates make of it."""
+"""Maximum error of a rate relative to the largest, against what joints and the other rates
+allow."""
 
 LARGEST_GAP = 1e-6
 """A state that opens a constraint further than this [m, -] does not belong to the system."""

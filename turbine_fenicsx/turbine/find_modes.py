@@ -49,8 +49,8 @@ COUNT = 12
 """Number of modes if nobody says how many."""
 
 MORE = 2
-"""So many modes more are looked at: three equal blades have three equal modes, and which of them
-are found depends on round-off."""
+"""Number of additional modes: three equal blades have three equal modes, and which of them are
+found depends on round-off."""
 
 
 @dataclass(frozen=True)

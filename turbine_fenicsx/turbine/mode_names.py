@@ -21,20 +21,21 @@ TOWER_WAYS = ("fore-aft", "side-side", "tower stretch", "tower twist")
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 
 STILL = 0.2
-"""A blade that moves by less than this part of the one that moves most stands still."""
+"""Motion of a blade, relative to the one that moves most, below which it stands still."""
 
 OUT_OF_PHASE = 0.4
-"""Blades go round if one of them has more than this part of its motion when another is at rest."""
+"""Minimum share of its motion that a blade has when another is at rest, if they go round."""
 
 TORSION = 0.5
 """A tower counts as twisted if it twists twice as far as it bends: a rotor in front of it twists it
 in every motion to the side."""
 
 FLAT = 0.05
-"""Slopes below this part of the largest have no sign."""
+"""Slope relative to the largest below which it has no sign."""
 
 STRAIGHT = 0.015
-"""Motion of a blade below this part of the largest has no sign. The second flapwise mode of a blade
+"""Motion of a blade relative to the largest below which it has no sign. The second flapwise mode of
+a blade
 on a tower that moves with it has -0.03 on one side of its node, and 1 on the other."""
 
 

@@ -22,10 +22,10 @@ REST = "nacelle_and_hub"
 """Name of the modal mass of nacelle, hub, rings and tower top together."""
 
 ROUND_OFF = 1e-7
-"""Rates of growth below this part of the eigenvalue are none."""
+"""Rate of growth, relative to the eigenvalue, below which nothing grows."""
 
 STIFF = 1e-4
-"""Blades and tower do not bend if their bending has less than this part of the modal mass."""
+"""Share of the modal mass in bending below which blades and tower do not bend."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ NAMES = ("part", "span_start", "span_end", "arc_start", "arc_end", "wanted", "th
 """Data of cells that are needed, see `turbine_fenicsx.meshing.hollow_block.HollowBlock`."""
 
 SLENDER = 3.0
-"""Half of a trailing edge's face is a wall if it is so many times as wide as it is thick."""
+"""Minimum ratio of width to thickness of half of a trailing edge's face that is a wall."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ from turbine_fenicsx.foundation.rotations import frame_with_axis
 from turbine_fenicsx.foundation.types import Array
 
 DEEPEST = 0.5
-"""The wake takes at most this part of the wind [-]."""
+"""Maximum share of the wind that the wake takes [-]."""
 
 
 @dataclass(frozen=True, eq=False)

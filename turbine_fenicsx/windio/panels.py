@@ -31,7 +31,7 @@ _WIDE = 0.75
 """Layers wider than this fraction of the contour are skins, and have no lines either."""
 
 _THIN = 0.1
-"""Where a layer is thinner than this part of its greatest thickness, its edges do not count."""
+"""Thickness of a layer, relative to its maximum, below which its edges do not count."""
 
 LEADING = "leading edge"
 SIDES = ("suction side", "pressure side")

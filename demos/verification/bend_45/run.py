@@ -1,4 +1,4 @@
-"""The 45-degree bend of Bathe and Bolourchi: bending, twist and stretch at once, large.
+"""The 45-degree bend of Bathe and Bolourchi: bending, twist and stretch together, large.
 
 A beam of the section 1 x 1 lies on an eighth of a circle of the radius 100 in the plane of x and y.
 It is clamped where it is tangent to x, and a force at its tip pulls it up, out of that plane.

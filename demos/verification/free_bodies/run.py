@@ -9,8 +9,8 @@ the momenta `p`, `L` about the origin at the start,
 
 The step keeps such polynomials exactly: forces act at the middle of the step, and joint forces
 have neither resultant nor moment. Each body of the bundle keeps its own angular momentum about its
-centre of mass, too, and all keep their energy. What is left is round-off and what is left of the
-residual of a step, although the bodies turn by up to 0.4 rad in each.
+centre of mass, too, and all keep their energy. Only round-off and the residual of a step are left,
+although the bodies turn by up to 0.4 rad in each.
 """
 
 from mpi4py import MPI

@@ -7,7 +7,7 @@ Here the beam is a solid of quadratic hexahedra, 10 m x 0.1 m x 0.1 m, of a St. 
 material with `nu = 0`, clamped at one end and coupled to a rigid plate at the other; the moment
 acts on the plate. Beam theory holds for thin beams only: the fibres are stretched by 3 %, and the
 stress of the material is not proportional to that. `exact.py` has the exact solution of the bent
-solid, which turns the plate by 2.00397 pi; the solid nearly tends to it. What is left is that the
+solid, which turns the plate by 2.00397 pi; the solid nearly tends to it. The difference is that the
 plates keep both ends from getting thinner. Halving the elements along the beam makes the error ten
 times smaller; how many there are across it hardly matters.
 """
