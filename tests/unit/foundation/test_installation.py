@@ -17,7 +17,7 @@ import yaml
 from turbine_fenicsx import __version__
 
 ROOT = Path(__file__).parents[3]
-LICENSE = ROOT / "LICENSE"
+LICENCES = ("COPYING", "COPYING.LESSER", "LICENSE")
 LICENCE = "LGPL-3.0-or-later"
 
 pytestmark = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="needs no more than one rank")
@@ -61,7 +61,7 @@ def test_dolfinx_from_pypi_is_asked_before_petsc4py_is_imported(tmp_path):
 def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     source = tmp_path / "source"
     source.mkdir()
-    for name in ("pyproject.toml", "README.md", "LICENSE", "turbine_fenicsx", "demos"):
+    for name in ("pyproject.toml", "README.md", *LICENCES, "turbine_fenicsx", "demos"):
         subprocess.run(["cp", "-r", ROOT / name, source], check=True)
     before = sorted(source.rglob("*"))
     python(
@@ -80,8 +80,21 @@ def test_making_a_wheel_leaves_nothing_in_the_source(tmp_path):
     (metadata,) = (name for name in held.namelist() if name.endswith(".dist-info/METADATA"))
     said = email.message_from_bytes(held.read(metadata))
     assert (said["Version"], said["License-Expression"]) == (__version__, LICENCE)
-    assert said.get_all("License-File") == ["LICENSE"]
-    assert held.read(metadata.replace("METADATA", "licenses/LICENSE")) == LICENSE.read_bytes()
+    assert sorted(said.get_all("License-File")) == sorted(LICENCES)
+    for name in LICENCES:
+        assert (
+            held.read(metadata.replace("METADATA", f"licenses/{name}"))
+            == (ROOT / name).read_bytes()
+        )
+
+
+def test_a_source_archive_has_the_cases_that_the_package_links_to(tmp_path):
+    build = f"import os; os.chdir({str(ROOT)!r}); from flit_core.buildapi import build_sdist as b"
+    archive = python("-c", f"{build}; print(b({str(tmp_path)!r}), end='')")
+    subprocess.run(["tar", "xzf", archive], cwd=tmp_path, check=True)
+    (source,) = (p for p in tmp_path.iterdir() if p.is_dir())
+    links = list((source / "turbine_fenicsx" / "demos").glob("*.toml"))
+    assert links and all(link.is_file() for link in links)
 
 
 def test_version_and_licence_are_the_same_wherever_they_stand():
@@ -90,7 +103,7 @@ def test_version_and_licence_are_the_same_wherever_they_stand():
     assert cited["version"] == newest[1] == __version__
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert cited["license"] == project["license"] == LICENCE
-    assert LICENCE in LICENSE.read_text(encoding="utf-8")
+    assert LICENCE in (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 
 def test_citation_holds_what_the_format_asks_for_and_the_paper():
