@@ -99,8 +99,11 @@ def test_a_source_archive_has_the_cases_that_the_package_links_to(tmp_path):
 
 def test_version_and_licence_are_the_same_wherever_they_stand():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    newest = re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
-    assert cited["version"] == newest[1] == __version__
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    (newest, state), *_ = re.findall(r"^## (\S+) \((\S+)\)", changes, re.M)
+    assert __version__ == (f"{newest}.dev0" if state == "unreleased" else newest)
+    released = re.search(r"^## (\S+) \((\d{4}-\d\d-\d\d)\)", changes, re.M)
+    assert (cited["version"], str(cited["date-released"])) == released.groups()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert cited["license"] == project["license"] == LICENCE
     assert LICENCE in (ROOT / "LICENSE").read_text(encoding="utf-8")
