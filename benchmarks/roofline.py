@@ -21,7 +21,7 @@ import numpy as np
 from competitors import HERE
 
 from turbine_fenicsx import StepTimes, _compat
-from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.turbine.case.case import Case
@@ -35,7 +35,7 @@ KINDS = {
         "mesh": {"span": 20, "around": 24},
     },
 }
-WIDTHS = lanes.REGISTERS[lanes.find_registers(describe_processors()) :]
+WIDTHS = vectorise.REGISTERS[vectorise.find_registers(describe_processors()) :]
 """Registers of this processor."""
 HEAD = """static void tabulate(double* restrict A, const double* restrict w,
     const double* restrict c, const double* restrict coordinate_dofs,
@@ -74,13 +74,14 @@ def residual_of(kind):
 
 def body_with(block, width):
     """The step of a body with registers of one width."""
-    find, lanes.find_registers = lanes.find_registers, lambda _: lanes.REGISTERS.index(width)
+    find, number = vectorise.find_registers, vectorise.REGISTERS.index(width)
+    vectorise.find_registers = lambda _: number
     body = FlexibleStep(block)
-    lanes.find_registers = find
+    vectorise.find_registers = find
     return body
 
 
-def run_kernel(code, X, folder, width=lanes.REGISTERS[-1]):
+def run_kernel(code, X, folder, width=vectorise.REGISTERS[-1]):
     """What `roofline.cpp` prints for the code: counts and speeds.
 
     Args:
@@ -89,7 +90,7 @@ def run_kernel(code, X, folder, width=lanes.REGISTERS[-1]):
         folder: Where to compile.
         width: Registers that the peak is measured with; the kernel takes the flags of the package.
     """
-    kernel = HEAD + next(lanes.find_kernels(code))
+    kernel = HEAD + next(vectorise.find_kernels(code))
     text = (
         (HERE / "roofline.cpp").read_text(encoding="utf-8").replace("\nKERNEL\n", f"\n{kernel}\n")
     )

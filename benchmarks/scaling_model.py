@@ -122,7 +122,7 @@ class Slabs:
 
     @property
     def has_factors(self) -> bool:
-        """Whether each rank keeps a factor of its own, as `Substructures.are_worthwhile`."""
+        """Whether each rank keeps a factor of its own, as `Substructures.pays_off`."""
         wide = self.met**2 > WIDEST * self.own
         return self.ranks == 1 or not (wide or self.interface > LONGEST * self.own)
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -110,7 +111,8 @@ def campbell(
     found: list[Modes] = []
     try:
         for speed in wanted:
-            found.append(followed.start(speed) if not found else followed.go_on(found[-1], speed))
+            follow = partial(followed.continue_at, found[-1]) if found else followed.start
+            found.append(follow(speed))
     except BaseException:
         for modes in found:
             modes.destroy()
@@ -165,7 +167,7 @@ class ModeFollower:
         )
         return modes
 
-    def go_on(self, before: Modes, speed: float, halvings: int = HALVINGS) -> Modes:
+    def continue_at(self, before: Modes, speed: float, halvings: int = HALVINGS) -> Modes:
         """Those modes at another speed, in the same order."""
         modes = self._find(speed, MORE)
         change = abs(speed - before.speed)
@@ -179,9 +181,9 @@ class ModeFollower:
                 before.speed * RPM,
                 speed * RPM,
             )
-            between = self.go_on(before, 0.5 * (before.speed + speed), halvings - 1)
+            between = self.continue_at(before, 0.5 * (before.speed + speed), halvings - 1)
             try:
-                return self.go_on(between, speed, halvings - 1)
+                return self.continue_at(between, speed, halvings - 1)
             finally:
                 between.destroy()
                 between.state.destroy()

@@ -92,7 +92,7 @@ def complex_modes(
     shift = _guess(problem) if shift is None else shift
     for _ in range(ATTEMPTS):
         pairs = problem.pairs(number, shift)
-        rigid, elastic = _tell_rigid_ones(problem, pairs, shift)
+        rigid, elastic = _separate_rigid(problem, pairs, shift)
         lowest = min((abs(p.eigenvalue) for p in elastic), default=shift)
         if CLOSE <= lowest / shift <= 1.0 / CLOSE:
             break
@@ -136,7 +136,7 @@ def _guess(problem: QuadraticProblem) -> float:
     return RANDOM * float(np.sqrt(square)) if energy > STRAINED * size else 1.0
 
 
-def _tell_rigid_ones(
+def _separate_rigid(
     problem: QuadraticProblem, pairs: Sequence[Pair], shift: float
 ) -> tuple[list[Pair], list[Pair]]:
     """Rigid motions, one for each independent shape, and all others; the rest is destroyed."""

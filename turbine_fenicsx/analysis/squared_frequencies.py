@@ -84,7 +84,7 @@ class SquaredFrequencies:
         pairs = self._iterate(count, tolerance, [])
         if self.symmetric:
             self._complete(pairs, count, tolerance)
-            self._tell_others_that_grow(pairs)
+            self._warn_of_growing(pairs)
         elif len(pairs) < self._linear.degrees_of_freedom:
             others = self._iterate(1, ROUGH, pairs)
             if len(pairs) < count or not self._is_beyond(others, pairs, count, -ROUGH):
@@ -117,7 +117,7 @@ class SquaredFrequencies:
                     f"{len(pairs)} of {count} modes were found; another shift may help"
                 )
 
-    def _tell_others_that_grow(self, pairs: list[Pair]) -> None:
+    def _warn_of_growing(self, pairs: list[Pair]) -> None:
         """Warn if motions grow that are not among those found."""
         growing = self._solver.count_negative()
         known = sum(pair.eigenvalue.real + self._shift < 0.0 for pair in pairs)

@@ -324,7 +324,7 @@ class _Turning:
             now = blocks.state.copy()
             if before is not None:
                 if k > 1:
-                    blocks.state.go_on(before)
+                    blocks.state.extrapolate_from(before)
                 before.destroy()
             accuracy = self.tolerance if k == n else LOOSE, self.max_iterations
             solve_load_step(blocks, self.solver, self.time, *accuracy, astray=astray)

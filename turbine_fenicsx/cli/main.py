@@ -112,14 +112,14 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
         The communicator of all ranks; None where there is no MPI.
     """
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.foundation.mpi_environment import spare_launcher
+    from turbine_fenicsx.foundation.mpi_environment import start_mpi_alone
 
     try:
         import petsc4py
 
         if petsc_options:
             petsc_options.append("-options_left")
-        with spare_launcher():
+        with start_mpi_alone():
             # a .petscrc in some folder could load libraries; who wants it says -options_file
             petsc4py.init(["turbine-fenicsx", "-skip_petscrc", *petsc_options])
             from mpi4py import MPI

@@ -155,7 +155,7 @@ class Discon:
                 f"{who} has not answered within {PATIENCE:g} s at t = {measured.time:g} s"
             ) from None
         except (OSError, EOFError):
-            raise ForeignError(self._tell_end(measured.time)) from None
+            raise ForeignError(self._describe_end(measured.time)) from None
         failed, *values = discon_child.REPLY.unpack(reply[: discon_child.REPLY.size])
         text = " ".join(reply[discon_child.REPLY.size :].decode(errors="replace").split())
         if failed < 0:
@@ -226,7 +226,7 @@ class Discon:
             71: m.edge_moments[2],
         }
 
-    def _tell_end(self, time: float) -> str:
+    def _describe_end(self, time: float) -> str:
         """Description of a process that has ended."""
         self._end()
         code = self._child.returncode

@@ -144,7 +144,7 @@ class ForeignController:
                 f"this version reads layout {LAYOUT}; go on with the version that wrote it"
             )
 
-        def go_on() -> None:
+        def replay() -> None:
             self._state = data.part("state")
             if self._state:
                 assert isinstance(self._responder, RestartableResponder)
@@ -154,7 +154,7 @@ class ForeignController:
             for row in table:
                 self._show_again(row)
 
-        on_rank0(self._comm, go_on)
+        on_rank0(self._comm, replay)
 
     def _show_again(self, row: Array) -> None:
         """Replay its input and compare its commands."""

@@ -30,7 +30,7 @@ from mpi4py import MPI
 from cffi import VerificationError
 
 from turbine_fenicsx.foundation.errors import CompilationError
-from turbine_fenicsx.foundation.interrupts import end_at_once
+from turbine_fenicsx.foundation.interrupts import end_immediately
 from turbine_fenicsx.foundation.own_folder import describe_stranger
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 
@@ -118,7 +118,7 @@ def compile_on_all(
 def _compile_alone(folder: Path, compile_here: Callable[[Path, Claim], T]) -> T:
     """Compile while no other process does, and without what dead ones have left."""
     _check_trust(folder)
-    with end_at_once(), closing(Claim(folder)) as claim:
+    with end_immediately(), closing(Claim(folder)) as claim:
         try:
             return _compile(folder, compile_here, claim)
         except ImportError:

@@ -18,7 +18,7 @@ class Interrupt:
 
     Attributes:
         received: Name of the signal; empty as long as there was none.
-        at_once: Whether it ends the work at hand, see `end_at_once`.
+        at_once: Whether it ends the work at hand, see `end_immediately`.
     """
 
     received = ""
@@ -62,7 +62,7 @@ def catch_signals() -> Iterator[Interrupt]:
 
 
 @contextmanager
-def end_at_once() -> Iterator[None]:
+def end_immediately() -> Iterator[None]:
     """Let a signal end what is done here, also where signals are caught.
 
     For work without steps that is lost anyway unless it is finished.
@@ -80,9 +80,9 @@ def end_at_once() -> Iterator[None]:
         interrupt.at_once = before
 
 
-def end_at_once_alone(comm: MPI.Intracomm) -> AbstractContextManager[None]:
-    """`end_at_once` on one rank; several would end at different places, and wait for each other.
+def end_immediately_alone(comm: MPI.Intracomm) -> AbstractContextManager[None]:
+    """`end_immediately` on one rank; several would end at different places and deadlock.
 
     Those who started them end them.
     """
-    return end_at_once() if comm.size == 1 else nullcontext()
+    return end_immediately() if comm.size == 1 else nullcontext()

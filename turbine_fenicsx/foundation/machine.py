@@ -30,7 +30,7 @@ def machine_memory(comm: MPI.Intracomm) -> float:
     return float(min(machines, limits))
 
 
-def give_back_memory() -> None:
+def trim_heap() -> None:
     """Give what was freed back to the system, before something large comes that fits in no gap.
 
     SuperLU_DIST, which comes with PETSc, makes glibc keep everything. Other C libraries than

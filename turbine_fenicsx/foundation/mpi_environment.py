@@ -29,7 +29,7 @@ def environment_without_mpi() -> dict[str, str]:
 
 
 @contextmanager
-def spare_launcher() -> Iterator[None]:
+def start_mpi_alone() -> Iterator[None]:
     """Let MPI start in here without what one rank alone does not need.
 
     A process that no launcher has started needs no daemon for more ranks and no network, which take

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_matrix, vstack
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.machine import give_back_memory
+from turbine_fenicsx.foundation.machine import trim_heap
 from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.congruence import find_groups, label_components
@@ -77,7 +77,7 @@ class Substructures(FreeSolver):
         self._common: tuple[Any, ...] = ()  # the matrix of S and its factor, if there is any S
         self.iterations = 0
 
-    def are_worthwhile(self) -> bool:
+    def pays_off(self) -> bool:
         """Whether there are several on one rank; on more, whether S is small. Collective.
 
         For each rank and in all: slender bodies, not too many ranks.
@@ -103,7 +103,7 @@ class Substructures(FreeSolver):
         self.destroy()
         self._groups, A_SS = self._take_apart()
         self._matrix.destroy()
-        give_back_memory()
+        trim_heap()
         blocks: list[tuple[Indices, Array]] | None = None
         error: Exception | None = None
         try:
@@ -229,7 +229,7 @@ def free_factor(
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     shared = find_shared_nodes(flexible)[nodes]
     parts = Substructures(matrix, flexible.positions[nodes], shared, prefix)
-    return parts if parts.are_worthwhile() else SymmetricFactor(matrix, prefix)
+    return parts if parts.pays_off() else SymmetricFactor(matrix, prefix)
 
 
 def find_shared_nodes(flexible: FlexibleModel) -> Mask:

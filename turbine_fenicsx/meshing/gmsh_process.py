@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.interrupts import end_at_once
+from turbine_fenicsx.foundation.interrupts import end_immediately
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing import gmsh_child
@@ -93,7 +93,7 @@ def _run(folder: str, seconds: float) -> None:
     environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
     command = [sys.executable, "-P", str(gmsh_child.__file__), "mesh.msh", "groups.npz"]
     with (
-        end_at_once(),
+        end_immediately(),
         subprocess.Popen(
             command,
             cwd=folder,

@@ -14,7 +14,7 @@ import numpy as np
 import ufl
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.foundation.parallel import on_rank0
@@ -51,12 +51,12 @@ class LinearForm:
             try:
                 self._cells = CellsInLanes(ufl.Form(over_cells))
                 parts = [others]
-            except lanes.NotInLanes as reason:
+            except vectorise.NotVectorised as reason:
                 log.info("cells are assembled one by one: %s", reason)
         self._forms = [_compat.compile_form(ufl.Form(part)) for part in parts if part]
 
     @property
-    def in_lanes(self) -> bool:
+    def is_vectorised(self) -> bool:
         """Whether cells are computed several at a time."""
         return self._cells is not None
 
@@ -78,7 +78,7 @@ class CellsInLanes:
         form: A UFL form of rank 1 with integrals over all cells.
 
     Raises:
-        NotInLanes: if the kernel is not understood or not compiled, on all ranks.
+        NotVectorised: if the kernel is not understood or not compiled, on all ranks.
 
     Note:
         Collective.
@@ -92,16 +92,16 @@ class CellsInLanes:
         coefficients = _compat.coefficients_in_order(form, compiled)
         spaces = [f.function_space for f in coefficients]
         if not all(map(_compat.has_plain_dofs, [space, *spaces])):
-            raise lanes.NotInLanes("degrees of freedom depend on the orientation of cells")
+            raise vectorise.NotVectorised("degrees of freedom depend on the orientation of cells")
         self._n = mesh.topology.index_map(mesh.topology.dim).size_local
         self._tables = [_compat.nodes_of_cells(mesh), *map(_compat.dofs_of_cells, [space, *spaces])]
         self._block = space.dofmap.index_map_bs
         blocks = [3, *(s.dofmap.index_map_bs for s in [space, *spaces])]
         fields = [
-            lanes.Field(table.shape[1], block)
+            vectorise.Field(table.shape[1], block)
             for table, block in zip(self._tables, blocks, strict=True)
         ]
-        code = lanes.assembly_code(source, fields[0], fields[2:], fields[1])
+        code = vectorise.assembly_code(source, fields[0], fields[2:], fields[1])
         self._module = _compile_for_processor(mesh.comm, code)
         self._owners = form.constants()  # views do not keep them alive
         self._constants = [np.ravel(constant.value) for constant in self._owners]
@@ -131,8 +131,8 @@ class CellsInLanes:
         apart, size = (np.abs(x).reshape(-1, self._block).max(axis=0, initial=0.0) for x in rows)
         far = not np.all(apart <= ALIKE * size)
         if comm.allreduce(far, op=MPI.LOR):
-            log.warning("kernels in lanes are not those of FFCx, please report it")
-            raise lanes.NotInLanes("results that are not those of DOLFINx")
+            log.warning("vectorised kernels are not those of FFCx, please report it")
+            raise vectorise.NotVectorised("results that are not those of DOLFINx")
 
     def _find_addresses(self) -> Sequence[Any]:
         """Addresses of the arrays that stay where they are."""
@@ -171,16 +171,16 @@ def _read(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        raise lanes.NotInLanes(f"its code cannot be read: {error}") from None
+        raise vectorise.NotVectorised(f"its code cannot be read: {error}") from None
 
 
 def _compile_for_processor(comm: MPI.Intracomm, code: str) -> Any:
     """The code for the registers that the processors of all ranks have."""
-    widest = comm.allreduce(lanes.find_registers(describe_processors()), op=MPI.MAX)
-    registers = lanes.REGISTERS[widest]
+    widest = comm.allreduce(vectorise.find_registers(describe_processors()), op=MPI.MAX)
+    registers = vectorise.REGISTERS[widest]
     target = f'__attribute__((target("{registers.target}")))' if registers.target else ""
     head = f"#define LANES {registers.lanes}\n#define TARGET {target}\n"
     try:
-        return _compat.compile_c(comm, lanes.DECLARATION, head + code)
+        return _compat.compile_c(comm, vectorise.DECLARATION, head + code)
     except CompilationError as error:
-        raise lanes.NotInLanes(str(error)) from error
+        raise vectorise.NotVectorised(str(error)) from error

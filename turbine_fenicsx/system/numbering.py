@@ -103,9 +103,9 @@ def number_parts(parts: Parts) -> Numbering:
     counts = dict(Counter(owners[k] for k in redundant))
     singular = [owners[k] for k in find_singular_rows(constraints, redundant, q)]
     warnings = [
-        *_tell_singular(singular),
-        *_tell_redundant(counts, len(owners) - n_internal, singular),
-        *_tell_velocities(bodies, constraints, everything.rates(0.0), owners, q),
+        *_describe_singular(singular),
+        *_describe_redundant(counts, len(owners) - n_internal, singular),
+        *_describe_velocities(bodies, constraints, everything.rates(0.0), owners, q),
     ]
     return Numbering(model, paths, tuple(coordinates), rows, counts, tuple(warnings))
 
@@ -142,7 +142,7 @@ def _check_relations(
         )
 
 
-def _tell_singular(owners: Sequence[str]) -> list[str]:
+def _describe_singular(owners: Sequence[str]) -> list[str]:
     """Warn of constraints that depend on others in the initial configuration only."""
     return [
         f"{owners.count(name)} of the constraints of joint {name!r} locks nothing in the initial "
@@ -153,7 +153,7 @@ def _tell_singular(owners: Sequence[str]) -> list[str]:
     ]
 
 
-def _tell_redundant(
+def _describe_redundant(
     counts: Mapping[str, int], total: int, singular: Sequence[str] = ()
 ) -> list[str]:
     """Warn of redundant constraints, except for those that are reported as singular."""
@@ -168,7 +168,7 @@ def _tell_redundant(
     ]
 
 
-def _tell_velocities(
+def _describe_velocities(
     bodies: Sequence[RigidBody],
     constraints: list[Quadratic],
     rates: Array,

@@ -51,7 +51,7 @@ class State:
             coupling=tuple(x.copy() for x in self.coupling),
         )
 
-    def go_on(self, before: State) -> None:
+    def extrapolate_from(self, before: State) -> None:
         """Go once more as far as from the positions and forces of another state to these."""
         self.q = 2.0 * self.q - before.q
         self.joint_coordinates = 2.0 * self.joint_coordinates - before.joint_coordinates

@@ -94,7 +94,7 @@ class BladePlan(Protocol):
             layout: Where the blades stand.
         """
 
-    def find_doubts(self, report: MeshReport) -> list[str]:
+    def find_warnings(self, report: MeshReport) -> list[str]:
         """One sentence for everything in a mesh that looks like a slip."""
 
     def make_plies(self, system: MultibodySystem, mesh: LoadedMesh) -> BladePlies | None:

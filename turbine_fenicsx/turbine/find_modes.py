@@ -22,7 +22,7 @@ from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.interrupts import end_at_once_alone
+from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.linear_solvers.memory import check_memory
@@ -39,7 +39,7 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.component import Assembly, Component, Turbine
 from turbine_fenicsx.turbine.mode_files import ModeTable, write_shapes, write_tables
-from turbine_fenicsx.turbine.mode_table import tell_modes
+from turbine_fenicsx.turbine.mode_table import describe_modes
 from turbine_fenicsx.turbine.model import build_turbine, list_components
 from turbine_fenicsx.turbine.nacelle import ROTOR, YAW
 from turbine_fenicsx.turbine.resume import write_case
@@ -131,7 +131,7 @@ def _find(
         raise InputError(f"a brake on {ROTOR!r} holds it at turbine.azimuth = 0 only")
     if turning:
         case = case.model_copy(update={"loads": case.loads.model_copy(update={"gravity": 0.0})})
-    with end_at_once_alone(comm):
+    with end_immediately_alone(comm):
         turbine = build_turbine(case, comm, [*list_components(case), Brakes(wanted.locked)])
     if not force:
         check_memory(turbine.system, "frozen", shared=False)  # the modes' own factor is like it
@@ -144,9 +144,9 @@ def _find(
     before: Modes | None = None
     for speed in wanted.speeds:
         try:
-            with end_at_once_alone(comm):
+            with end_immediately_alone(comm):
                 modes_here = at_each_speed(turbine, wanted, count + more, before)
-                named, rows = tell_modes(turbine, modes_here)
+                named, rows = describe_modes(turbine, modes_here)
         except KeyboardInterrupt:
             if before is None:
                 raise
@@ -194,7 +194,7 @@ def _find_turning(turbine: Turbine, wanted: ModesWanted, count: int, before: Mod
         if before is None:
             return follower.start(wanted.speeds[0])
         place = [abs(speed - before.speed) for speed in wanted.speeds]
-        return follower.go_on(before, wanted.speeds[int(np.argmin(place)) + 1])
+        return follower.continue_at(before, wanted.speeds[int(np.argmin(place)) + 1])
     finally:
         start.destroy()
 

@@ -164,7 +164,7 @@ class HollowBlades:
             _describe_caps(cells, mass),
         ]
 
-    def find_doubts(self, report: MeshReport) -> list[str]:
+    def find_warnings(self, report: MeshReport) -> list[str]:
         """Nothing: the mass is that of the layup."""
         return []
 

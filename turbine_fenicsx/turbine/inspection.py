@@ -67,7 +67,7 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     except ModelError as error:
         return Inspection((str(error),), (), "")
     report, found = mesh.examine(), examine_blades(mesh, plan.layout, plan.blades)
-    warnings = [*report.warnings, *found.warnings, *plan.blades.find_doubts(report)]
+    warnings = [*report.warnings, *found.warnings, *plan.blades.find_warnings(report)]
     mistakes = tuple(f"{name}: {m}" for m in (*report.mistakes, *plan.list_mistakes(mesh)))
     if not mistakes:
         mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))

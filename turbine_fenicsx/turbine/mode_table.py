@@ -50,7 +50,7 @@ class ModeRow:
     ways: Mapping[str, float]
 
 
-def tell_modes(turbine: Turbine, modes: Modes) -> tuple[Modes, list[ModeRow]]:
+def describe_modes(turbine: Turbine, modes: Modes) -> tuple[Modes, list[ModeRow]]:
     """Distinguish equal modes, and describe all. Collective.
 
     Args:

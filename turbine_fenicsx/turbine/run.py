@@ -18,7 +18,7 @@ from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
-from turbine_fenicsx.foundation.interrupts import end_at_once_alone
+from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.postprocessing import names
@@ -164,7 +164,7 @@ def _run(
     comm, statistics = turbine.comm, Statistics()
     checkpoints = _make_checkpoints(case, turbine, folder)
     stepper = make_stepper(case, turbine.system)
-    with end_at_once_alone(comm):  # it may take minutes, and no file is written yet
+    with end_immediately_alone(comm):  # it may take minutes, and no file is written yet
         first = None if resume else make_start(case, turbine.system)
     own = [each for c in turbine.components for each in c.observers(turbine, folder)]
     simulation = Simulation(

@@ -26,8 +26,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.doubts import find_mass_doubt
 from turbine_fenicsx.turbine.case.tables import MaterialCase
+from turbine_fenicsx.turbine.case.warnings import find_mass_warning
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,12 @@ class SolidBlades:
         of_ideal = f"{ideal * density / 1e3:.6g} t of the ideal shape"
         return [f"{text}, {abs(change):.2g} % {word} than {of_ideal}"]
 
-    def find_doubts(self, report: MeshReport) -> list[str]:
+    def find_warnings(self, report: MeshReport) -> list[str]:
         """A sentence if the blades of a mesh file have a mass that looks like a slip."""
         if self.file is None:  # that of a built-in mesh is told by the case alone
             return []
         mass = sum(report.volumes.values()) * self.material.density / len(ROOTS)
-        return find_mass_doubt(mass, self.length)
+        return find_mass_warning(mass, self.length)
 
     def make_plies(self, system: MultibodySystem, mesh: LoadedMesh) -> None:
         """There are none."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.forces.gravity import Gravity
-from turbine_fenicsx.foundation.interrupts import SIGNALS, catch_signals, end_at_once
+from turbine_fenicsx.foundation.interrupts import SIGNALS, catch_signals, end_immediately
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -48,7 +48,7 @@ def test_handlers_are_those_from_before_in_the_end():
 
 
 def test_a_signal_ends_at_once_what_cannot_be_finished():
-    with pytest.raises(KeyboardInterrupt), catch_signals(), end_at_once():
+    with pytest.raises(KeyboardInterrupt), catch_signals(), end_immediately():
         os.kill(os.getpid(), signal.SIGTERM)
         raise AssertionError
 
@@ -56,19 +56,19 @@ def test_a_signal_ends_at_once_what_cannot_be_finished():
 def test_a_signal_that_has_come_already_ends_it_before_it_begins():
     with catch_signals(), pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), signal.SIGTERM)
-        with end_at_once():
+        with end_immediately():
             raise AssertionError
 
 
 def test_afterwards_signals_are_only_noted_again():
     with catch_signals() as interrupt:
-        with end_at_once():
-            with end_at_once():
+        with end_immediately():
+            with end_immediately():
                 pass
             assert interrupt.at_once
         os.kill(os.getpid(), signal.SIGTERM)
         assert interrupt()
-    with end_at_once():  # where nobody catches signals
+    with end_immediately():  # where nobody catches signals
         pass
 
 

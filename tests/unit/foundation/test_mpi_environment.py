@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import pytest
 
-from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi, spare_launcher
+from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi, start_mpi_alone
 
 OURS = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1"}
 START = """
@@ -28,7 +28,7 @@ def set_environment(monkeypatch, **variables):
 
 def test_one_process_alone_needs_no_launcher(monkeypatch):
     set_environment(monkeypatch, HOME="/root")
-    with spare_launcher():
+    with start_mpi_alone():
         assert os.environ == {"HOME": "/root"} | OURS
     assert os.environ == {"HOME": "/root"}
 
@@ -38,14 +38,14 @@ def test_one_process_alone_needs_no_launcher(monkeypatch):
 )
 def test_ranks_of_a_launcher_start_as_ever(monkeypatch, name):
     set_environment(monkeypatch, **{name: "0"})
-    with spare_launcher():
+    with start_mpi_alone():
         assert os.environ == {name: "0"}
 
 
 def test_what_the_user_has_set_stays(monkeypatch):
     user = {"OMPI_MCA_pml": "ucx", "OMPI_MCA_btl": "self"}
     set_environment(monkeypatch, **user)
-    with spare_launcher():
+    with start_mpi_alone():
         assert os.environ["OMPI_MCA_pml"] == "ucx"
     assert os.environ == user
 

@@ -57,7 +57,7 @@ def test_a_restored_method_renews_the_factor_when_the_first_one_does(make, past)
     """Whether its usual number of iterations is known already or not."""
     more, counts = int(RENEWAL) // 3, [15, 13, 16, 14] * 20
 
-    def go_on(method, counts):
+    def resume(method, counts):
         """Whether the factor is due after each step."""
         due = []
         for n in counts:
@@ -67,9 +67,9 @@ def test_a_restored_method_renews_the_factor_when_the_first_one_does(make, past)
         return due
 
     one, other = make(), make()
-    assert not any(go_on(one, counts[:past]))
+    assert not any(resume(one, counts[:past]))
     other.restore(one.save())
     later = [14 + more, 19, 18, 19, 18, 14 + more, 20, 19]
-    found, expected = go_on(other, later), go_on(one, later)
+    found, expected = resume(other, later), resume(one, later)
     assert found == expected and True in found and False in found
     assert other.save() == one.save()

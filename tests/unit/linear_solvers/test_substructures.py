@@ -141,7 +141,7 @@ def test_ranks_that_do_not_meet(comm):
     X, in_S = np.arange(6.0).reshape(2, 3), np.zeros(2, bool)
     own = A.copy()
     factor = Substructures(own, X, in_S, "test_")
-    assert factor.are_worthwhile()
+    assert factor.pays_off()
     factor.update()
     assert error_of_solution(factor, A) < 1e-14
     factor.destroy()
@@ -163,11 +163,11 @@ def test_shared_nodes_take_the_ranks_apart(comm):
 def test_worthwhile_for_slender_bodies_only(comm):
     bar, X, in_S = stiffness(comm)
 
-    def are_worthwhile(shared):
-        return Substructures(bar, X, shared, "test_").are_worthwhile()
+    def pays_off(shared):
+        return Substructures(bar, X, shared, "test_").pays_off()
 
     everything = np.ones(in_S.size, bool)
-    assert are_worthwhile(in_S) == (comm.size > 1)  # a bar in one piece
-    assert not are_worthwhile(everything)
+    assert pays_off(in_S) == (comm.size > 1)  # a bar in one piece
+    assert not pays_off(everything)
     everything[::2] = False
-    assert not are_worthwhile(everything)
+    assert not pays_off(everything)

@@ -148,8 +148,8 @@ def test_case_has_units_and_only_what_has_an_effect(folder, no_diagrams):
     assert rows["euler [kg m²]"].count(",") == 2
     assert rows["model"] == "hybrid"
     assert rows["flexible"] == rows["bearings"] == "no"
-    for idle in ("top mass [kg]", "ring mass [kg]", "blade arm", "first lame [Pa]"):
-        assert idle not in rows
+    for unused in ("top mass [kg]", "ring mass [kg]", "blade arm", "first lame [Pa]"):
+        assert unused not in rows
     assert "turbine.nacelle" in text and "turbine.blade" not in text
     tower = Case.parse({"tower": {"flexible": True}, "turbine": {"model": "rigid"}})
     described = describe_case(tower.model_dump(mode="json"))

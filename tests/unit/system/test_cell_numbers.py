@@ -1,4 +1,4 @@
-"""Numbers of cells are those that DOLFINx finds, in lanes or not."""
+"""Numbers of cells are those that DOLFINx finds, vectorised or not."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from dolfinx import fem, mesh
 from small_body import all_kinds, all_laws, nodal, small_body, wild
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient
 from turbine_fenicsx.system.cell_numbers import CellNumbers, PointValues, at_centres
@@ -31,7 +31,7 @@ def interpolated_norms(model, u):
 def test_stresses_are_those_of_an_interpolation_at_the_centres(comm, caplog, cell, degree, law):
     with caplog.at_level("INFO", "turbine_fenicsx"):
         model = small_body(comm, cell, degree, law)
-    assert "one by one" not in caplog.text  # all in lanes
+    assert "one by one" not in caplog.text  # all vectorised
     model.body.mesh.geometry.x[:] += 0.02 * np.sin(model.body.mesh.geometry.x[:, ::-1] * 9.0)
     for seed in (1, 2):
         u = nodal(model, wild(seed, 0.02))
@@ -80,7 +80,9 @@ def test_without_lanes_numbers_are_the_same(comm, monkeypatch):
     expressions, _, cells = squares(comm)
     dx = ufl.dx(domain=cells, metadata={"quadrature_degree": 3})
     quick, quick_centres = CellNumbers(cells, (expressions, dx)), at_centres(cells, *expressions)
-    monkeypatch.setattr(lanes, "_FRAME", lanes._FRAME.replace("vector_size(", "no_such_thing("))
+    monkeypatch.setattr(
+        vectorise, "_FRAME", vectorise._FRAME.replace("vector_size(", "no_such_thing(")
+    )
     slow, slow_centres = CellNumbers(cells, (expressions, dx)), at_centres(cells, *expressions)
     assert np.allclose(quick.sums(), slow.sums(), rtol=1e-13)
     assert np.allclose(quick_centres.in_cells(), slow_centres.in_cells(), rtol=1e-13)
@@ -88,8 +90,8 @@ def test_without_lanes_numbers_are_the_same(comm, monkeypatch):
 
 def test_a_wrong_number_is_noticed_beside_one_that_is_much_larger(comm, monkeypatch, caplog):
     right, wrong = "A[i * BLOCK + k][l]", "(k == 1 ? -1 : 1) * A[i * BLOCK + k][l]"
-    assert right in lanes._FRAME
-    monkeypatch.setattr(lanes, "_FRAME", lanes._FRAME.replace(right, wrong))
+    assert right in vectorise._FRAME
+    monkeypatch.setattr(vectorise, "_FRAME", vectorise._FRAME.replace(right, wrong))
     expressions, field, cells = squares(comm)
     numbers = at_centres(cells, *expressions)
     assert "please report it" in caplog.text

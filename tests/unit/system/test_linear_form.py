@@ -1,4 +1,4 @@
-"""A linear form in lanes is the one that DOLFINx assembles, up to round-off."""
+"""A vectorised linear form is the one that DOLFINx assembles, up to round-off."""
 
 import warnings
 
@@ -12,7 +12,7 @@ from small_body import all_kinds
 
 from turbine_fenicsx import NeoHooke, StVenantKirchhoff, _compat, cell_field
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.foundation import lanes
+from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -69,7 +69,7 @@ def both(model, made, form):
 
 def available():
     """Registers that this processor has."""
-    return range(lanes.find_registers(describe_processors()), len(lanes.REGISTERS))
+    return range(vectorise.find_registers(describe_processors()), len(vectorise.REGISTERS))
 
 
 @all_kinds
@@ -77,7 +77,7 @@ def available():
 def test_lanes_give_what_dolfinx_gives_also_when_fields_change(comm, cell, degree, law):
     model, form, fields = body_form(comm, cell, degree, law)
     made = LinearForm(form)
-    assert made.in_lanes
+    assert made.is_vectorised
     for seed in (1, 2):
         fill(fields, seed)
         found, expected, size = both(model, made, form)
@@ -95,7 +95,7 @@ def test_nodes_of_cells_are_found_without_a_warning_of_any_release(comm):
 
 @pytest.mark.parametrize("registers", available())
 def test_registers_of_all_widths_give_the_same(comm, monkeypatch, registers):
-    monkeypatch.setattr(lanes, "find_registers", lambda processors: registers)
+    monkeypatch.setattr(vectorise, "find_registers", lambda processors: registers)
     model, form, fields = body_form(comm, "hexahedron", 1, "neo_hooke")
     fill(fields, 3)
     found, expected, size = both(model, LinearForm(form), form)
@@ -117,7 +117,7 @@ def test_surfaces_and_parts_of_the_cells_are_left_to_dolfinx(comm):
     N = ufl.FacetNormal(cells)
     form += ufl.dot(N, w) * ufl.ds(domain=cells)
     made = LinearForm(form)
-    assert made.in_lanes
+    assert made.is_vectorised
     found, expected, size = both(model, made, form)
     assert found == pytest.approx(expected, abs=ROUND_OFF["svk"] * size)
     n = cells.topology.index_map(3).size_local
@@ -125,7 +125,7 @@ def test_surfaces_and_parts_of_the_cells_are_left_to_dolfinx(comm):
     dx = ufl.Measure("dx", domain=cells, subdomain_data=tags)
     form = ufl.dot(fields[0], w) * dx(1)
     made = LinearForm(form)
-    assert not made.in_lanes
+    assert not made.is_vectorised
     found, expected, size = both(model, made, form)
     assert found == pytest.approx(expected, abs=ROUND_OFF["svk"] * size)
 
@@ -135,18 +135,20 @@ def test_a_kernel_that_is_not_understood_is_left_to_dolfinx(comm, caplog):
     form = ufl.dot(ufl.erf(u[0]) * u, ufl.TestFunction(model.space)) * model.dx_mass
     with caplog.at_level("INFO", "turbine_fenicsx"):
         made = LinearForm(form)
-    assert not made.in_lanes and "erf" in caplog.text
+    assert not made.is_vectorised and "erf" in caplog.text
     u.interpolate(lambda X: np.sin(X))
     found, expected, size = both(model, made, form)
     assert size > 0 and np.array_equal(found, expected)
 
 
 def test_a_compiler_without_registers_is_left_to_dolfinx(comm, monkeypatch):
-    monkeypatch.setattr(lanes, "_FRAME", lanes._FRAME.replace("vector_size(", "no_such_thing("))
+    monkeypatch.setattr(
+        vectorise, "_FRAME", vectorise._FRAME.replace("vector_size(", "no_such_thing(")
+    )
     model, form, fields = body_form(comm, "tetrahedron", 1, "svk")
     fill(fields, 5)
     made = LinearForm(form)
-    assert not made.in_lanes
+    assert not made.is_vectorised
     found, expected, _ = both(model, made, form)
     assert np.array_equal(found, expected)
 
@@ -155,13 +157,15 @@ def test_lanes_that_compute_something_else_are_noticed_and_left_to_dolfinx(
     comm, monkeypatch, caplog
 ):
     """As if a future FFCx wrote something that is understood in a wrong way."""
-    right = lanes.kernel_in_lanes
-    monkeypatch.setattr(lanes, "kernel_in_lanes", lambda body: right(body).replace("+=", "-=", 1))
+    right = vectorise.vectorise_kernel
+    monkeypatch.setattr(
+        vectorise, "vectorise_kernel", lambda body: right(body).replace("+=", "-=", 1)
+    )
     model, form, fields = body_form(comm, "hexahedron", 1, "svk")
     fill(fields, 6)
     before = [np.copy(field.x.array) for field in fields[:2]]
     made = LinearForm(form)
-    assert not made.in_lanes and "please report it" in caplog.text
+    assert not made.is_vectorised and "please report it" in caplog.text
     assert all(np.array_equal(f.x.array, x) for f, x in zip(fields, before, strict=False))
     found, expected, _ = both(model, made, form)
     assert np.array_equal(found, expected)

@@ -112,5 +112,5 @@ def test_a_torque_that_follows_from_nothing_is_refused(aerodyn):
         {"generator": {"keeps": "speed"}, "control": {"kind": "pi"}, "pitch": PITCH}
     )
     assert found.startswith('generator.keeps = "speed": expected "nothing" beside control.kind')
-    idle = Case.parse({"generator": {"torque": "1 MN m"}})
-    assert 'generator.torque has no effect with generator.keeps = "nothing"' in idle.warnings
+    unused = Case.parse({"generator": {"torque": "1 MN m"}})
+    assert 'generator.torque has no effect with generator.keeps = "nothing"' in unused.warnings

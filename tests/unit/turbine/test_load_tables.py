@@ -182,8 +182,8 @@ def test_the_pitch_of_a_file_begins_where_the_blades_do(write):
     assert mistakes(wrong) == [
         "pitch.initial = 0 deg: expected 5 deg, the value of pitch at t = 0 in pitch.file"
     ]
-    idle = Case.parse({**RIGID, "pitch": {"file": file}})
-    assert 'pitch.file has no effect with pitch.drive = "free"' in idle.warnings
+    unused = Case.parse({**RIGID, "pitch": {"file": file}})
+    assert 'pitch.file has no effect with pitch.drive = "free"' in unused.warnings
     short = write("time,pitch_1,pitch_2\n0,0,0\n20,0,0\n", "pitch.csv")
     (found,) = mistakes({**RIGID, "pitch": {"drive": "prescribed", "file": short}})
     assert found == (

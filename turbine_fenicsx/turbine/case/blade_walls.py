@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.section import IdleKeys
+from turbine_fenicsx.turbine.case.section import UnusedKeys
 from turbine_fenicsx.turbine.case.tables import Tables
 
 
@@ -42,7 +42,7 @@ WALL_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def find_idle_wall_keys(case: Tables) -> IdleKeys:
+def find_unused_wall_keys(case: Tables) -> UnusedKeys:
     """Keys of the mesh that have no effect on blades with a wall, or without."""
     if case.turbine.model == "rigid" or case.turbine.file or case.mesh.file:
         return

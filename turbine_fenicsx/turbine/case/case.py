@@ -14,14 +14,14 @@ from pydantic import ValidationError
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.consistency import describe_idle_keys, find_contradictions
+from turbine_fenicsx.turbine.case.consistency import describe_unused_keys, find_contradictions
 from turbine_fenicsx.turbine.case.control import place_control_files
-from turbine_fenicsx.turbine.case.doubts import find_doubts
 from turbine_fenicsx.turbine.case.event import name_events
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, remove_keys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.turbine.case.turbine_file import FILE, add_file, find_file
+from turbine_fenicsx.turbine.case.warnings import find_warnings
 
 
 class Case(Tables):
@@ -60,7 +60,7 @@ class Case(Tables):
     @property
     def warnings(self) -> list[str]:
         """One sentence for every key that is set but has no effect, and for every likely slip."""
-        return [*describe_idle_keys(self), *find_doubts(self)]
+        return [*describe_unused_keys(self), *find_warnings(self)]
 
 
 @dataclass(frozen=True)

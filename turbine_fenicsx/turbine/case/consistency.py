@@ -17,23 +17,23 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_idle_wall_keys
-from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_idle_control_keys
+from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_unused_wall_keys
+from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_unused_control_keys
 from turbine_fenicsx.turbine.case.gauges import check_gauges
-from turbine_fenicsx.turbine.case.generator import check_generator, find_idle_generator_keys
+from turbine_fenicsx.turbine.case.generator import check_generator, find_unused_generator_keys
 from turbine_fenicsx.turbine.case.load_tables import TABLE_CHECKS
 from turbine_fenicsx.turbine.case.mistakes import Key, Mistake
-from turbine_fenicsx.turbine.case.pitch import check_pitch, find_idle_pitch_keys
+from turbine_fenicsx.turbine.case.pitch import check_pitch, find_unused_pitch_keys
 from turbine_fenicsx.turbine.case.rigid_parts import check_inertia
-from turbine_fenicsx.turbine.case.section import MAX_ELEMENTS, IdleKeys
+from turbine_fenicsx.turbine.case.section import MAX_ELEMENTS, UnusedKeys
 from turbine_fenicsx.turbine.case.tables import BladeCase, MeshCase, Tables
-from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, find_idle_tower_keys
+from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, find_unused_tower_keys
 from turbine_fenicsx.turbine.case.turbine_file import (
     FILE_CHECKS,
-    find_idle_file_keys,
+    find_unused_file_keys,
     load_turbine,
 )
-from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS, find_idle_wind_keys
+from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS, find_unused_wind_keys
 
 MAX_STEPS = 1e9
 """Steps of a run; a million times as many as the paper's."""
@@ -238,14 +238,14 @@ _CONSTANTS = {
 }
 
 
-def describe_idle_keys(case: Tables) -> list[str]:
+def describe_unused_keys(case: Tables) -> list[str]:
     """One sentence for every key that is set but changes nothing.
 
     Args:
         case: A valid case.
     """
     sentences = []
-    for table, names, reason in find_idle_keys(case):
+    for table, names, reason in find_unused_keys(case):
         section: Any = case
         for name in filter(None, table.split(".")):
             section = section[name] if isinstance(section, dict) else getattr(section, name)
@@ -254,7 +254,7 @@ def describe_idle_keys(case: Tables) -> list[str]:
     return sentences
 
 
-def find_idle_keys(case: Tables) -> IdleKeys:
+def find_unused_keys(case: Tables) -> UnusedKeys:
     """Table, its keys without effect, and the reason.
 
     Args:
@@ -266,8 +266,8 @@ def find_idle_keys(case: Tables) -> IdleKeys:
         yield "output", ("gauges",), 'with turbine.model = "rigid"'
     else:
         yield "turbine", ("blade", "blade_arm"), 'with turbine.model = "hybrid"'
-        idle = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])
-        yield "material", tuple(idle), f'with material.law = "{law}"'
+        unused = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])
+        yield "material", tuple(unused), f'with material.law = "{law}"'
         if m.file:
             made = ("cell", "elements", "size", "geometry_degree", "span", "around", "tip")
             yield "mesh", made, "beside mesh.file"
@@ -278,9 +278,9 @@ def find_idle_keys(case: Tables) -> IdleKeys:
     for name in ("nacelle", "hub"):
         if getattr(case.turbine, name).inertia is not None:
             yield f"turbine.{name}", ("euler",), f"beside turbine.{name}.inertia"
-    yield from find_idle_file_keys(case)
-    yield from find_idle_wall_keys(case)
-    yield from find_idle_pitch_keys(case.pitch, case.turbine.model)
+    yield from find_unused_file_keys(case)
+    yield from find_unused_wall_keys(case)
+    yield from find_unused_pitch_keys(case.pitch, case.turbine.model)
     if case.time.scheme == "generalised_alpha":
         keys = ("numerical_dissipation", "angle_form")
         yield "turbine", keys, 'with time.scheme = "generalised_alpha"'
@@ -288,10 +288,10 @@ def find_idle_keys(case: Tables) -> IdleKeys:
         yield "time", ("spectral_radius",), f'with time.scheme = "{case.time.scheme}"'
     if case.turbine.model == "rigid" and not case.tower.flexible:
         yield "turbine", ("numerical_dissipation",), "without flexible parts"
-    yield from find_idle_tower_keys(case.tower)
-    yield from find_idle_wind_keys(case)
-    yield from find_idle_control_keys(case)
-    yield from find_idle_generator_keys(case.generator)
+    yield from find_unused_tower_keys(case.tower)
+    yield from find_unused_wind_keys(case)
+    yield from find_unused_control_keys(case)
+    yield from find_unused_generator_keys(case.generator)
     loads = case.loads
     if loads.rotor_torque == loads.yaw_torque == loads.pitch_torque == 0.0:
         yield "loads", ("duration",), "without a torque"

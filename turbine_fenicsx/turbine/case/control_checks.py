@@ -8,7 +8,7 @@ from pathlib import Path
 from turbine_fenicsx.control.discon import check_library
 from turbine_fenicsx.control.events import Event
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.turbine.case.section import IdleKeys
+from turbine_fenicsx.turbine.case.section import UnusedKeys
 from turbine_fenicsx.turbine.case.tables import Tables
 
 TURNING = ("start_up", "shut_down", "emergency_stop", "pitch_fault")
@@ -112,7 +112,7 @@ CONTROL_CHECKS = (
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def find_idle_control_keys(case: Tables) -> IdleKeys:
+def find_unused_control_keys(case: Tables) -> UnusedKeys:
     """Keys without effect."""
     kind = case.control.kind
     if kind != "pi":
@@ -120,11 +120,11 @@ def find_idle_control_keys(case: Tables) -> IdleKeys:
         yield "control", ("filter_frequency", "torque", "pitch"), reason
     if kind != "discon":
         yield "control", ("library", "input"), f'with control.kind = "{kind}"'
-    yield from _find_idle_drivetrain_keys(case)
-    yield from _find_idle_event_keys(case)
+    yield from _find_unused_drivetrain_keys(case)
+    yield from _find_unused_event_keys(case)
 
 
-def _find_idle_drivetrain_keys(case: Tables) -> IdleKeys:
+def _find_unused_drivetrain_keys(case: Tables) -> UnusedKeys:
     """Keys without effect."""
     d = case.drivetrain
     reason = f'with drivetrain.model = "{d.model}"'
@@ -142,7 +142,7 @@ def _find_idle_drivetrain_keys(case: Tables) -> IdleKeys:
         yield "loads", ("yaw_torque",), f'with yaw.drive = "{case.yaw.drive}"'
 
 
-def _find_idle_event_keys(case: Tables) -> IdleKeys:
+def _find_unused_event_keys(case: Tables) -> UnusedKeys:
     """Keys of other kinds of events."""
     for name, event in case.event.items():
         idle = {"pitch", "rate", "blade", "duration"}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.consistency import find_idle_keys
+from turbine_fenicsx.turbine.case.consistency import find_unused_keys
 from turbine_fenicsx.turbine.case.quantities import unit_of
 from turbine_fenicsx.turbine.case.section import Section
 
@@ -27,29 +27,31 @@ def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:
         InputError: if it is no valid case.
     """
     case = Case.parse(data, None)
-    idle = {f"{table}.{key}".lstrip(".") for table, keys, _ in find_idle_keys(case) for key in keys}
+    unused = {
+        f"{table}.{key}".lstrip(".") for table, keys, _ in find_unused_keys(case) for key in keys
+    }
     absent = {
         name for name in _OPTIONAL if not getattr(case, name).model_dump(exclude_defaults=True)
     }
-    return _describe(case, idle | absent, "")
+    return _describe(case, unused | absent, "")
 
 
-def _describe(section: Section, idle: set[str], above: str) -> dict[str, Any]:
+def _describe(section: Section, unused: set[str], above: str) -> dict[str, Any]:
     """One table."""
     found = {}
     for key, field in type(section).model_fields.items():
         value = getattr(section, key)
-        if f"{above}{key}" in idle or value in ("", None):
+        if f"{above}{key}" in unused or value in ("", None):
             continue
         if isinstance(value, dict):
             tables = {
-                name: _describe(table, idle, f"{above}{key}.{name}.")
+                name: _describe(table, unused, f"{above}{key}.{name}.")
                 for name, table in value.items()
             }
             found.update({key: tables} if tables else {})
             continue
         if isinstance(value, Section):
-            found[key] = _describe(value, idle, f"{above}{key}.")
+            found[key] = _describe(value, unused, f"{above}{key}.")
             continue
         kind = (
             Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.quantities import Torque
-from turbine_fenicsx.turbine.case.section import Finite, IdleKeys, Section
+from turbine_fenicsx.turbine.case.section import Finite, Section, UnusedKeys
 
 if TYPE_CHECKING:
     from turbine_fenicsx.turbine.case.wind import WindCase
@@ -53,7 +53,7 @@ def check_generator(
     )
 
 
-def find_idle_generator_keys(generator: GeneratorCase) -> IdleKeys:
+def find_unused_generator_keys(generator: GeneratorCase) -> UnusedKeys:
     """Keys without effect."""
     if generator.keeps != "torque":
         yield "generator", ("torque",), f'with generator.keeps = "{generator.keeps}"'

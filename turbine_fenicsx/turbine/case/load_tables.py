@@ -10,7 +10,12 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.section import HUGE
 from turbine_fenicsx.turbine.case.tables import Tables
-from turbine_fenicsx.turbine.case.time_table import Column, TimeTable, keep_read, read_time_table
+from turbine_fenicsx.turbine.case.time_table import (
+    Column,
+    TimeTable,
+    cached_reader,
+    read_time_table,
+)
 
 TORQUES = ("rotor_torque", "yaw_torque", "pitch_torque")
 """Keys of the loads, and columns of their file."""
@@ -27,10 +32,12 @@ CLOSE = 1e-6
 _TORQUE = {name: Column("N m", -HUGE, HUGE) for name in TORQUES}
 _PITCH = {name: Column("rad", -LARGEST, LARGEST) for name in ("pitch", *BLADES)}
 
-load_torques: Callable[[str], TimeTable] = keep_read(lambda path: read_time_table(path, _TORQUE))
+load_torques: Callable[[str], TimeTable] = cached_reader(
+    lambda path: read_time_table(path, _TORQUE)
+)
 """Torques of a file; raises InputError."""
 
-_load_pitch: Callable[[str], TimeTable] = keep_read(lambda path: read_time_table(path, _PITCH))
+_load_pitch: Callable[[str], TimeTable] = cached_reader(lambda path: read_time_table(path, _PITCH))
 
 
 def load_pitch(path: str) -> list[tuple[TimeTable, str]]:

@@ -18,11 +18,11 @@ from turbine_fenicsx.turbine.case.quantities import (
 )
 from turbine_fenicsx.turbine.case.section import (
     Flag,
-    IdleKeys,
     Moment,
     NotNegative,
     Positive,
     Section,
+    UnusedKeys,
 )
 
 
@@ -87,7 +87,7 @@ def check_pitch(pitch: PitchCase, model: str) -> str:
     return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
 
 
-def find_idle_pitch_keys(pitch: PitchCase, model: str) -> IdleKeys:
+def find_unused_pitch_keys(pitch: PitchCase, model: str) -> UnusedKeys:
     """Keys without effect, of the pitch torque as well."""
     if not has_bearings(pitch, model):
         others = set(type(pitch).model_fields) - {"bearings"}

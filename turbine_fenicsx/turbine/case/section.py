@@ -25,7 +25,7 @@ Degree = Annotated[Literal[1, 2], BeforeValidator(require_number)]
 Count = Annotated[Whole, Field(ge=1, le=100_000)]
 Flag = Annotated[bool, Field(strict=True)]
 
-IdleKeys = Iterator[tuple[str, tuple[str, ...], str]]
+UnusedKeys = Iterator[tuple[str, tuple[str, ...], str]]
 """Tables, their keys without effect, and the reasons."""
 
 

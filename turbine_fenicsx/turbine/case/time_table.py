@@ -110,7 +110,7 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
     return TimeTable(name, times, table)
 
 
-def keep_read(read: Callable[[str], TimeTable]) -> Callable[[str], TimeTable]:
+def cached_reader(read: Callable[[str], TimeTable]) -> Callable[[str], TimeTable]:
     """A reader that reads a file again only if it has changed.
 
     Args:

@@ -16,11 +16,11 @@ from turbine_fenicsx.turbine.case.section import (
     Count,
     Degree,
     Flag,
-    IdleKeys,
     Moment,
     NotNegative,
     Positive,
     Section,
+    UnusedKeys,
 )
 
 
@@ -130,7 +130,7 @@ TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def find_idle_tower_keys(tower: TowerCase) -> IdleKeys:
+def find_unused_tower_keys(tower: TowerCase) -> UnusedKeys:
     """Keys without effect."""
     if not tower.flexible:
         others = set(type(tower).model_fields) - {"flexible"}

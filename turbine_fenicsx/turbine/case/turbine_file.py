@@ -18,7 +18,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.turbine.case.section import IdleKeys, Section
+from turbine_fenicsx.turbine.case.section import Section, UnusedKeys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.turbine_control import (
     GeneratorShaft,
@@ -338,7 +338,7 @@ FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def find_idle_file_keys(case: Tables) -> IdleKeys:
+def find_unused_file_keys(case: Tables) -> UnusedKeys:
     """Keys of blades that are made otherwise."""
     keys, reason = (FOREIGN, "beside") if case.turbine.file else (OWN, "without")
     for table, names in keys.items():

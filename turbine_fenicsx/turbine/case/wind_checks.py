@@ -7,7 +7,7 @@ from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.section import IdleKeys
+from turbine_fenicsx.turbine.case.section import UnusedKeys
 from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.wind_table import (
     FALLBACKS,
@@ -135,7 +135,7 @@ WIND_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 
 
-def find_idle_wind_keys(case: Tables) -> IdleKeys:
+def find_unused_wind_keys(case: Tables) -> UnusedKeys:
     """Keys without effect."""
     w, turbulence = case.wind, ("turbine_class", "turbulence")
     if not w.blows:

@@ -6,7 +6,12 @@ from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.time_table import Column, TimeTable, keep_read, read_time_table
+from turbine_fenicsx.turbine.case.time_table import (
+    Column,
+    TimeTable,
+    cached_reader,
+    read_time_table,
+)
 from turbine_fenicsx.turbine.case.wind import STEEPEST
 from turbine_fenicsx.wind.tabulated_wind import RANGES, read_uniform_wind
 
@@ -37,7 +42,7 @@ def _read(path: str) -> TimeTable:
     return table
 
 
-load_wind_table = keep_read(_read)
+load_wind_table = cached_reader(_read)
 """The wind of a file; raises InputError."""
 
 

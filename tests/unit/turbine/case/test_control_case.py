@@ -1,4 +1,4 @@
-"""The tables of controller, drivetrain, yaw and events: mistakes, idle keys, files."""
+"""The tables of controller, drivetrain, yaw and events: mistakes, unused keys, files."""
 
 from math import pi
 from pathlib import Path

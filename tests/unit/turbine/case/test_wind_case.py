@@ -37,8 +37,8 @@ def test_without_a_wind_there_is_none():
     plain = Case.parse({})
     assert make_inflow(plain) is None
     assert describe_aerodynamics(plain) == []
-    idle = Case.parse({"wind": {"shear": 0.1}, "aero": {"file": "x.dat"}})
-    assert idle.warnings == [
+    unused = Case.parse({"wind": {"shear": 0.1}, "aero": {"file": "x.dat"}})
+    assert unused.warnings == [
         "wind.shear has no effect without wind.speed or wind.file",
         "aero has no effect without wind.speed or wind.file",
     ]
@@ -207,9 +207,9 @@ def test_models_of_the_aerodynamics_are_named_and_the_tower_has_its_shape(aerody
         "dynamic inflow, dynamic stall, a skewed wake and the tower's shadow"
         in (describe_aerodynamics(both)[1])
     )
-    idle = Case.parse({**given, "aero": {**aero, "tower_shadow": "potential", "tower_drag": 0.7}})
-    assert idle.warnings == ['aero.tower_drag has no effect with aero.tower_shadow = "potential"']
-    assert make_aero_models(idle)["tower"].drag == 0.0
+    unused = Case.parse({**given, "aero": {**aero, "tower_shadow": "potential", "tower_drag": 0.7}})
+    assert unused.warnings == ['aero.tower_drag has no effect with aero.tower_shadow = "potential"']
+    assert make_aero_models(unused)["tower"].drag == 0.0
 
 
 def test_a_tower_without_a_shape_has_no_shadow(aerodyn):

@@ -29,7 +29,7 @@ ONE_BY_ONE = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
 NOT_THERE = re.compile(r"\b(entity_local_index|quadrature_permutation|custom_data)\b|&&|\|\|")
 
 
-class NotInLanes(Exception):
+class NotVectorised(Exception):
     """The code has something that is not known here; DOLFINx runs it cell by cell."""
 
 
@@ -103,11 +103,11 @@ def assembly_code(ffcx: str, geometry: Field, coefficients: Sequence[Field], vec
         vector: The vector of the form.
 
     Raises:
-        NotInLanes: for a kernel that is not understood.
+        NotVectorised: for a kernel that is not understood.
     """
     kernels = list(find_kernels(ffcx))
     if len(kernels) != 1:
-        raise NotInLanes(f"{len(kernels)} kernels")
+        raise NotVectorised(f"{len(kernels)} kernels")
     gathers, offset = [], 0
     for k, field in enumerate(coefficients):
         gathers.append(
@@ -116,7 +116,7 @@ def assembly_code(ffcx: str, geometry: Field, coefficients: Sequence[Field], vec
         )
         offset += field.size
     return (
-        _FRAME.replace("KERNEL", kernel_in_lanes(kernels[0]))
+        _FRAME.replace("KERNEL", vectorise_kernel(kernels[0]))
         .replace("GATHERS", "\n".join(gathers))
         .replace("DECLARATION", DECLARATION.rstrip(";"))
         .replace("FUNCTIONS", "\n".join(_ONE_BY_ONE.replace("NAME", f) for f in ONE_BY_ONE))
@@ -138,26 +138,26 @@ def find_kernels(ffcx: str) -> Iterator[str]:
                 break
 
 
-def kernel_in_lanes(body: str) -> str:
+def vectorise_kernel(body: str) -> str:
     """The body of a kernel, in braces, with V for double.
 
     Raises:
-        NotInLanes: for a statement that is not understood.
+        NotVectorised: for a statement that is not understood.
     """
     text = re.sub(r"//[^\n]*", "", body)
     found = [m.group() for m in STATEMENT.finditer(text)]
     if "".join("".join(found).split()) != "".join(text.split()):
-        raise NotInLanes("a statement that does not end")
+        raise NotVectorised("a statement that does not end")
     return "\n".join(map(_statement, found))
 
 
 def _statement(text: str) -> str:
-    """One statement in lanes."""
+    """Vectorise a statement."""
     text = text.strip()
     if text in ("{", "}") or text.startswith(("for (", "static const double ")):
         return text
     if NOT_THERE.search(text):
-        raise NotInLanes(text)
+        raise NotVectorised(text)
     if found := ARRAY.fullmatch(text):
         return f"V {found[1]};"
     if found := NUMBER.fullmatch(text):
@@ -166,20 +166,20 @@ def _statement(text: str) -> str:
         return f"I {found[1]} = {_condition(found[2])};"
     if found := ASSIGNMENT.fullmatch(text):
         return f"{found[1]} {found[2]} ZERO + ({_expression(found[3])});"
-    raise NotInLanes(text)
+    raise NotVectorised(text)
 
 
 def _expression(text: str) -> str:
-    """An expression in lanes: functions and choices get new names."""
+    """Vectorise an expression: functions and choices get new names."""
     while "?" in text:
-        text = _choose_in_lanes(text)
+        text = _vectorise_choice(text)
     for name in FUNCTION.findall(text):
         if name not in (*ONE_BY_ONE, "fabs", "pow"):
-            raise NotInLanes(text)
+            raise NotVectorised(text)
     return FUNCTION.sub(r"LANES_\1(", text)
 
 
-def _choose_in_lanes(text: str) -> str:
+def _vectorise_choice(text: str) -> str:
     """The last choice ``condition ? a : b`` of an expression as a function of these three."""
     middle = text.rindex("?")
     begin = _end_of_part(text, range(middle - 1, -1, -1), ")", "(,") + 1
@@ -200,12 +200,12 @@ def _end_of_part(text: str, places: range, deeper: str, ends: str) -> int:
 
 
 def _condition(text: str) -> str:
-    """A comparison in lanes, or the name of one."""
+    """Vectorise a comparison, or the name of one."""
     parts = COMPARISON.split(text.strip())
     if len(parts) == 1:
         return parts[0]
     if len(parts) != 3 or "?" in text:
-        raise NotInLanes(text)
+        raise NotVectorised(text)
     a, relation, b = parts
     return f"(I)(ZERO + ({_expression(a)}) {relation} ZERO + ({_expression(b)}))"
 

@@ -1,17 +1,17 @@
-"""Statements of FFCx in lanes; whether the numbers are right is in `system/test_linear_form.py`."""
+"""Vectorised statements of FFCx; `system/test_linear_form.py` tests the numbers."""
 
 import re
 
 import pytest
 
-from turbine_fenicsx.foundation.lanes import (
+from turbine_fenicsx.foundation.vectorise import (
     REGISTERS,
     Field,
-    NotInLanes,
+    NotVectorised,
     assembly_code,
     find_kernels,
     find_registers,
-    kernel_in_lanes,
+    vectorise_kernel,
 )
 
 KERNEL = """{
@@ -31,12 +31,12 @@ double J = 0.0;
 }"""
 
 
-def in_lanes(statement):
-    return " ".join(kernel_in_lanes("{\n" + statement + "\n}").split()[1:-1])
+def vectorised(statement):
+    return " ".join(vectorise_kernel("{\n" + statement + "\n}").split()[1:-1])
 
 
 def test_tables_and_loops_stay_and_all_other_numbers_get_lanes():
-    found = re.sub(r"\s+", " ", kernel_in_lanes(KERNEL))
+    found = re.sub(r"\s+", " ", vectorise_kernel(KERNEL))
     assert found == (
         "{ static const double weights_1[2] = { 0.5, 0.5 }; "
         "static const double FE[1][1][1][2] = {{{{0.5, 0.5}}}}; "
@@ -47,12 +47,12 @@ def test_tables_and_loops_stay_and_all_other_numbers_get_lanes():
 
 
 def test_functions_and_choices_get_names_of_their_own():
-    assert in_lanes("double a = sqrt(pow(b, 2)) / fabs(c[0]);") == (
+    assert vectorised("double a = sqrt(pow(b, 2)) / fabs(c[0]);") == (
         "V a = ZERO + (LANES_sqrt(LANES_pow(b, 2)) / LANES_fabs(c[0]));"
     )
-    assert in_lanes("bool t = a + b > 4e-06;") == "I t = (I)(ZERO + (a + b) > ZERO + (4e-06));"
-    assert in_lanes("double a = t ? b : 1.0;") == "V a = ZERO + (CHOOSE(t, b , 1.0));"
-    choice = in_lanes("s[1] = s[2] / ((a + b) * c > 4e-6 ? a + b : (t > 1 ? c : 1.0));")
+    assert vectorised("bool t = a + b > 4e-06;") == "I t = (I)(ZERO + (a + b) > ZERO + (4e-06));"
+    assert vectorised("double a = t ? b : 1.0;") == "V a = ZERO + (CHOOSE(t, b , 1.0));"
+    choice = vectorised("s[1] = s[2] / ((a + b) * c > 4e-6 ? a + b : (t > 1 ? c : 1.0));")
     assert choice.count("CHOOSE(") == 2 and "?" not in choice
     assert choice.startswith(
         "s[1] = ZERO + (s[2] / (CHOOSE((I)(ZERO + ((a + b) * c) > ZERO + (4e-6"
@@ -60,10 +60,10 @@ def test_functions_and_choices_get_names_of_their_own():
 
 
 def test_a_choice_ends_with_the_argument_of_a_function():
-    assert in_lanes("double a = pow(t ? b : c, 2);") == (
+    assert vectorised("double a = pow(t ? b : c, 2);") == (
         "V a = ZERO + (LANES_pow(CHOOSE(t, b , c), 2));"
     )
-    assert in_lanes("double a = pow(b, t ? 2 : 3);") == (
+    assert vectorised("double a = pow(b, t ? 2 : 3);") == (
         "V a = ZERO + (LANES_pow(b,CHOOSE(t, 2 , 3)));"
     )
 
@@ -80,8 +80,8 @@ def test_a_choice_ends_with_the_argument_of_a_function():
     ],
 )
 def test_what_is_not_known_is_not_guessed(statement):
-    with pytest.raises(NotInLanes):
-        in_lanes(statement)
+    with pytest.raises(NotVectorised):
+        vectorised(statement)
 
 
 def test_a_kernel_ends_with_its_last_brace_however_it_is_indented():
@@ -91,7 +91,7 @@ def test_a_kernel_ends_with_its_last_brace_however_it_is_indented():
         "void tabulate_tensor_integral_b(double* restrict A)\n{\n}\n"
     )
     assert list(find_kernels(code)) == [KERNEL, "{\n}"]
-    with pytest.raises(NotInLanes, match="2 kernels"):
+    with pytest.raises(NotVectorised, match="2 kernels"):
         assembly_code(code, Field(8, 3), [], Field(8, 3))
 
 

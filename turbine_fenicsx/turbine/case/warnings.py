@@ -18,7 +18,7 @@ LARGEST_TURN = 0.3
 """Angle of the rotor in a step, of which the midpoint rule misses nearly one per cent [rad]."""
 
 
-def find_doubts(case: Tables) -> list[str]:
+def find_warnings(case: Tables) -> list[str]:
     """One sentence for everything that looks like a slip.
 
     Args:
@@ -35,7 +35,7 @@ def find_doubts(case: Tables) -> list[str]:
     ]
 
 
-def find_mass_doubt(mass: float, length: float) -> list[str]:
+def find_mass_warning(mass: float, length: float) -> list[str]:
     """A sentence if a blade is far lighter or heavier than built ones.
 
     Args:
@@ -76,10 +76,10 @@ def _doubt_lean(case: Tables) -> Iterator[str]:
 def _doubt_mass(case: Tables) -> Iterator[str]:
     """The blades weigh about what blades do; those of a file are looked at with their mesh."""
     if case.turbine.model == "rigid":
-        yield from find_mass_doubt(case.turbine.blade.mass, case.blade.length)
+        yield from find_mass_warning(case.turbine.blade.mass, case.blade.length)
     elif case.mesh.file is None and case.turbine.file is None:
         blade = case.blade.geometry()
-        yield from find_mass_doubt(blade.volume * case.material.density, blade.length)
+        yield from find_mass_warning(blade.volume * case.material.density, blade.length)
 
 
 def _doubt_steps(case: Tables) -> Iterator[str]:

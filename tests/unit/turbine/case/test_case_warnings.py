@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.doubts import find_doubts
+from turbine_fenicsx.turbine.case.warnings import find_warnings
 
 ROOT = Path(__file__).parents[4] / "demos"
 DEMOS = [p for folder in ("paper", "turbine") for p in sorted((ROOT / folder).glob("*.toml"))]
@@ -15,7 +15,7 @@ TOWER = {"flexible": True, "height": 80.0}
 
 @pytest.mark.parametrize("path", DEMOS, ids=lambda path: path.stem)
 def test_demos_are_beyond_doubt(path):
-    assert find_doubts(Case.load(path)) == []
+    assert find_warnings(Case.load(path)) == []
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_demos_are_beyond_doubt(path):
     ],
 )
 def test_slip_is_one_sentence(data, words):
-    (sentence,) = find_doubts(Case.parse(data))
+    (sentence,) = find_warnings(Case.parse(data))
     assert words in sentence
     assert sentence in Case.parse(data).warnings
 
@@ -80,4 +80,4 @@ def test_slip_is_one_sentence(data, words):
     ],
 )
 def test_what_may_be_meant_is_not_doubted(data):
-    assert find_doubts(Case.parse(data)) == []
+    assert find_warnings(Case.parse(data)) == []
