@@ -118,7 +118,7 @@ def test_a_signal_ends_the_run_after_the_step_and_says_how_to_go_on(
         code, (sentence,) = run.finish()
     assert code == 130
     found = re.fullmatch(
-        r"error: interrupted at t = (\S+) s; `turbine-fenicsx (.*)` goes on from there", sentence
+        r"error: interrupted at t = (\S+) s; `turbine-fenicsx (.*)` resumes from there", sentence
     )
     assert found, sentence
     n = len(rows(out))

@@ -190,7 +190,7 @@ def test_overwriting_leaves_nothing_of_before(case, out, tmp_path):
 def test_a_run_and_modes_do_not_share_a_folder(case, out, tmp_path, capfd):
     run, folder = ["run", case, "--quiet", *SMALL, "time.end=0.04"], str(tmp_path / "run")
     is_refused([*run, "-o", str(out)], capfd, "holds modes; --overwrite replaces them")
-    is_refused(["restart", str(out)], capfd, "there is no run in .* to go on with")
+    is_refused(["restart", str(out)], capfd, "there is no run in .* to resume")
     assert main([*run, "-o", folder]) == 0
     modes = ["modes", case, "--count", "2", "-o", folder, "--overwrite", *SMALL]
     is_refused(modes, capfd, "holds the results of a run; modes need another folder")

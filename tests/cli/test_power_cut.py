@@ -107,7 +107,7 @@ def test_rows_behind_the_newest_checkpoint_take_the_run_to_the_one_before(
     (said,) = restart(out, capfd)
     there, needed = (5, 6) if name == "history.csv" else (4, 5)
     assert said == (
-        "warning: going on from checkpoint_00000004.npz: checkpoint_00000005.npz cannot be "
+        "warning: resuming from checkpoint_00000004.npz: checkpoint_00000005.npz cannot be "
         f"reached, {name} holds {there} of its {needed} rows up to t = 0.1 s"
     )
     assert_same(out, whole)
@@ -119,7 +119,7 @@ def test_fields_behind_the_newest_checkpoint_take_the_run_to_the_one_before(out,
     os.truncate(heavy, heavy.stat().st_size * 5 // 6)  # six times and a little before them
     (said,) = restart(out, capfd)
     assert "fields.xdmf holds 4 of its 5 times up to t = 0.1 s" in said
-    assert "going on from checkpoint_00000004.npz" in said
+    assert "resuming from checkpoint_00000004.npz" in said
     assert_same(out, whole)
 
 
@@ -152,7 +152,7 @@ def test_a_series_that_is_lost_does_not_take_the_checkpoints_with_it(out, whole,
     (sentence,) = said
     series = "fields.xdmf" if name == "fields.bin" else name
     found = re.fullmatch(
-        rf"warning: going on from checkpoint_00000005.npz, but {series} holds (\d) of its (\d) "
+        rf"warning: resuming from checkpoint_00000005.npz, but {series} holds (\d) of its (\d) "
         r"(rows|times) up to t = 0.1 s; the others are lost",
         sentence,
     )

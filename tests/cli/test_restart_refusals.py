@@ -34,8 +34,8 @@ def test_another_version_is_refused(demo, tmp_path, capfd, monkeypatch):
         ("loads.gravity=1.0", "loads.gravity cannot change"),
         ("turbine.rotor_speed=1", "turbine.rotor_speed cannot change"),
         ("turbine.azimuth=1", "turbine.azimuth cannot change"),
-        ("time.start=turning", "time.start cannot change when a run goes on; it is how it began"),
-        ("time.ramp=1", "time.ramp cannot change when a run goes on; it is how it began"),
+        ("time.start=turning", "time.start cannot change in a resumed run; it is how it began"),
+        ("time.ramp=1", "time.ramp cannot change in a resumed run; it is how it began"),
         ("turbine.hub.mass=1e5", "turbine.hub cannot change"),
         ("mesh.elements=[1,1,2]", "mesh.elements cannot change"),
         ("time.stop=3", "time.stop"),
@@ -100,5 +100,5 @@ def test_a_folder_without_a_run_is_refused(demo, tmp_path, capfd, what):
         "no checkpoint": "there is no checkpoint in",
         "only broken ones": "no checkpoint in .* can be used",
     }
-    refused(out, capfd, words=words.get(what, "there is no run in '.*/out' to go on with"))
+    refused(out, capfd, words=words.get(what, "there is no run in '.*/out' to resume"))
     assert out.exists() == (what != "nothing")

@@ -170,8 +170,8 @@ def interrupted(command_line, tmp_path_factory):
     listed = command_line("study", path, "-o", out, "--list").stdout.splitlines()
     assert [line.split("  ")[0] for line in listed] == [
         "finished",
-        "to go on",
-        "to go on",
+        "to resume",
+        "to resume",
         "to run",
     ]
     return path, out, reached

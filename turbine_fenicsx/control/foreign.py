@@ -140,8 +140,8 @@ class ForeignController:
         found = data.numbers.get("layout", 1)
         if found != LAYOUT:
             raise InputError(
-                f"cannot go on: the checkpoint holds data of {self._who} in layout {found}, and "
-                f"this version reads layout {LAYOUT}; go on with the version that wrote it"
+                f"cannot resume: the checkpoint holds data of {self._who} in layout {found}, and "
+                f"this version reads layout {LAYOUT}; resume with the version that wrote it"
             )
 
         def replay() -> None:
@@ -164,7 +164,7 @@ class ForeignController:
         for what, a, b in zip(COMMANDED, new, row[-n:].tolist(), strict=True):
             if abs(a - b) > SAME * max(abs(a), abs(b), SAME):
                 raise ForeignError(
-                    f"cannot go on: {self._who} does not do the same again. Shown what it saw at "
+                    f"cannot resume: {self._who} does not do the same again. Shown what it saw at "
                     f"t = {measured.time:g} s, it commands {a:.9g} as {what} and not {b:.9g}: it "
                     "depends on chance, a clock or a file, or must save its own state"
                 )

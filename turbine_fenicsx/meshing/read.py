@@ -160,7 +160,7 @@ def _read_points(content: MshContent, used: IntArray) -> Array:
     wild = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(wild):
         raise MeshError(
-            f"{len(wild)} of its nodes have coordinates that are no finite numbers or beyond "
+            f"{len(wild)} of its nodes have coordinates that are not finite or beyond "
             f"{FARTHEST:g} m, the first is node {used[wild[0]]}"
         )
     return points

@@ -38,11 +38,11 @@ from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, ren
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 
 _CAPTIONS = {
-    "energy": "Energies; the error is what is added to the total energy H beyond the work W of the "
-    "loads and what dampers and the like take out, D. The dashed line is the tolerance of the "
+    "energy": "Energies; the error is the change of the total energy H beyond the work W of the "
+    "loads and the dissipation D of dampers and the like. The dashed line is the tolerance of the "
     "solver times the largest energy.",
-    "power_balance": "What forces bring in stands above zero, what they, the generator and losses "
-    "take out below. Energy that is stored in motion, height and strain goes out and comes back.",
+    "power_balance": "Power that forces bring in is above zero; power that they, the generator and "
+    "losses take out is below. Energy stored in motion, height and strain goes out and comes back.",
     "wind": "The wind at the hub and what the rotor makes of it: power and torque of the air about "
     "the shaft, thrust along it, and the mechanical power of the generator; means of each step.",
     "angular_momentum": "Angular momentum about the origin. The tower of a turbine holds the "

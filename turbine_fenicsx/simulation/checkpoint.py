@@ -198,7 +198,7 @@ class Checkpoints:
             missing = _find_shortfalls(observers, RestartData(head["numbers"]))
             if not missing:
                 for reason in reasons:
-                    log.warning("going on from %s: %s", path.name, reason)
+                    log.warning("resuming from %s: %s", path.name, reason)
                 return path, head
             reasons += [f"{path.name} cannot be reached, {reason}" for reason in missing]
             spare = spare or (path, head, missing)
@@ -207,7 +207,7 @@ class Checkpoints:
             raise InputError(f"no checkpoint in {str(self._folder)!r} can be used: {what}")
         path, head, missing = spare
         for reason in missing:
-            log.warning("going on from %s, but %s; the others are lost", path.name, reason)
+            log.warning("resuming from %s, but %s; the others are lost", path.name, reason)
         return path, head
 
     def _check_labels(self, found: Mapping[str, str]) -> None:
@@ -215,7 +215,7 @@ class Checkpoints:
         for name, mine in self._labels.items():
             if found.get(name) != mine:
                 raise InputError(
-                    f"cannot go on with {str(self._folder)!r}: the {name} has changed, it was "
+                    f"cannot resume {str(self._folder)!r}: the {name} has changed, it was "
                     f"{found.get(name)} and is {mine}"
                 )
 

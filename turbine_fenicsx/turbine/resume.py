@@ -66,21 +66,21 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     """
     data = read_tables(folder / "case.json")
     if data is None or holds_modes(folder):
-        raise InputError(f"there is no run in {str(folder)!r} to go on with")
+        raise InputError(f"there is no run in {str(folder)!r} to resume")
     old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
         mine, theirs = getattr(new, name), getattr(old, name)
         if name not in FREE and mine != theirs:
             keys = [k for k in type(mine).model_fields if getattr(mine, k) != getattr(theirs, k)]
             raise InputError(
-                f"{name}.{keys[0]} cannot change when a run goes on; only {', '.join(FREE)} can"
+                f"{name}.{keys[0]} cannot change in a resumed run; only {', '.join(FREE)} can"
             )
     for key in OF_THE_START:
         if getattr(new.time, key) != getattr(old.time, key):
-            raise InputError(f"time.{key} cannot change when a run goes on; it is how it began")
+            raise InputError(f"time.{key} cannot change in a resumed run; it is how it began")
     if new.output.gauges != old.output.gauges:
         raise InputError(
-            "output.gauges cannot change when a run goes on; history.csv keeps its columns"
+            "output.gauges cannot change in a resumed run; history.csv keeps its columns"
         )
     return new
 

@@ -212,8 +212,8 @@ def _refuse_to_overwrite(folder: Path) -> None:
     """
     if holds_run(folder):
         raise InputError(
-            f"{str(folder)!r} holds the results of a run: `turbine-fenicsx restart` goes on with "
-            "it, --overwrite replaces it"
+            f"{str(folder)!r} holds the results of a run: `turbine-fenicsx restart` resumes it, "
+            "--overwrite replaces it"
         )
     if holds_modes(folder):
         raise InputError(f"{str(folder)!r} holds modes; --overwrite replaces them")

@@ -76,7 +76,7 @@ class WallCells:
                 worst = float(np.asarray(data[name])[~good][0])
                 raise ModelError(
                     f"the cell data {name!r} have {worst:g}, which no cell of the blades of "
-                    "turbine.file can have: write the mesh anew with `turbine-fenicsx mesh`"
+                    "turbine.file can have: rewrite the mesh with `turbine-fenicsx mesh`"
                 )
         span, arc = np.stack([s0, s1], axis=1), np.stack([a0, a1], axis=1)
         return cls(shape, part.astype(np.int64), span, arc, wanted, thickness)

@@ -143,7 +143,7 @@ def test_one_flipped_bit_is_enough_to_pass_one_over(system, example, shared_tmp_
         assert Checkpoints(system, shared_tmp_path).load().numbers["index"] == 7
         if rank == 0:
             (said,) = (r.getMessage() for r in caplog.records if r.levelname == "WARNING")
-            assert said.startswith("going on from checkpoint_00000001.npz: checkpoint_00000002")
+            assert said.startswith("resuming from checkpoint_00000001.npz: checkpoint_00000002")
             assert "checksum" in said
         system.comm.barrier()
     if rank == 0:
@@ -223,7 +223,7 @@ def test_labels_must_be_those_written(system, example, shared_tmp_path):
 def test_one_of_other_parts_is_refused(machine, example, system, shared_tmp_path):
     Checkpoints(system, shared_tmp_path).write(1, 0.0, 0.0, example)
     other = machine().system(Gravity(), JointTorque("torque on rotor", "rotor", 1.0, Hat(1.0, 1.0)))
-    with pytest.raises(InputError, match=r"cannot go on with .*: the list of parts has changed"):
+    with pytest.raises(InputError, match=r"cannot resume .*: the list of parts has changed"):
         Checkpoints(other, shared_tmp_path).load()
 
 

@@ -31,7 +31,7 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
 def add_force(parser: argparse.ArgumentParser) -> None:
     """The argument that continues where the memory seems too small."""
     parser.add_argument(
-        "--force", action="store_true", help="go on even if the memory seems too small"
+        "--force", action="store_true", help="continue even if the memory seems too small"
     )
 
 

@@ -40,7 +40,7 @@ def carry_out(
     from turbine_fenicsx.turbine.summary import format_table
 
     out = options.out
-    resume = f"`turbine-fenicsx restart {shlex.quote(out)}` goes on from there"
+    resume = f"`turbine-fenicsx restart {shlex.quote(out)}` resumes from there"
     try:
         with catch_signals() as interrupt:
             case, result = work(interrupt)

@@ -78,8 +78,8 @@ def _add_colours(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parts",
         metavar="NAME,NAME,...",
-        help="what has these colours, for example blades or 'blade_*' or tower; default: all that "
-        "has the field",
+        help="parts with these colours, for example blades or 'blade_*' or tower; default: all "
+        "with the field",
     )
     parser.add_argument(
         "--range",

@@ -80,7 +80,7 @@ def _list(study: Any, out: Path, overrides: list[str]) -> None:
 
     for planned in plan(study, overrides):
         folder = out / planned.name
-        state = "to go on" if is_interrupted(planned, folder) else "to run"
+        state = "to resume" if is_interrupted(planned, folder) else "to run"
         print(f"{'finished' if is_finished(planned, folder) else state:<9} {planned.name}")
     sys.stdout.flush()
 
@@ -97,7 +97,7 @@ def _print_orders(series: list[Any]) -> None:
             print(s.label)
         print("\n".join(format_lines(report(s))))
         if not np.isfinite(s.order):
-            print("observed order: cannot be told, the errors follow no power of the size\n")
+            print("observed order: undetermined, the errors follow no power of the size\n")
             continue
         note = ", the finest run, whose own error makes the order too high" if s.finest else ""
         print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}\n")

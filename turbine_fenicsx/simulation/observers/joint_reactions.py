@@ -58,7 +58,7 @@ class JointReaction:
     def __post_init__(self) -> None:
         name = self.joint.name
         if self.point is None and not hasattr(self.joint, "point"):
-            raise ModelError(f"joint {name!r} has no point of its own: give the one for its moment")
+            raise ModelError(f"joint {name!r} defines no point: give the one for its moment")
         check_vectors(name, point=self.place)
         if self.axes is not None:
             check_array(f"axes of {name!r}", self.axes, (3, 3), "three rows of three numbers")

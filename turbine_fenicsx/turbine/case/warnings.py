@@ -112,7 +112,7 @@ def _doubt_start(case: Tables) -> Iterator[str]:
     if start == "undeformed" and case.loads.gravity and case.turbine.model == "hybrid" and hollow:
         yield (
             f'time.start = "undeformed": loads.gravity = {case.loads.gravity:g} m/s^2 acts on thin '
-            "walls at once, which then move as far as they are thick in a step and take many "
+            "walls suddenly; they then move by their thickness in a step and take many "
             'iterations; time.start = "equilibrium" or "turning" starts without'
         )
     if start != "undeformed" and case.has_pitch_bearings and case.pitch.drive == "free":

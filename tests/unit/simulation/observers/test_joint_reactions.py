@@ -290,5 +290,5 @@ def test_mistakes_are_refused_in_a_sentence(comm):
     class Link:
         name = "link"
 
-    with pytest.raises(ValueError, match="joint 'link' has no point of its own: give the one"):
+    with pytest.raises(ValueError, match="joint 'link' defines no point: give the one"):
         JointReaction(Link())
