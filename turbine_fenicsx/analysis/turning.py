@@ -239,7 +239,7 @@ class TurningBlocks(EquilibriumBlocks):
         return K
 
     def _axis_gradient(self, first: int) -> Array:
-        """Z, how the axis (a, n) moves with the coordinates of its carrier, shape (6, 12)."""
+        """Z, how the axis (a, n) moves with the coordinates of its parent body, shape (6, 12)."""
         phi, *directors = self.state.q[first : first + 12].reshape(4, 3)
         of_point = [1.0, *(directors @ (self.frame.point - phi))]
         of_axis = [0.0, *(np.array(directors) @ self.frame.axis)]
@@ -269,7 +269,7 @@ class TurningBlocks(EquilibriumBlocks):
             r.array[: model.n_q] = model.masses * frame.of_turning(accelerations)
 
     def _motion_of_carrier(self, x: PETSc.Vec) -> Array:
-        """The part of a nested vector that moves the carrier of the axis, shape (12,)."""
+        """The part of a nested vector that moves the parent body of the axis, shape (12,)."""
         assert self._carrier is not None
         return self.on_all_ranks(self.split(x)[2])[self._carrier : self._carrier + 12]
 

@@ -33,7 +33,7 @@ class FlexibleBody:
         fibre: Direction field of the fibres, or of the span, in the initial configuration as a
             UFL vector: for output, and the slender direction for iterative solvers; or None.
         velocity: Initial velocity field [m/s], a function of positions of shape (n, 3), a point per
-            row, that returns as many velocities; that of the first carrier, or rest, if None.
+            row, that returns as many velocities; that of the first parent body, or rest, if None.
             (DOLFINx's interpolate has points as columns; what is written for it is refused.)
         displacement: Initial displacement u [m], such a function, or an array with a row for each
             node of this rank in the order of `FlexibleModel.positions`; zero if None. The stresses

@@ -2,9 +2,9 @@
 
 A contact node follows its rigid body, u_c = P r - b_c with P = S^T B, so that contact displacements
 and multipliers drop out. A_II are the rows and columns of A_uu that belong to free nodes I. Z = Y -
-A_II^{-1} (A_uu Y)_I is the response of the flexible body to unit motions of its carriers, twelve
-columns each. Any Y with Y_c = P_c gives the same Z; the motion of the whole body with its carrier
-leaves least to solve. Then
+A_II^{-1} (A_uu Y)_I is the response of the flexible body to unit motions of its parent bodies,
+twelve columns each. Any Y with Y_c = P_c gives the same Z; the motion of the whole body with its
+parent body leaves least to solve. Then
 
     (K_r + P^T A_uu Z) r = b_r - P^T (A_uu w - b_u),   w = (A_II^{-1} (b_I + A_Ic b_c), -b_c),
     u = w + Z r,                                       mu_c = (A_uu u - b_u)_c.
@@ -35,7 +35,7 @@ class EliminatedBody(Protocol):
     """A flexible body as the reduced equations see it.
 
     Attributes:
-        columns: Columns of r that belong to the carriers.
+        columns: Columns of r that belong to the parent bodies.
         schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
     """
 
@@ -46,7 +46,7 @@ class EliminatedBody(Protocol):
         """Compute w, and return P^T (A w - b_u), summed over all ranks."""
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
-        """Return u and mu_c for the motion r of the carriers; after `eliminate`."""
+        """Return u and mu_c for the motion r of the parent bodies; after `eliminate`."""
 
 
 class ReducedEquations:
@@ -152,7 +152,7 @@ class BodyElimination:
         make_solver: Makes the solver for A_II from the matrix and its free nodes.
 
     Attributes:
-        columns: Columns of r that belong to the carriers.
+        columns: Columns of r that belong to the parent bodies.
         schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
         solver: The solver for A_II.
     """
@@ -217,7 +217,7 @@ class BodyElimination:
         return sum_over_ranks(self._comm, self._B.T @ (self._contact_forces() - self._b_contact))
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
-        """Return u = w + Z r for the motion r of the carriers, and the multipliers."""
+        """Return u = w + Z r for the motion r of the parent bodies, and the multipliers."""
         self._u.array[:] += self._Z @ motion
         return self._u.array_r, self._contact_forces() - self._b_contact
 

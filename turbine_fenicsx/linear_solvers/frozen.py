@@ -7,8 +7,8 @@ of the step, where its forces act, and R_r to the end, to which the unknowns bel
     A_uu  is nearly  R_l A R_r^T,
 
 so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
-carrier, R_l for forces and R_r for motions of both: then P, Z and the Schur complement just turn,
-and the coupling stays exact.
+parent body, R_l for forces and R_r for motions of both: then P, Z and the Schur complement just
+turn, and the coupling stays exact.
 `QuasiNewton` makes up for what the deformation changes beyond that.
 """
 
@@ -135,7 +135,7 @@ class FrozenElimination:
             body.destroy()
 
     def _carrier_rotations(self, coupling: CouplingBlock, parts: tuple[float, ...]) -> Array:
-        """Directors of the carriers after parts of the step, shape (parts, carriers, 3, 3)."""
+        """Directors of the parents after parts of the step, shape (parts, parents, 3, 3)."""
         state, dt = self._step.start.state, self._step.start.dt
         first = self._step.system.first_coordinate
         carriers = [first[body] // 12 for body in coupling.carriers]
@@ -149,8 +149,8 @@ class _TurningBody:
 
     Attributes:
         coupling: The couplings of the body.
-        columns: Columns of r that belong to the carriers.
-        schur: The Schur complement, turned with the carriers.
+        columns: Columns of r that belong to the parent bodies.
+        schur: The Schur complement, turned with the parent bodies.
         solver: The solver for A_II.
     """
 
@@ -188,8 +188,8 @@ class _TurningBody:
         Args:
             u: Displacements at t_n [m].
             du: Increments of the step [m].
-            carriers: Directors of the carriers where forces act and where motions belong to, shape
-                (2, carriers, 3, 3).
+            carriers: Directors of the parent bodies where forces act and where motions belong to,
+                shape (2, parents, 3, 3).
             parts: The parts of the step that lie before these.
         """
         self._left, self._right = (
@@ -209,13 +209,13 @@ class _TurningBody:
         self.schur = np.einsum("aij,asjbtk,blk->asibtl", left, S, right).reshape(12 * n, 12 * n)
 
     def eliminate(self, b_u: Array, b_c: Array) -> Array:
-        """Compute w in the frames, and the forces on the carriers in space."""
+        """Compute w in the frames, and the forces on the parent bodies in space."""
         b_u = turn(self._left, b_u, inverse=True)
         forces = self._elimination.eliminate(b_u, turn(self._contact[1], b_c, inverse=True))
         return self._turn_carriers(forces, self._carriers[0])
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
-        """Displacements and multipliers in space for the motion of the carriers in space."""
+        """Displacements and multipliers in space for the motion of the parent bodies in space."""
         in_frames = self._turn_carriers(motion, self._carriers[1].swapaxes(1, 2))
         u, mu_c = self._elimination.substitute(in_frames)
         return turn(self._right, u), turn(self._contact[0], mu_c)
@@ -226,6 +226,6 @@ class _TurningBody:
 
     @staticmethod
     def _turn_carriers(vector: Array, R: Array) -> Array:
-        """Turn the four 3-vectors of each carrier."""
+        """Turn the four 3-vectors of each parent body."""
         turned: Array = (vector.reshape(-1, 4, 3) @ R.swapaxes(1, 2)).ravel()
         return turned

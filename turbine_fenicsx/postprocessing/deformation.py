@@ -99,7 +99,7 @@ def exaggerate(
 
 
 def _find_ground(held: set[int], roots: Mapping[int, int]) -> int:
-    """Supports of the carriers of a part."""
+    """Supports of the parent bodies of a part."""
     return min((roots[number] for number in held if number in roots), default=0)
 
 

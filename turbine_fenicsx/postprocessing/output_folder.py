@@ -194,7 +194,7 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
 
 def read_field_parts(path: str | os.PathLike[str]) -> Parts:
-    """Names of the parts of ``fields.xdmf`` and their carriers.
+    """Names of the parts of ``fields.xdmf`` and their parent bodies.
 
     Raises:
         InputError: if the file does not say so.

@@ -42,8 +42,8 @@ class CouplingBlock:
         C: -(selection of the contact nodes), multipliers x displacements.
         B: Gradient with respect to r, multipliers x r.
         carriers: The carrying rigid bodies without repetition.
-        columns: Columns of r that belong to the carriers, shape (12 carriers,).
-        B_local: Owned rows of B in these columns, shape (3 n, 12 carriers).
+        columns: Columns of r that belong to the parent bodies, shape (12 parent bodies,).
+        B_local: Owned rows of B in these columns, shape (3 n, 12 parents).
 
     Raises:
         ModelError: if a coupling holds no node, two couplings share one, or facets are none.
@@ -101,7 +101,7 @@ class CouplingBlock:
         )
 
     def _weigh_carriers(self, positions: Array) -> None:
-        """B of the owned rows, and what the gap starts from, -X with a carrier."""
+        """B of the owned rows, and what the gap starts from, -X with a parent body."""
         self._offset = np.zeros((self.nodes.size, 3))
         self.B_local = np.zeros((self.nodes.size, 3, 4 * len(self.carriers), 3))
         for coupling, rows in zip(self.couplings, self.slices, strict=True):
@@ -116,16 +116,15 @@ class CouplingBlock:
         self.B_local = self.B_local.reshape(3 * self.nodes.size, self.columns.size)
 
     def rigid_extension(self, positions: Array) -> Array:
-        """Motion of all owned nodes with the carriers, equal to B at the contact nodes.
+        """Motion of all owned nodes with the parent bodies, equal to B at the contact nodes.
 
-        With one carrier (and no ground) the whole body moves with it; with several, only the
+        With one parent body (and no ground) the whole body moves with it; with several, only the
         contact nodes move.
 
         Args:
             positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
 
-        Returns:
-            Shape (3 n_owned, 12 carriers).
+        Returns: Shape (3 n_owned, 12 parents).
         """
         Y = np.zeros((positions.size, self.columns.size))
         if len(self.carriers) == 1 and all(c.rigid is not None for c in self.couplings):

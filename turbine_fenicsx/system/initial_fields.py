@@ -69,8 +69,7 @@ def initial_velocity(
         rates: Rates of the coordinates of all rigid bodies, shape (12 bodies,).
         displacements: Initial displacements of the owned nodes, shape (n_owned, 3) [m].
 
-    Returns:
-        Its own velocity field if it has one, else that of its first carrier, else rest;
+    Returns: Its own velocity field if it has one, else that of its first parent body, else rest;
         shape (n_owned, 3) [m/s].
 
     Raises:

@@ -8,7 +8,7 @@ the velocities v0 of the bodies,
 with the gradients G of the constraints and T of the joint coordinates. That is what impulses in the
 joints make of v0: momenta of what is free stay as they are, and from rest the kinetic energy is
 the least possible. Flexible bodies move as rigid ones with what they are coupled to: M counts their
-mass, and G ties the carriers of each together.
+mass, and G ties the parent bodies of each together.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def _check_rates(system: MultibodySystem, rates: Mapping[str, float]) -> dict[st
 
 
 def _list_ties(system: MultibodySystem) -> list[Quadratic]:
-    """Constraints that keep the carriers of each flexible body together."""
+    """Constraints that keep the parent bodies of each flexible body together."""
     found = []
     frames = {body: BodyFrame(body, 4 * k) for k, body in enumerate(system.rigid_bodies)}
     for block in system.coupling_blocks:
@@ -172,7 +172,7 @@ def _list_ties(system: MultibodySystem) -> list[Quadratic]:
 
 
 def _mass_matrix(system: MultibodySystem) -> Array:
-    """Masses of the rigid bodies, and of the flexible ones as if they were part of a carrier."""
+    """Masses of the rigid bodies, and of the flexible ones as parts of a parent body."""
     M = np.diag(system.rigid_model.masses)
     for block, coupling in zip(system.flexible_models, system.coupling_blocks, strict=True):
         if coupling.carriers:
@@ -182,7 +182,7 @@ def _mass_matrix(system: MultibodySystem) -> Array:
 
 
 def _carried_mass(block: FlexibleModel, coupling: CouplingBlock) -> Array:
-    """Mass of a flexible body that moves with its first carrier, shape (4, 4). Collective."""
+    """Mass of a flexible body that moves with its first parent body, shape (4, 4). Collective."""
     xi = coupling.carriers[0].body_coordinates(block.positions)
     weights = np.column_stack([np.ones(len(xi)), xi])
     field, momentum = block.new_vector(), block.new_vector()

@@ -141,7 +141,7 @@ class MultibodySystem:
         return {x.name: x for x in (*flexible, *self.rigid_section_loads)}
 
     def initial_state(self) -> State:
-        """State at t = 0: bodies as given, flexible bodies moving with their carrier.
+        """State at t = 0: bodies as given, flexible bodies moving with their parent body.
 
         A flexible body starts with its own velocity field if it has one; else, coupled to rigid
         bodies, with the rigid velocity field of the first of them, and at rest without.

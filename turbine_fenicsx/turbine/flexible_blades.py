@@ -4,7 +4,7 @@ The frame of a blade is that of OpenFAST, with the origin at the centre of the r
 downwind, without precone along the shaft, and z along the span to the tip. So y = z x x points to
 the trailing edge of a rotor that turns clockwise, seen from upwind. It is fixed to what carries the
 root: to the hub, or with pitch bearings to the ring, so that it pitches with the blade. Root loads
-are those that the blade exerts on its carrier.
+are those that the blade exerts on its parent body.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class SlenderPart:
         piece: Its nodes.
         sections: Its cross-sections.
         carrier: The rigid body at its root; None is the ground.
-        first: First coordinate of the carrier.
+        first: First coordinate of the parent body.
     """
 
     piece: Piece
@@ -38,7 +38,7 @@ class SlenderPart:
     first: int
 
     def shape(self, motion: Motion) -> Array:
-        """Motion of the cross-sections relative to the carrier, see `CrossSections.motion`.
+        """Motion of the cross-sections relative to the parent body, see `CrossSections.motion`.
 
         Returns:
             Motion along x, y, z and about z, shape (stations, 4). Collective.
@@ -83,7 +83,7 @@ def find_slender_parts(turbine: Turbine, state: State) -> dict[str, SlenderPart]
 def _make_part(
     system: MultibodySystem, state: State, piece: Piece, axes: Array, carrier: RigidBody | None
 ) -> SlenderPart:
-    """A part with axes that have turned with its carrier."""
+    """A part with axes that have turned with its parent body."""
     turned, first = axes, 0
     if carrier is not None:
         first = system.first_coordinate[carrier]

@@ -2,18 +2,18 @@
 
 The multiplier of a contact node x is the force f on that node in the step from t_n to t_{n+1}. With
 the positions x_m = (x_n + x_{n+1})/2 in the middle of the step, and r_m of a point that moves with
-the carrier,
+the parent body,
 
     F = -sum f,    M = -sum (x_m - r_m) x f
 
-is the load on the carrier, the moment about that point. It balances the momenta of the flexible
+is the load on the parent body, the moment about that point. It balances the momenta of the flexible
 body and the other loads on it *exactly*, because the step is a mean over its length (d'Alembert):
 
     (p_{n+1} - p_n)/dt = weight - F,    (L_{n+1} - L_n)/dt = moment of the weight - M - r_m x F,
 
 where L and the moment of the weight, sum x_m x m g, are those about the origin. Since the contact
-nodes move with the carrier, x_m - r_m = sum_i (xi - xi_r)_i d_i with the mean directors d_i, and
-twelve sums over the nodes suffice: sum f and sum (xi - xi_r)_i f.
+nodes move with the parent body, x_m - r_m = sum_i (xi - xi_r)_i d_i with the mean directors d_i,
+and twelve sums over the nodes suffice: sum f and sum (xi - xi_r)_i f.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 @dataclass(frozen=True, eq=False)
 class Reaction:
-    """Where and along which axes the load on a carrier is measured.
+    """Where and along which axes the load on a parent body is measured.
 
     Args:
         coupling: The coupling whose nodes count.
-        point: Point of the moment, fixed to the carrier; its initial position [m], shape (3,).
-        axes: Axes of the components, fixed to the carrier; their initial directions as rows,
+        point: Point of the moment, fixed to the parent body; its initial position [m], shape (3,).
+        axes: Axes of the components, fixed to the parent body; their initial directions as rows,
             shape (3, 3). The inertial axes e1, e2, e3 if None.
     """
 
@@ -53,7 +53,7 @@ class Reaction:
 
 
 class Reactions(StepLoads):
-    """Loads that flexible bodies exert on their carriers through couplings.
+    """Loads that flexible bodies exert on their parent bodies through couplings.
 
     Args:
         system: The system.
@@ -83,7 +83,7 @@ class Reactions(StepLoads):
         self._comm = system.comm
 
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
-        """Loads on the carriers from the sums over all nodes, of f and (xi - xi_r)_i f."""
+        """Loads on the parent bodies from the sums over all nodes, of f and (xi - xi_r)_i f."""
         forces = [f.array_r.reshape(-1, 3) for f in snapshot.state.coupling]
         mine = [weights @ forces[index][rows] for index, rows, weights in self._where]
         sums = -sum_over_ranks(self._comm, np.array(mine).reshape(-1, 4, 3))

@@ -123,9 +123,8 @@ class StepLoads(ABC):
             T0: Joint coordinates at the same time.
             snapshot: The end of the step.
 
-        Returns:
-            Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the carriers, shape
-            (n, 3, 3).
+        Returns: Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the parent
+            bodies, shape (n, 3, 3).
         """
 
     def _in_axes(self, loads: Array, directors: Array) -> Array:

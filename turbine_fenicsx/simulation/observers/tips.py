@@ -29,8 +29,8 @@ class Tip:
         body: Flexible body; its node nearest to the point is followed.
         point: Initial position [m], shape (3,).
         carrier: Rigid body whose frame the deflection is measured in; None is the ground.
-        axes: Axes of the components, fixed to the carrier; their initial directions as rows,
-            shape (3, 3). The directors of the carrier if None, e1, e2, e3 on the ground.
+        axes: Axes of the components, fixed to the parent body; their initial directions as rows,
+            shape (3, 3). The directors of the parent body if None, e1, e2, e3 on the ground.
     """
 
     name: str
@@ -46,14 +46,14 @@ class Tip:
 
 
 class Tips:
-    """Deflections R^T (x - phi) - xi of points in the frames of their carriers.
+    """Deflections R^T (x - phi) - xi of points in the frames of their parent bodies.
 
     Args:
         system: The system.
         tips: The points.
 
     Raises:
-        ModelError: for a body or carrier that is not part of the system.
+        ModelError: for a body or parent body that is not part of the system.
 
     Note:
         Collective.
