@@ -22,7 +22,7 @@ import numpy as np
 
 from turbine_fenicsx.linear_solvers.sections import CELLS, LEAST, MOST
 from turbine_fenicsx.linear_solvers.shared import SLAB
-from turbine_fenicsx.linear_solvers.substructures import LONGEST, WIDEST
+from turbine_fenicsx.linear_solvers.substructures import MAX_INTERFACE_RATIO, WIDEST
 from turbine_fenicsx.meshing.parts import THINNEST
 
 HERE = Path(__file__).parent
@@ -124,7 +124,7 @@ class Slabs:
     def has_factors(self) -> bool:
         """Whether each rank keeps a factor of its own, as `Substructures.pays_off`."""
         wide = self.met**2 > WIDEST * self.own
-        return self.ranks == 1 or not (wide or self.interface > LONGEST * self.own)
+        return self.ranks == 1 or not (wide or self.interface > MAX_INTERFACE_RATIO * self.own)
 
 
 def frozen_step(at: Slabs, counts: Counts, machine: Machine) -> dict[str, float]:

@@ -61,7 +61,7 @@ def test_a_run_may_go_on_from_its_very_beginning(demo, tmp_path):
 
 def test_a_run_may_end_anywhere_and_go_on(demo, tmp_path, comm, monkeypatch):
     """After each single step, with a factor that is refreshed every few steps."""
-    monkeypatch.setattr(quasi_newton, "SETTLED", 0)
+    monkeypatch.setattr(quasi_newton, "BASELINE_STEPS", 0)
     monkeypatch.setattr(quasi_newton, "RENEWAL", 12)
     refreshed = []
     real = QuasiNewton.begin

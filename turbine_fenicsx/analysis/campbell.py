@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 FOLLOWED = 0.6
 """A mode is followed if its MAC with those of one frequency at the next speed is at least this."""
 
-EQUAL = 1e-5
+EQUAL_TOLERANCE = 1e-5
 """Relative difference of eigenvalues below which they count as one."""
 
 HALVINGS = 2
@@ -44,7 +44,7 @@ long as without."""
 RPM = 30.0 / np.pi
 """Revolutions per minute of one rad/s."""
 
-MORE = 6
+ADDITIONAL_MODES = 6
 """Number of additional modes at the next speed: others may have become slower."""
 
 
@@ -169,7 +169,7 @@ class ModeFollower:
 
     def continue_at(self, before: Modes, speed: float, halvings: int = HALVINGS) -> Modes:
         """Those modes at another speed, in the same order."""
-        modes = self._find(speed, MORE)
+        modes = self._find(speed, ADDITIONAL_MODES)
         change = abs(speed - before.speed)
         partners, quality = _match(self._criteria(before, modes), before.modes, modes.modes, change)
         if quality.min() < FOLLOWED and halvings:
@@ -265,7 +265,7 @@ def _equal(modes: Sequence[Mode], apart: float = 0.0) -> npt.NDArray[np.bool_]:
     """Which modes have the same eigenvalue, or are not far apart [rad/s], shape (modes, modes)."""
     s = np.array([mode.eigenvalue for mode in modes])
     size = np.maximum(np.abs(s)[:, None], np.abs(s))
-    return np.asarray(np.abs(s[:, None] - s) <= np.maximum(EQUAL * size, apart))
+    return np.asarray(np.abs(s[:, None] - s) <= np.maximum(EQUAL_TOLERANCE * size, apart))
 
 
 def _names(found: Sequence[Modes]) -> tuple[str, ...]:

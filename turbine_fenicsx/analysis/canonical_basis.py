@@ -17,7 +17,7 @@ import numpy as np
 from turbine_fenicsx.analysis.bordered_solver import FlatVectors
 from turbine_fenicsx.foundation.types import Array
 
-EQUAL = 1e-6
+EQUAL_TOLERANCE = 1e-6
 """Motions that differ by less than this part count as equal; among them position decides."""
 
 
@@ -61,7 +61,7 @@ def _largest_row(flat: FlatVectors, X: Array) -> Array:
     comm = flat.system.comm
     lengths = np.sqrt(np.einsum("ij,ij->i", X, X))
     longest = max(comm.allgather(float(np.max(lengths, initial=0.0))))
-    chosen = np.flatnonzero(lengths >= (1.0 - EQUAL) * longest)
+    chosen = np.flatnonzero(lengths >= (1.0 - EQUAL_TOLERANCE) * longest)
     candidates = [(flat.place_of(int(i)), X[i].tolist()) for i in chosen]
     found = comm.allgather(min(candidates, default=None))
     return np.array(min(f for f in found if f is not None)[1])

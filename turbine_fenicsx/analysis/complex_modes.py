@@ -18,40 +18,40 @@ from turbine_fenicsx.analysis.squared_frequencies import square_of_swelling
 from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 
-SLOW = 1e-3
+RIGID_EIGENVALUE_RATIO = 1e-3
 """Eigenvalue relative to the shift below which an unstrained motion is rigid. Eigenvalues of rigid
 motions are double, and round-off moves such ones by the root of its size. In thin walls it
 moves them farther, see `_is_slow`."""
 
-STRAINED = 1e-13
+STRAIN_ROUND_OFF = 1e-13
 """Round-off of y.K y, relative to the sum of K_ii y_i^2; a motion is rigid below it ..."""
 
-ROUND_OFF = 1e-6
+FREQUENCY_ROUND_OFF = 1e-6
 """... or below that of a frequency, relative to the highest that is found."""
 
-NEW = 1e-4
+MIN_NEW_SHARE = 1e-4
 """Minimum share of the modal mass of a rigid motion that is normal to the others."""
 
-IN_PHASE = 1e-12
+IN_PHASE_TOLERANCE = 1e-12
 """Share of the modal mass in the part b below which all parts of a mode move in phase."""
 
-CLOSE = 0.05
+MIN_SHIFT_RATIO = 0.05
 """Shift and lowest frequency may differ by a factor of one over this; digits are lost beyond."""
 
-BALANCED = 0.5
+BALANCE_TOLERANCE = 0.5
 """Maximum sum of inertia and forces of the velocity that balance each other, relative to the larger
 one."""
 
-ATTEMPTS = 8
+MAX_ATTEMPTS = 8
 
-MORE = 8
+ADDITIONAL_EIGENVALUES = 8
 """Number of additional eigenvalues: those of one frequency come together."""
 
-SOFT = 0.02
+SHIFT_RATIO = 0.02
 """First shift relative to the frequency at which the softest body would swell and shrink. Slender
 bodies bend at that frequency over their slenderness."""
 
-RANDOM = 1e-3
+RANDOM_SHIFT_RATIO = 1e-3
 """First shift without flexible bodies, relative to the frequency of a motion by random forces."""
 
 
@@ -88,13 +88,13 @@ def complex_modes(
         StepFailure: if the iteration does not converge.
     """
     free = problem.linear.degrees_of_freedom
-    number = min(2 * count + MORE, 2 * free)
+    number = min(2 * count + ADDITIONAL_EIGENVALUES, 2 * free)
     shift = _guess(problem) if shift is None else shift
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         pairs = problem.pairs(number, shift)
         rigid, elastic = _separate_rigid(problem, pairs, shift)
         lowest = min((abs(p.eigenvalue) for p in elastic), default=shift)
-        if CLOSE <= lowest / shift <= 1.0 / CLOSE:
+        if MIN_SHIFT_RATIO <= lowest / shift <= 1.0 / MIN_SHIFT_RATIO:
             break
         for pair in (*rigid, *elastic):
             pair.destroy()
@@ -121,7 +121,7 @@ def _guess(problem: QuadraticProblem) -> float:
     """
     swelling = square_of_swelling(problem.linear)
     if swelling > 0.0:
-        return SOFT * float(np.sqrt(swelling))
+        return SHIFT_RATIO * float(np.sqrt(swelling))
     solver = problem.linear.solver(problem.mass, "modes_")
     solver.factorise()
     x, y, image = (problem.linear.vectors.new_vector() for _ in range(3))
@@ -133,7 +133,7 @@ def _guess(problem: QuadraticProblem) -> float:
     square = energy / image.dot(y)
     for vector in (x, y, image):
         vector.destroy()
-    return RANDOM * float(np.sqrt(square)) if energy > STRAINED * size else 1.0
+    return RANDOM_SHIFT_RATIO * float(np.sqrt(square)) if energy > STRAIN_ROUND_OFF * size else 1.0
 
 
 def _separate_rigid(
@@ -146,8 +146,10 @@ def _separate_rigid(
     highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
     for pair in pairs:
         energy, size = _strain(problem, pair.parts)
-        round_off = max(STRAINED * size, (ROUND_OFF * highest) ** 2)
-        if energy > round_off or not _is_slow(problem, pair, SLOW * shift, round_off):
+        round_off = max(STRAIN_ROUND_OFF * size, (FREQUENCY_ROUND_OFF * highest) ** 2)
+        if energy > round_off or not _is_slow(
+            problem, pair, RIGID_EIGENVALUE_RATIO * shift, round_off
+        ):
             elastic.append(pair)
             continue
         for x in pair.parts:
@@ -184,7 +186,7 @@ def _is_slow(problem: QuadraticProblem, pair: Pair, slow: float, round_off: floa
             d += factor * complex(a.dot(image), -b.dot(image))
         image.destroy()
     largest = max(abs(s), abs(d))
-    return abs(s) * largest <= round_off and abs(s + d) > BALANCED * largest
+    return abs(s) * largest <= round_off and abs(s + d) > BALANCE_TOLERANCE * largest
 
 
 def _strain(problem: QuadraticProblem, parts: Iterable[PETSc.Vec]) -> tuple[float, float]:
@@ -223,7 +225,7 @@ def _make_normal(
             x.axpy(-image.dot(x), y)
     mass.mult(x, image)
     left = image.dot(x)
-    if not left > NEW:
+    if not left > MIN_NEW_SHARE:
         return False
     x.scale(left**-0.5)
     return True
@@ -245,7 +247,7 @@ def _mode(problem: QuadraticProblem, pair: Pair, is_rigid: bool, meter: WhirlMet
     return Mode(
         pair.eigenvalue,
         vectors.motion(a),
-        None if share <= IN_PHASE * total else vectors.motion(b),
+        None if share <= IN_PHASE_TOLERANCE * total else vectors.motion(b),
         is_rigid,
         None if meter is None else meter.measure(a, b),
     )

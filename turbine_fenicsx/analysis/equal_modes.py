@@ -19,13 +19,13 @@ import numpy as np
 from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
 from turbine_fenicsx.foundation.types import Array
 
-EQUAL = 1e-6
+EQUAL_TOLERANCE = 1e-6
 """Relative difference of eigenvalues below which they are equal."""
 
-APART = 1e-4
+MIN_FEATURE_DIFFERENCE = 1e-4
 """Minimum relative difference of the squares of a feature that distinguishes modes."""
 
-NOTHING = 1e-9
+FEATURE_ROUND_OFF = 1e-9
 """Square of a feature, relative to those of all features, below which it is round-off."""
 
 T = TypeVar("T")
@@ -55,7 +55,7 @@ def separate_equal_modes(
         by_feature = [np.array([np.ravel(f[k]) for f in seen]) for k in range(len(seen[0]))]
         combinations = np.eye(len(group), dtype=by_feature[0].dtype if by_feature else float)
         if len(group) > 1:
-            least = NOTHING * sum(float(np.linalg.norm(f)) ** 2 for f in by_feature)
+            least = FEATURE_ROUND_OFF * sum(float(np.linalg.norm(f)) ** 2 for f in by_feature)
             combinations = _make_orthonormal(_multiply(group, inner_product))
             combinations = _separate(combinations, by_feature, least)
         for mode, weights in zip(group, combinations.T, strict=True):
@@ -81,7 +81,7 @@ def _are_equal(a: Mode, b: Mode) -> bool:
     """Whether two modes have one eigenvalue."""
     if a.is_rigid or b.is_rigid:
         return a.is_rigid and b.is_rigid
-    return abs(a.eigenvalue - b.eigenvalue) <= EQUAL * abs(a.eigenvalue)
+    return abs(a.eigenvalue - b.eigenvalue) <= EQUAL_TOLERANCE * abs(a.eigenvalue)
 
 
 def _multiply(group: Sequence[Mode], inner: Callable[[Motion, Motion], float]) -> Any:
@@ -113,7 +113,7 @@ def _separate(Q: Any, by_feature: Sequence[Any], least: float) -> Any:
     F = by_feature[0].T @ Q
     values, vectors = np.linalg.eigh(F.conj().T @ F)
     values, Q = values[::-1], Q @ vectors[:, ::-1]
-    starts = 1 + np.flatnonzero(-np.diff(values) > max(APART * values[0], least))
+    starts = 1 + np.flatnonzero(-np.diff(values) > max(MIN_FEATURE_DIFFERENCE * values[0], least))
     pieces = [_separate(piece, by_feature[1:], least) for piece in np.split(Q, starts, axis=1)]
     return np.concatenate(pieces, axis=1)
 

@@ -29,7 +29,7 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
 
-EQUAL = 1e-6
+EQUAL_TOLERANCE = 1e-6
 """Maximum change of matrices by a shift of equal blades, relative to their size."""
 
 AZIMUTH = 1.0
@@ -75,11 +75,11 @@ def moving_carrier(frame: TurningFrame, linear: LinearSystem) -> bool:
 
 def _refuse(word: str, what: str, change: float, shift: CyclicShift) -> None:
     """Raise a ModelError if something changes."""
-    if change > EQUAL:
+    if change > EQUAL_TOLERANCE:
         raise ModelError(
             f"multiblade coordinates need a rotor of {shift.blades} equal blades on an axis about "
             f"which it is isotropic: turned by 1/{shift.blades} of a revolution, {word} of {what} "
-            f"changes by {change:.1e} of its size, and {EQUAL:g} is allowed"
+            f"changes by {change:.1e} of its size, and {EQUAL_TOLERANCE:g} is allowed"
         )
 
 

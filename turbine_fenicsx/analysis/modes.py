@@ -22,7 +22,7 @@ from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
-SAME = 1e-8
+EQUAL_TOLERANCE = 1e-8
 """Squares of frequencies that differ by less than this part are one."""
 
 
@@ -126,7 +126,7 @@ def _put_in_order(flat: FlatVectors, pairs: list[Pair], symmetric: bool) -> list
         return s.imag, -s.real
 
     def are_equal(a: Pair, b: Pair) -> bool:
-        near = abs(b.eigenvalue - a.eigenvalue) <= SAME * abs(b.eigenvalue)
+        near = abs(b.eigenvalue - a.eigenvalue) <= EQUAL_TOLERANCE * abs(b.eigenvalue)
         return symmetric and (near or (a.is_rigid and b.is_rigid))
 
     groups = list(group_neighbours(sorted(pairs, key=rank), are_equal))

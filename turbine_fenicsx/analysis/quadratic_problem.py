@@ -35,20 +35,20 @@ MAX_RUNS = 20
 ERROR_OF_LIBRARY = 76
 """PETSc's code for an error in a library that it calls (PETSC_ERR_LIB)."""
 
-SMALL = 150
+MAX_DENSE_SIZE = 150
 """Maximum number of degrees of freedom for dense matrices, which give all eigenvalues."""
 
-MORE = 8
+ADDITIONAL_EIGENVALUES = 8
 """Number of additional ones that are kept: those that come together may be of one eigenvalue."""
 
 RESIDUAL = 1e-2
 """Largest error with which a pair fulfils the equations, relative to its vector. That of pairs that
 are round-off is above one, that of others far below."""
 
-SAME = 1e-6
+EQUAL_TOLERANCE = 1e-6
 """Difference of eigenvalues, relative to them and the shift, below which they are equal."""
 
-NEW = 1e-4
+MIN_NEW_SHARE = 1e-4
 """Minimum share of the modal mass of a new vector that is normal to those before it."""
 
 
@@ -105,7 +105,7 @@ class QuadraticProblem:
         shifted = _ShiftedProblem(self, sigma)
         try:
             free = self.linear.degrees_of_freedom
-            if free <= max(SMALL, _columns(number)):
+            if free <= max(MAX_DENSE_SIZE, _columns(number)):
                 shifted.solve_all(number, found)
                 return sorted(found.pairs, key=lambda pair: abs(pair.eigenvalue - sigma))
             for _ in range(MAX_RUNS):
@@ -145,9 +145,11 @@ class _Pairs:
 
         Args:
             pair: The pair.
-            size: Eigenvalues closer than `SAME` times this are one.
+            size: Eigenvalues closer than `EQUAL_TOLERANCE` times this are one.
         """
-        others = [p for p in self.pairs if abs(p.eigenvalue - pair.eigenvalue) <= SAME * size]
+        others = [
+            p for p in self.pairs if abs(p.eigenvalue - pair.eigenvalue) <= EQUAL_TOLERANCE * size
+        ]
         a, b = pair.parts
         Ma, Mb = a.duplicate(), b.duplicate()
         before = self._measure(a, b, Ma, Mb)
@@ -163,7 +165,7 @@ class _Pairs:
         left = self._measure(a, b, Ma, Mb)
         for vector in (Ma, Mb):
             vector.destroy()
-        if not left > NEW * before:
+        if not left > MIN_NEW_SHARE * before:
             pair.destroy()
             return
         a.scale(left**-0.5)
@@ -225,7 +227,7 @@ class _ShiftedProblem:
         """Add the pairs of a small problem to those found, some more than a number. Collective."""
         products = [term.multiply for term in self._terms]
         for mu, x, y in solve_small(self._problem.linear, products, self._solver.solve):
-            if found.number < number + MORE:
+            if found.number < number + ADDITIONAL_EIGENVALUES:
                 self._add(mu, x, y, found)
 
     def _add(self, mu: complex, x: PETSc.Vec, y: PETSc.Vec, found: _Pairs) -> None:

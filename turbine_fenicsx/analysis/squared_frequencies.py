@@ -23,14 +23,14 @@ from turbine_fenicsx.foundation.errors import StepFailure
 
 log = logging.getLogger(__name__)
 
-SOFT = 1e-6
+SHIFT_RATIO = 1e-6
 """Shift relative to the square of the frequency at which a body would swell and shrink: small
 against squares of frequencies of bending, large against round-off of the stiffness."""
 
-SAME = 1e-6
+EQUAL_TOLERANCE = 1e-6
 """Eigenvalues that differ by less than this part may be one."""
 
-ROUGH = 1e-2
+ROUGH_TOLERANCE = 1e-2
 """Relative tolerance of the iteration that only asks whether an eigenvalue is missing."""
 
 RESIDUAL = 1e-6
@@ -86,8 +86,8 @@ class SquaredFrequencies:
             self._complete(pairs, count, tolerance)
             self._warn_of_growing(pairs)
         elif len(pairs) < self._linear.degrees_of_freedom:
-            others = self._iterate(1, ROUGH, pairs)
-            if len(pairs) < count or not self._is_beyond(others, pairs, count, -ROUGH):
+            others = self._iterate(1, ROUGH_TOLERANCE, pairs)
+            if len(pairs) < count or not self._is_beyond(others, pairs, count, -ROUGH_TOLERANCE):
                 raise StepFailure(
                     "a mode of a repeated frequency is missing, which cannot be mended where "
                     "stiffness is unsymmetric; ask for more modes"
@@ -102,13 +102,13 @@ class SquaredFrequencies:
         while len(pairs) < self._linear.degrees_of_freedom:
             enough = len(pairs) >= count
             if enough:
-                rough = self._iterate(1, ROUGH, pairs)
-                last = self._is_beyond(rough, pairs, count, ROUGH)
+                rough = self._iterate(1, ROUGH_TOLERANCE, pairs)
+                last = self._is_beyond(rough, pairs, count, ROUGH_TOLERANCE)
                 _destroy(rough)
                 if last:
                     return
             more = self._iterate(1, tolerance, pairs)
-            last = enough and self._is_beyond(more, pairs, count, SAME)
+            last = enough and self._is_beyond(more, pairs, count, EQUAL_TOLERANCE)
             pairs += more
             if last:
                 return
@@ -190,7 +190,7 @@ class SquaredFrequencies:
         quotient = complex(sum(self._form(self._A, part, part) for part in parts))
         if theta.imag:
             quotient += 1j * (self._form(self._A, a, b) - self._form(self._A, b, a))
-        if abs(quotient - theta) > ROUGH * abs(quotient):
+        if abs(quotient - theta) > ROUGH_TOLERANCE * abs(quotient):
             a.destroy()
             b.destroy()
             return None
@@ -270,7 +270,7 @@ def soft_shift(linear: LinearSystem) -> float:
     if not linear.system.flexible_models:
         rigid = [blocks_of(matrix)[-1].norm() for matrix in (linear.stiffness, linear.mass)]
         square = rigid[0] / (rigid[1] or 1.0)
-    return SOFT * (square if square > UNHELD else 1.0 / SOFT)
+    return SHIFT_RATIO * (square if square > UNHELD else 1.0 / SHIFT_RATIO)
 
 
 def square_of_swelling(linear: LinearSystem) -> float:

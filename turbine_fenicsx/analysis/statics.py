@@ -52,15 +52,15 @@ SMALLER = 0.15
 """Maximum increment after which a tangent may be kept, relative to the last one; for the first,
 relative to the displacements."""
 
-LINEAR = 0.6
+MIN_LINEAR_RATIO = 0.6
 """... or, where new tangents no longer speed up convergence, relative to the last increment. Loads
 that are not in the tangent, such as those of the air, leave linear convergence,
 which the present tangent has as well."""
 
-CLOSE = 1e-4
+MAX_KEPT_INCREMENT = 1e-4
 """Part of the displacements below which that is looked for: farther away it may be chance."""
 
-FASTER = 0.3
+MIN_RATIO_QUOTIENT = 0.3
 """Minimum quotient of the last two ratios of increments in linear convergence; with Newton's method
 the last ratio is the square of the one before, or less."""
 
@@ -303,7 +303,9 @@ def solve_load_step(
             _check_angles(blocks, start)
             state.time = time
             return iteration
-        far = size > (SMALLER if is_close else LINEAR) * (extent if iteration == 1 else last)
+        far = size > (SMALLER if is_close else MIN_LINEAR_RATIO) * (
+            extent if iteration == 1 else last
+        )
         keeps = is_close or not update or _is_linear(sizes)
         update, last = far or not keeps, size
     raise StepFailure(
@@ -315,10 +317,10 @@ def solve_load_step(
 
 def _is_linear(sizes: Sequence[float]) -> bool:
     """Whether the last increments, relative to the displacements, fall by equal factors."""
-    if len(sizes) < 3 or sizes[-1] > CLOSE:
+    if len(sizes) < 3 or sizes[-1] > MAX_KEPT_INCREMENT:
         return False
     before, now = sizes[-2] / sizes[-3], sizes[-1] / sizes[-2]
-    return FASTER * before <= now <= LINEAR
+    return MIN_RATIO_QUOTIENT * before <= now <= MIN_LINEAR_RATIO
 
 
 def _advise(system: MultibodySystem) -> str:

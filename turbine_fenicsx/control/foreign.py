@@ -33,7 +33,7 @@ LAYOUT = 2
 WINDOW = 10_000
 """Calls after which a controller is asked for its state, also where no checkpoint is due."""
 
-SAME = 1e-6
+COMMAND_TOLERANCE = 1e-6
 """Commands that differ by less than this share are the same, rounded on another computer."""
 
 COMMANDED = ("generator torque", *(f"pitch of blade {k}" for k in (1, 2, 3)), "yaw rate", "brake")
@@ -162,7 +162,7 @@ class ForeignController:
         measured = Measurements.from_row(row[:-n])
         new = self._respond(measured).to_row()
         for what, a, b in zip(COMMANDED, new, row[-n:].tolist(), strict=True):
-            if abs(a - b) > SAME * max(abs(a), abs(b), SAME):
+            if abs(a - b) > COMMAND_TOLERANCE * max(abs(a), abs(b), COMMAND_TOLERANCE):
                 raise ForeignError(
                     f"cannot resume: {self._who} does not do the same again. Shown what it saw at "
                     f"t = {measured.time:g} s, it commands {a:.9g} as {what} and not {b:.9g}: it "

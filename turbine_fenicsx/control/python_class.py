@@ -20,13 +20,13 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 
 T = TypeVar("T")
 
-_LONGEST = 300
+_MAX_ERROR_LENGTH = 300
 """Letters of an error's text."""
 
 DEPTH = 32
 """Lists in lists; deeper ones may contain themselves."""
 
-_LARGEST = 2**63
+_MAX_INTEGER = 2**63
 
 
 class PythonClass:
@@ -115,7 +115,7 @@ class PythonClass:
     def _describe(self, error: BaseException) -> str:
         """Kind and text of an error on one line, and its line in the file."""
         try:
-            text = " ".join(str(error).split())[:_LONGEST]
+            text = " ".join(str(error).split())[:_MAX_ERROR_LENGTH]
         except BaseException:
             text = "its text cannot be had"
         lines = [
@@ -143,7 +143,7 @@ def copy_plain(value: Any, where: str = "", depth: int = 0) -> Any:
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, int):
-        if not -_LARGEST <= value < _LARGEST:
+        if not -_MAX_INTEGER <= value < _MAX_INTEGER:
             raise TypeError(f"{where} is an integer beyond 64 bits")
         return int(value)
     if isinstance(value, float):

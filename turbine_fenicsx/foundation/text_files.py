@@ -11,7 +11,7 @@ from typing import Any
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
 
-LARGEST = 10_000_000
+MAX_SIZE = 10_000_000
 """Bytes of a file; cases and studies have a few thousand, turbines of windIO a million."""
 
 
@@ -29,10 +29,10 @@ def read_text(path: str | os.PathLike[str], kind: str) -> str:
     try:
         with open_regular(path) as file:
             size = os.fstat(file.fileno()).st_size
-            if size > LARGEST:
+            if size > MAX_SIZE:
                 raise InputError(
                     f"cannot read the {kind} {name}: it has {size} bytes, expected at most "
-                    f"{LARGEST}"
+                    f"{MAX_SIZE}"
                 )
             return TextIOWrapper(file, encoding="utf-8-sig").read()
     except UnicodeDecodeError:

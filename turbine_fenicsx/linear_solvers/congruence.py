@@ -18,7 +18,7 @@ Indices = npt.NDArray[np.int64]
 SAME_PLACE = 1e-6
 """Largest distance of two nodes that are one after a rigid motion, as a part of the component."""
 
-ALIKE = 1e-4
+CONGRUENCE_TOLERANCE = 1e-4
 """Largest difference of two stiffnesses that share a factor, as a part of their diagonals. It costs
 no accuracy, only iterations: for hollow blades bent by their weight, with differences of 1.4e-3,
 three per step instead of two, with 2e-2 eighteen instead of five."""
@@ -124,7 +124,7 @@ def _find_copy(
         if expected is None:
             expected = forces(first, signs)
         found = forces(copy, np.einsum("ijn,njk->nik", T, signs))
-        if np.max(np.abs(found - np.einsum("ijn,njk->nik", T, expected))) <= ALIKE:
+        if np.max(np.abs(found - np.einsum("ijn,njk->nik", T, expected))) <= CONGRUENCE_TOLERANCE:
             return Copy(copy, T, Q)
     return None
 

@@ -20,7 +20,7 @@ LARGEST_WORKSPACE = 100 * EXTRA_WORKSPACE
 WORKSPACE_TOO_SMALL = (-8, -9, -14, -15, -17, -20)
 """Error codes of MUMPS, the same on all ranks, that more work space mends."""
 
-KEPT = 16
+MAX_KEPT_COLUMNS = 16
 """Maximum number of columns of dense matrices that are kept for the next solve: those of a step,
 not of a set-up."""
 
@@ -119,7 +119,7 @@ class SparseFactor(FreeSolver):
         pc.getFactorMatrix().matSolve(b, x)
         self.iterations += k
         X: Array = x.getDenseArray().copy(order="F")
-        if k > KEPT:
+        if k > MAX_KEPT_COLUMNS:
             self._free_dense()
         return X
 

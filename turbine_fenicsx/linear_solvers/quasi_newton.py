@@ -15,10 +15,10 @@ from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 RENEWAL = 30.0
 """Iterations that cost as much as a new factor: 11 to 37 with 1 000 to 70 000 displacements."""
 
-SETTLED = 10
+BASELINE_STEPS = 10
 """Number of steps after a refactorisation that define the baseline of iterations."""
 
-ORDINARY = 10
+BASELINE_MAX_ITERATIONS = 10
 """Maximum number of iterations during the baseline; more, beyond the fewest so far, count as
 excess."""
 
@@ -106,11 +106,11 @@ class QuasiNewton:
         if not converged:
             self._excess = RENEWAL
             return not self._new
-        if self._settled < SETTLED:
+        if self._settled < BASELINE_STEPS:
             self._fewest = n if self._settled == 0 else min(n, self._fewest)
             self._settled += 1
-            self._usual += n / SETTLED
-            self._excess += max(n - max(self._fewest, ORDINARY), 0)
+            self._usual += n / BASELINE_STEPS
+            self._excess += max(n - max(self._fewest, BASELINE_MAX_ITERATIONS), 0)
         else:
             self._excess = max(self._excess + n - self._usual - 1.0, 0.0)
         return False

@@ -45,7 +45,7 @@ WIDEST = 90
 """Largest square of the number of unknowns around a part for each row of a rank, or sum of these
 where parts are not of the same size."""
 
-LONGEST = 2
+MAX_INTERFACE_RATIO = 2
 """Unknowns of S for each row of a rank, up to which solving for S takes no longer than the rest."""
 
 
@@ -92,7 +92,7 @@ class Substructures(FreeSolver):
         alike = np.unique(np.stack([sizes, around]), axis=1)[1].astype(float)
         rows = self._matrix.getSizes()[0]
         fits = sizes.size > 0 and bool(np.sum(alike**2) <= WIDEST * rows[0])
-        small = self._all_S.size * self._comm.size <= LONGEST * rows[1]
+        small = self._all_S.size * self._comm.size <= MAX_INTERFACE_RATIO * rows[1]
         return bool(self._comm.allreduce(fits, op=MPI.LAND)) and small
 
     def update(self) -> None:

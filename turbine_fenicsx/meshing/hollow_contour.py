@@ -15,11 +15,11 @@ import numpy as np
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing.hollow_shape import HollowShape
 
-_OPEN = 1e-6  # a gap of this part of the outline is open
+_GAP_TOLERANCE = 1e-6  # a gap of this part of the outline is open
 _SHARP = np.cos(np.radians(60.0))  # an edge with a smaller angle inside is sharp
 _FACE = 5e-4  # least width of the face over the length of the outline
 _DEEPEST_CUT = 0.05  # contour fraction
-_NEAR = 1e-6  # step of one-sided derivatives in contour and span fractions
+_STEP = 1e-6  # step of one-sided derivatives in contour and span fractions
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Contours:
     @classmethod
     def of(cls, shape: HollowShape, s: Array) -> Contours:
         """Find out whether the outlines need a face, and cut them."""
-        near = np.array([0.0, _NEAR, 1.0 - _NEAR, 1.0])
+        near = np.array([0.0, _STEP, 1.0 - _STEP, 1.0])
         start, after, before, end = np.moveaxis(shape.surface(s[:, None], near), 1, 0)
         outline = shape.surface(s[:, None], np.linspace(0.0, 1.0, 65))
         length = np.linalg.norm(np.diff(outline, axis=1), axis=2).sum(axis=1)
-        is_open = np.linalg.norm(start - end, axis=1) > _OPEN * length
+        is_open = np.linalg.norm(start - end, axis=1) > _GAP_TOLERANCE * length
         out, back = after - start, before - end
         cosine = np.sum(out * back, axis=1) / np.linalg.norm(out, axis=1)
         sharp = cosine > _SHARP * np.linalg.norm(back, axis=1)
@@ -92,14 +92,14 @@ class Contours:
     def directions(self, b: Array) -> tuple[Array, Array]:
         """Directions of the outline before and after b, each of shape (S, n, 3) [-]."""
         here = self.points(b)
-        steps = here - self.points(b - _NEAR), self.points(b + _NEAR) - here
+        steps = here - self.points(b - _STEP), self.points(b + _STEP) - here
         before, after = (v / np.linalg.norm(v, axis=2, keepdims=True) for v in steps)
         return before, after
 
     def along(self, b: Array) -> Array:
         """Derivative of the points by the span fraction at the same b, shape (S, n, 3) [m]."""
-        span = np.clip(self.s + _NEAR, 0.0, 1.0) - np.clip(self.s - _NEAR, 0.0, 1.0)
-        slope: Array = (self.points(b, _NEAR) - self.points(b, -_NEAR)) / span[:, None, None]
+        span = np.clip(self.s + _STEP, 0.0, 1.0) - np.clip(self.s - _STEP, 0.0, 1.0)
+        slope: Array = (self.points(b, _STEP) - self.points(b, -_STEP)) / span[:, None, None]
         return slope
 
     def wall(self, b: Array) -> Array:
@@ -107,8 +107,8 @@ class Contours:
         a, s = self.to_arc(b), self.s[:, None]
         around = [
             self.shape.wall(np.clip(s + i, 0.0, 1.0), np.clip(a + j, 0.0, 1.0))
-            for i in (-_NEAR, _NEAR)
-            for j in (-_NEAR, _NEAR)
+            for i in (-_STEP, _STEP)
+            for j in (-_STEP, _STEP)
         ]
         return np.asarray(np.max(around, axis=0))
 

@@ -25,7 +25,7 @@ _STRAIGHT = 0.985  # that cosine above which the outline is smooth
 _ROOM = 3.0  # nodes move away from a corner within this many times the larger of t and that
 _FLATTEST = 0.5  # least cosine between surface normal and section
 _SWING = 0.3  # the thickness in the middle of a cell over the mean of its ends, less 1
-_SAME = 1e-18  # squared distance of points that are one, over that of those farthest away
+_TOLERANCE = 1e-18  # squared distance of points that are one, over that of those farthest away
 
 
 @dataclass(frozen=True)
@@ -166,6 +166,6 @@ def _ball_radius(points: Array, miters: Array, outline: Array) -> Array:
     along = np.einsum("nmi,ni->nm", d, miters)
     excess = np.sum(miters * miters, axis=1, keepdims=True) - _TOUCH**2
     root = along**2 - squared * excess
-    near = (root >= 0.0) & (along > 0.0) & (squared > _SAME * squared.max())
+    near = (root >= 0.0) & (along > 0.0) & (squared > _TOLERANCE * squared.max())
     r = (along - np.sqrt(np.where(near, root, 0.0))) / excess
     return np.asarray(np.where(near, r, np.inf).min(axis=1))

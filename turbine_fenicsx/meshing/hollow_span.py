@@ -17,7 +17,7 @@ from turbine_fenicsx.meshing.hollow_shape import HollowShape
 _STEEPEST = 6.0  # the first element is at least this part of the mean
 _REACH = 0.04  # part of the span over which elements grow to their full length
 _CLOSEST = 0.4  # two lines stay apart by this part of the elements that were wanted between them
-_SAME = 1e-6  # span fractions that differ by less are one
+_TOLERANCE = 1e-6  # span fractions that differ by less are one
 _BLUNT = 0.02  # a blade ends where its outline is this part of the longest one
 
 
@@ -38,8 +38,10 @@ def span_lines(shape: HollowShape, n_span: int) -> Array:
         MeshError: if there are more ends of webs than lines.
     """
     end = _blunt_end(shape)
-    ends = sorted({round(x / _SAME) * _SAME: x for w in shape.webs for x in (w.start, w.end)})
-    ends = [x for x in ends if _SAME < x < end - _SAME]
+    ends = sorted(
+        {round(x / _TOLERANCE) * _TOLERANCE: x for w in shape.webs for x in (w.start, w.end)}
+    )
+    ends = [x for x in ends if _TOLERANCE < x < end - _TOLERANCE]
     fine = np.linspace(0.0, end, 4001)
     progress = _element_count(shape, fine, n_span)
     pinned = _pin_ends(np.interp(ends, fine, progress), ends, n_span)

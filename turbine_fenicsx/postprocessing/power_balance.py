@@ -16,7 +16,7 @@ WINDOWS = 200
 SHOWN = 4
 """Terms shown under their names; the smaller ones are added up as "other"."""
 
-LEAST = 1e-3
+MIN_SHARE = 1e-3
 """Minimum size of a term relative to the largest one; smaller terms are too thin to be seen."""
 
 STORED = "stored energy"
@@ -38,7 +38,7 @@ def _find_energies(run: TimeSeries) -> dict[str, NDArray[np.float64]]:
     since = {name: energy - energy[0] for name, energy in found.items()}
     sizes = {name: float(np.nanmax(np.abs(energy))) for name, energy in since.items()}
     order = sorted(since, key=lambda name: -sizes[name])
-    order = [name for name in order if sizes[name] > LEAST * sizes[order[0]]]
+    order = [name for name in order if sizes[name] > MIN_SHARE * sizes[order[0]]]
     shown = {name: since[name] for name in order[:SHOWN]}
     if order[SHOWN:]:
         shown["other"] = np.sum([since[name] for name in order[SHOWN:]], axis=0)

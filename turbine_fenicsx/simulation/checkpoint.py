@@ -41,7 +41,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 
 log = logging.getLogger(__name__)
 
-KEPT = 2
+KEPT_CHECKPOINTS = 2
 """Number of checkpoints that are kept."""
 
 
@@ -223,7 +223,7 @@ class Checkpoints:
         """Those of steps that the run has left behind, and all older than the last two."""
         files = list_checkpoints(self._folder)
         later = [path for path in files if step_of(path) > index]
-        return later + files[len(later) + KEPT :]
+        return later + files[len(later) + KEPT_CHECKPOINTS :]
 
     def _make_folder(self) -> None:
         """Make the folder."""

@@ -34,7 +34,7 @@ ROUND_OFF = 1e-7
 LARGEST_SHARE = 1e-3
 """Maximum error of the balance relative to the largest energy, at any tolerance."""
 
-STILL = 1e-5
+REST_SPEED = 1e-5
 """Speed below which a body is at rest and its energy is noise [m/s]."""
 
 
@@ -90,7 +90,7 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
         tolerance: `SolverOptions.tolerance`.
     """
     share = min(max(ROUND_OFF, FACTOR * steps * tolerance), LARGEST_SHARE)
-    return share * energy + mass * STILL**2
+    return share * energy + mass * REST_SPEED**2
 
 
 def judge_energy(summary: dict[str, Any]) -> str:

@@ -13,7 +13,7 @@ from turbine_fenicsx.analysis.mode import Modes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
 
-LARGEST = 0.1
+AMPLITUDE_RATIO = 0.1
 """Largest displacement of a shape over the size of the model."""
 
 
@@ -53,7 +53,7 @@ def write_mode_shapes(
         b = np.zeros_like(a)
         if mode.imaginary is not None:
             b = grid.motion(mode.imaginary.q, mode.imaginary.u)
-        factor = LARGEST * size / _find_largest(grid.comm, a, b)
+        factor = AMPLITUDE_RATIO * size / _find_largest(grid.comm, a, b)
         series.write(
             number,
             points,

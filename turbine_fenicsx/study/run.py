@@ -22,7 +22,7 @@ from turbine_fenicsx.study.results import (
     write_table,
 )
 
-STATIONARY = 1e-3
+MAX_DRIFT = 1e-3
 """Means of two halves of a time that differ by less are those of a stationary run [-]."""
 
 
@@ -37,7 +37,7 @@ class StudyResult:
         series: Refinements and their orders.
         drifts: How far the means of quantities over the halves of the time over which they are
             averaged lie apart, by name of the run and of the quantity, where that is more than
-            `STATIONARY`.
+            `MAX_DRIFT`.
     """
 
     runs: list[Run]
@@ -110,11 +110,11 @@ def run_study(
 
 
 def _find_large_drifts(study: Study, folder: Path) -> dict[str, float]:
-    """Drifts of the wanted quantities of a finished run that are more than `STATIONARY`."""
+    """Drifts of the wanted quantities of a finished run that are more than `MAX_DRIFT`."""
     if study.average is None:
         return {}
     drifts = find_drifts(folder, study.average, study.wanted)
-    return {name: drift for name, drift in drifts.items() if drift > STATIONARY}
+    return {name: drift for name, drift in drifts.items() if drift > MAX_DRIFT}
 
 
 def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:

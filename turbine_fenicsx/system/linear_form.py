@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 SMALL = 1e-3
 """Displacements with which kernels are tried, in parts of the smallest cell."""
 
-ALIKE = 1e-6
+COMPARISON_TOLERANCE = 1e-6
 """Largest difference of forces by round-off, which increments of strain may divide, relative to the
 largest force in the same direction."""
 
@@ -129,7 +129,7 @@ class CellsInLanes:
         rows = [np.where(finite, x, 0.0) for x in (found - expected, expected)]
         # what stands at a node may have different units
         apart, size = (np.abs(x).reshape(-1, self._block).max(axis=0, initial=0.0) for x in rows)
-        far = not np.all(apart <= ALIKE * size)
+        far = not np.all(apart <= COMPARISON_TOLERANCE * size)
         if comm.allreduce(far, op=MPI.LOR):
             log.warning("vectorised kernels are not those of FFCx, please report it")
             raise vectorise.NotVectorised("results that are not those of DOLFINx")

@@ -18,7 +18,7 @@ _SIDE = 5
 """Points along each side of a facet, from which a search begins."""
 _STEPS = 20
 """Of Newton's method, which needs three to five."""
-_NEAR = 1e-8
+_TOLERANCE = 1e-8
 """Round-off of coordinates in a facet; crossings that differ by less of their distance are one."""
 
 
@@ -92,7 +92,7 @@ class Skin:
         mine = list(self._cross(np.asarray(origin, dtype=float), d / np.linalg.norm(d)))
         found = [crossing for part in self._mesh.comm.allgather(mine) for crossing in part]
         last = max((crossing.distance for crossing in found), default=0.0)
-        return [c for c in found if c.distance > last * (1.0 - 1e2 * _NEAR)]
+        return [c for c in found if c.distance > last * (1.0 - 1e2 * _TOLERANCE)]
 
     def middle(self, normal: npt.ArrayLike, height: float, axes: npt.ArrayLike) -> Array | None:
         """Middle of the extents of the section that a plane cuts.
@@ -145,7 +145,7 @@ class Skin:
             x, dx = self._map_facet(facet, place)
             step = np.linalg.lstsq(across @ dx[:, :2], across @ (x - origin), rcond=None)[0]
             place = place - step
-            if np.max(np.abs(step)) < 1e-3 * _NEAR:
+            if np.max(np.abs(step)) < 1e-3 * _TOLERANCE:
                 return place if self._is_inside(place) else None
             if np.max(np.abs(place - 0.5)) > 1.5:
                 return None
@@ -177,5 +177,5 @@ class Skin:
 
     def _is_inside(self, place: Array) -> bool:
         """Whether coordinates are those of a point in the facet."""
-        below = place.sum() <= 1.0 + _NEAR if self._cell == "tetrahedron" else True
-        return bool(below and np.all((place >= -_NEAR) & (place <= 1.0 + _NEAR)))
+        below = place.sum() <= 1.0 + _TOLERANCE if self._cell == "tetrahedron" else True
+        return bool(below and np.all((place >= -_TOLERANCE) & (place <= 1.0 + _TOLERANCE)))

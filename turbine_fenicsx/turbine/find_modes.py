@@ -48,7 +48,7 @@ from turbine_fenicsx.turbine.start import list_held, turn_blades
 COUNT = 12
 """Number of modes if nobody says how many."""
 
-MORE = 2
+ADDITIONAL_MODES = 2
 """Number of additional modes: three equal blades have three equal modes, and which of them are
 found depends on round-off."""
 
@@ -137,7 +137,7 @@ def _find(
         check_memory(turbine.system, "frozen", shared=False)  # the modes' own factor is like it
     free = count_degrees_of_freedom(turbine.system)
     count = wanted.count or min(COUNT, free)
-    more = min(MORE, max(free - count, 0))
+    more = min(ADDITIONAL_MODES, max(free - count, 0))
     at_each_speed = _find_turning if turning else _find_at_rest
     tables: list[ModeTable] = []
     files: list[str] = []

@@ -15,7 +15,7 @@ from turbine_fenicsx.turbine.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.case.gauges import PLACES, GaugeCase
 from turbine_fenicsx.turbine.component import Turbine
 
-_NEAR = 1e-3
+_STEP = 1e-3
 """Contour and span fractions between which tangents of the surface are taken."""
 
 _SAMPLES = np.arange(64) / 64.0
@@ -69,9 +69,9 @@ def find_place(shape: BladeSurface, station: float, around: float | str) -> tupl
     """
     s = np.full(1, station)
     a = np.full(1, find_fraction(shape, s, around))
-    low, high = np.clip([station - _NEAR, station + _NEAR], 0.0, 1.0)
+    low, high = np.clip([station - _STEP, station + _STEP], 0.0, 1.0)
     along = shape.surface(np.array([high]), a) - shape.surface(np.array([low]), a)
-    across = shape.surface(s, np.mod(a + _NEAR, 1.0)) - shape.surface(s, np.mod(a - _NEAR, 1.0))
+    across = shape.surface(s, np.mod(a + _STEP, 1.0)) - shape.surface(s, np.mod(a - _STEP, 1.0))
     normal = np.cross(along[0], across[0])
     normal /= np.linalg.norm(normal)
     point, middle = shape.surface(s, a)[0], shape.surface(s, _SAMPLES).mean(axis=0)

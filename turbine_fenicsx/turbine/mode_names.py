@@ -20,7 +20,7 @@ TOWER_WAYS = ("fore-aft", "side-side", "tower stretch", "tower twist")
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 
-STILL = 0.2
+MAX_REST_RATIO = 0.2
 """Motion of a blade, relative to the one that moves most, below which it stands still."""
 
 OUT_OF_PHASE = 0.4
@@ -98,7 +98,7 @@ def describe_pattern(amplitudes: Array, sense: float = 1.0) -> str:
         sense: Positive if the rotor turns from blade 1 to 2 to 3, else negative.
     """
     size = np.abs(amplitudes)
-    moving = [k + 1 for k in np.flatnonzero(size > STILL * size.max())]
+    moving = [k + 1 for k in np.flatnonzero(size > MAX_REST_RATIO * size.max())]
     if len(moving) == 1:
         return f"blade {moving[0]} alone"
     leading = amplitudes / amplitudes[size.argmax()]
@@ -141,7 +141,9 @@ def name_joints(coordinates: Mapping[str, float], rigid: bool, sprung: bool = Fa
         sprung: Whether springs do.
     """
     largest = max(map(abs, coordinates.values()), default=0.0)
-    moving = [n for n, x in coordinates.items() if abs(x) > STILL * largest and largest > 1e-9]
+    moving = [
+        n for n, x in coordinates.items() if abs(x) > MAX_REST_RATIO * largest and largest > 1e-9
+    ]
     words = _join([name.replace("_", " ") for name in moving])
     if not moving:
         return "rigid body"

@@ -15,7 +15,7 @@ from turbine_fenicsx.wind.resampling import place_stations
 NEEDED = 3
 """Nodes that show how a section moves."""
 
-LEAST = 5
+MIN_STATIONS = 5
 """No case has fewer stations."""
 
 
@@ -43,7 +43,7 @@ def list_station_mistakes(
         k, ends = int(np.argmax(counts < NEEDED)), (blade.hub_radius, blade.tip_radius)
         fits = [
             n
-            for n in range(LEAST, len(blade.radius))
+            for n in range(MIN_STATIONS, len(blade.radius))
             if np.all(_count_nodes(place_stations(*ends, n)[0], nodes) >= NEEDED)
         ]
         way = f"take at most {fits[-1]}, or a mesh that is" if fits else "take a mesh that is"

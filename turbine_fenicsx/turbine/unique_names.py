@@ -16,10 +16,10 @@ from scipy.optimize import linear_sum_assignment
 
 from turbine_fenicsx.turbine.mode_names import Title
 
-LEAST = 0.2
+MIN_SHARE = 0.2
 """A mode is called after a motion that is not its largest from this share on."""
 
-SLOWER = 0.1
+SLOWER_WEIGHT = 0.1
 """A share counts by so much less for each slower mode that could have the same name."""
 
 NUMBERED, NEVER = -2.0, -1e3
@@ -60,8 +60,8 @@ def _weigh(titles: Sequence[Sequence[Title]]) -> list[dict[str, float]]:
     seen: Counter[str] = Counter()
     found = []
     for first, *others in titles:
-        able = [first, *(t for t in others if t.share >= LEAST)]
-        weights = {t.name: t.share - SLOWER * seen[t.name] for t in able}
+        able = [first, *(t for t in others if t.share >= MIN_SHARE)]
+        weights = {t.name: t.share - SLOWER_WEIGHT * seen[t.name] for t in able}
         seen.update(weights)
         beside = next((t for t in others if t.way != first.way), None)
         if beside is not None:

@@ -12,7 +12,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.polar import Polar, PolarTable
 
-INSIDE = 1e-4
+STATION_TOLERANCE = 1e-4
 """Readers move stations at the ends of a blade so far inwards: losses are infinite at the very ends
 [m]."""
 

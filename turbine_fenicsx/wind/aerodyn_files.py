@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
+from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, AeroBlade
 from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 from turbine_fenicsx.wind.polar import Polar
 
@@ -104,7 +104,7 @@ def read_aerodyn_blade(
         )
     radius = hub_radius + span
     tip = float(radius[-1])
-    radius = np.clip(radius, hub_radius + INSIDE, tip - INSIDE)
+    radius = np.clip(radius, hub_radius + STATION_TOLERANCE, tip - STATION_TOLERANCE)
     largest = float(np.abs(sweep).max())
     warnings = (
         f"{Path(path).name}: its blade is swept by up to {largest:.3g} m (BlSwpAC), which is left "

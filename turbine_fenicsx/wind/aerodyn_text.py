@@ -15,7 +15,7 @@ from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
 
-LARGEST = 10_000_000
+MAX_SIZE = 10_000_000
 """Maximum size of a file [bytes]."""
 
 _REMARK = re.compile(r"[!#%].*")
@@ -41,16 +41,16 @@ class AeroDynText:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> AeroDynText:
-        """The lines of a file of at most `LARGEST` bytes.
+        """The lines of a file of at most `MAX_SIZE` bytes.
 
         Raises:
             InputError: if it is larger.
             FileError: if it cannot be read.
         """
         with name_file_in_errors("read", path), open_regular(path) as file:
-            content = file.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            most = LARGEST // 1_000_000
+            content = file.read(MAX_SIZE + 1)
+        if len(content) > MAX_SIZE:
+            most = MAX_SIZE // 1_000_000
             raise InputError(f"{os.fspath(path)} is larger than {most} MB, so no table")
         text = content.decode("utf-8", errors="replace")
         return cls(os.fspath(path), text.splitlines())

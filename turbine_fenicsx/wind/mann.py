@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.inflow import FASTEST, SteadyWind
-from turbine_fenicsx.wind.turbulence import LARGEST, SPACING, TurbulenceField
+from turbine_fenicsx.wind.turbulence import MAX_BYTES, SPACING, TurbulenceField
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ def _check_box(
             "PlacedInflow turn it"
         )
     size = 12.0 * float(np.prod(n))
-    if size > LARGEST:
+    if size > MAX_BYTES:
         raise InputError(f"a turbulence box of {size / 2**30:.3g} GiB is too large, at most 4")
     n_x, n_y, n_z = (int(one) for one in n)
     return n_x, n_y, n_z, d, factors

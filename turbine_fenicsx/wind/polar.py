@@ -20,7 +20,7 @@ SAME_ENDS = 1e-2
 """How far coefficients at -pi and pi may differ: it is one angle. Those of the thick airfoils of
 the IEA 22 MW turbine differ by 5e-3."""
 
-LARGEST = 100.0
+MAX_COEFFICIENT = 100.0
 """No aerofoil has larger coefficients [-]."""
 
 
@@ -59,9 +59,10 @@ class Polar:
             if not np.all(np.isfinite(values)):
                 raise ModelError(f"polar {self.name!r} has values of {what} that are not finite")
             largest = np.max(np.abs(values), initial=0.0)
-            if largest > LARGEST:
+            if largest > MAX_COEFFICIENT:
                 raise ModelError(
-                    f"{what} of polar {self.name!r} reaches {largest:g}, more than {LARGEST:g}"
+                    f"{what} of polar {self.name!r} reaches {largest:g}, more than "
+                    f"{MAX_COEFFICIENT:g}"
                 )
         if n < 2 or not np.all(np.diff(self.angle) > 0.0):
             raise ModelError(f"angles of polar {self.name!r} must rise from -180 to 180 degrees")

@@ -9,7 +9,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.wind.inflow import FASTEST
-from turbine_fenicsx.wind.turbulence import LARGEST, SENSIBLE, TurbulenceField
+from turbine_fenicsx.wind.turbulence import MAX_BYTES, PLAUSIBLE, TurbulenceField
 
 NOT_PERIODIC, PERIODIC = 7, 8
 """First number of a file."""
@@ -96,7 +96,7 @@ def _check_header(name: str, head: np.void) -> None:
     for word, fewest in (("n_z", 2), ("n_y", 2), ("n_tower", 0), ("n_t", 2), ("n_text", 0)):
         if int(head[word]) < fewest:
             raise InputError(f"{name}: {word} must be at least {fewest}, got {int(head[word])}")
-    for word, (least, most, unit) in SENSIBLE.items():
+    for word, (least, most, unit) in PLAUSIBLE.items():
         if not least <= float(head[word]) <= most:
             raise InputError(
                 f"{name}: {word} must be between {least:g} and {most:g} {unit}, got "
@@ -105,5 +105,5 @@ def _check_header(name: str, head: np.void) -> None:
     if not np.all(np.isfinite(head["scales"])) or not np.all(head["scales"][:, 0]):
         raise InputError(f"{name}: slopes of its velocities must be finite and not zero")
     size = 6 * int(head["n_t"]) * (int(head["n_z"]) * int(head["n_y"]) + int(head["n_tower"]))
-    if size > LARGEST:
+    if size > MAX_BYTES:
         raise InputError(f"{name} needs {size / 2**30:.3g} GiB, at most 4 are read")

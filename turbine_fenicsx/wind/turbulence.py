@@ -15,13 +15,13 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.inflow import FASTEST
 
-LARGEST = 2**32
+MAX_BYTES = 2**32
 """Larger fields than 4 GiB are refused before they are read."""
 
 SPACING = (1e-3, 1e5, "m")
 """Least and largest distance of the points of a field that is not damaged, and its unit."""
 
-SENSIBLE = {
+PLAUSIBLE = {
     "dz": SPACING,
     "dy": SPACING,
     "dt": (1e-6, 1e6, "s"),

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.aero_blade import INSIDE, AeroBlade
+from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, AeroBlade
 from turbine_fenicsx.wind.polar import Polar
 from turbine_fenicsx.windio import WindIOTurbine
 from turbine_fenicsx.windio.airfoils import SAME_THICKNESS
@@ -42,13 +42,13 @@ def make_aero_blade(turbine: WindIOTurbine, radius: npt.ArrayLike) -> AeroBlade:
     height = shape.axis[2].smooth(_FINE)
     tip = hub + float(height[-1])
     r = check_array("stations of a blade", radius, (np.size(radius),), "a list of numbers")
-    if len(r) < 2 or not (hub - INSIDE <= r[0] and r[-1] <= tip + INSIDE):
+    if len(r) < 2 or not (hub - STATION_TOLERANCE <= r[0] and r[-1] <= tip + STATION_TOLERANCE):
         ends = f"{r[0]:g} to {r[-1]:g} m" if len(r) else "none"
         raise ModelError(
             f"stations of the blade of {turbine.polars.file} must be two or more between "
             f"{hub:g} and {tip:g} m, got {ends}"
         )
-    r = np.clip(r, hub + INSIDE, tip - INSIDE)
+    r = np.clip(r, hub + STATION_TOLERANCE, tip - STATION_TOLERANCE)
     s = np.interp(r - hub, height, _FINE)
     thicknesses = {airfoil.name: airfoil.thickness for airfoil in shape.sections.airfoils}
     airfoils = turbine.polars.read(thicknesses)

@@ -28,7 +28,7 @@ _SHARPEST = np.radians(25.0)
 _NEAR = 0.15
 """Corners are sought in this fraction of the contour beside the trailing edge."""
 
-NARROWEST = 1e-3
+MIN_EDGE_WIDTH = 1e-3
 """Trailing edges that are narrower are cut off where they are as wide [-]."""
 
 _ROUND_FACE = 0.004
@@ -128,7 +128,7 @@ class Sections:
         if self._at is not None:
             inside = np.clip(thickness, self.thicknesses[0], self.thicknesses[-1])
             points = np.asarray(self._at(inside))
-        if self._has_edge and np.hypot(*(points[FACE] - points[FACE + BODY])) < NARROWEST:
+        if self._has_edge and np.hypot(*(points[FACE] - points[FACE + BODY])) < MIN_EDGE_WIDTH:
             points = _cut_edge(points)
         return points, _find_arcs(points)
 
@@ -183,7 +183,7 @@ def _leave_out_twins(airfoils: tuple[Airfoil, ...]) -> list[Airfoil]:
 
 
 def _cut_edge(points: Array) -> Array:
-    """A section with a flat trailing edge where it is as wide as `NARROWEST`."""
+    """A section with a flat trailing edge where it is as wide as `MIN_EDGE_WIDTH`."""
     body = points[FACE : FACE + BODY + 1]
     arcs = _find_arcs(body)
 
@@ -194,7 +194,7 @@ def _cut_edge(points: Array) -> Array:
     low, high = 0.0, _DEEPEST
     for _ in range(50):
         depth = 0.5 * (low + high)
-        narrow = np.hypot(*np.diff(find_ends(depth), axis=0)[0]) < NARROWEST
+        narrow = np.hypot(*np.diff(find_ends(depth), axis=0)[0]) < MIN_EDGE_WIDTH
         low, high = (depth, high) if narrow else (low, depth)
     at = high + (1.0 - 2.0 * high) * arcs
     first, last = find_ends(high)

@@ -12,7 +12,7 @@ from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.places import (
     FINE,
     HANDLES,
-    SMALL,
+    TOLERANCE,
     WIDEST,
     Contours,
     is_whole,
@@ -20,7 +20,7 @@ from turbine_fenicsx.windio.places import (
     shift_places,
 )
 
-LONGEST = 20
+MAX_REFERENCES = 20
 """References from anchor to anchor."""
 
 MAX_WIDTH_ERROR = 0.05
@@ -63,7 +63,7 @@ class Anchors:
 
     def _resolve(self, place: Entry, trail: tuple[str, ...]) -> Curve:
         if "anchor" not in place:
-            curve = read_curve(place, -SMALL, 1.0 + SMALL)
+            curve = read_curve(place, -TOLERANCE, 1.0 + TOLERANCE)
             return Curve(curve.grid, np.clip(curve.values, 0.0, 1.0))
         reference = place["anchor"]
         name, handle = reference["name"].text(), reference["handle"].text()
@@ -72,8 +72,10 @@ class Anchors:
         step = f"{name}.{handle}"
         if step in trail:
             reference.fail(f"refers to itself: {quote(' to '.join((*trail, step)))}")
-        if len(trail) >= LONGEST:
-            reference.fail(f"is reached by more than {LONGEST} references, one after the other")
+        if len(trail) >= MAX_REFERENCES:
+            reference.fail(
+                f"is reached by more than {MAX_REFERENCES} references, one after the other"
+            )
         anchors = self._find(name)
         if anchors is None and name == "not_defined":
             reference.fail(

@@ -15,10 +15,10 @@ from turbine_fenicsx.windio.entry import Entry
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
-MOST = 2000
+MAX_POINTS = 2000
 """Stations of a curve; the reference turbines have a hundred."""
 
-_SMALL = 1e-6
+_TOLERANCE = 1e-6
 """Stations may lie outside of 0 to 1 by this much."""
 
 
@@ -103,7 +103,7 @@ def read_curve(
         if not least <= value <= most:
             allowed = f"between {least:g} and {most:g}" if most < inf else f"at least {least:g}"
             entry.fail(f"must be {allowed}, got {value:g} at station {s:g}")
-    if whole and (curve.start > _SMALL or curve.end < 1.0 - _SMALL):
+    if whole and (curve.start > _TOLERANCE or curve.end < 1.0 - _TOLERANCE):
         entry.fail(f"must reach from 0 to 1, got {curve.start:g} to {curve.end:g}")
     return curve
 
@@ -111,11 +111,11 @@ def read_curve(
 def read_grid(entry: Entry) -> Array:
     """Stations: at least two, rising, from 0 to 1 at most, shape (n,) [-]."""
     grid = entry.numbers()
-    if len(grid) and (grid.min() < -_SMALL or grid.max() > 1.0 + _SMALL):
+    if len(grid) and (grid.min() < -_TOLERANCE or grid.max() > 1.0 + _TOLERANCE):
         entry.fail(f"must lie between 0 and 1, got {grid.min():g} to {grid.max():g}")
     grid = np.clip(grid, 0.0, 1.0)
-    if len(grid) > MOST:
-        entry.fail(f"must have at most {MOST} stations, got {len(grid)}")
+    if len(grid) > MAX_POINTS:
+        entry.fail(f"must have at most {MAX_POINTS} stations, got {len(grid)}")
     if len(grid) < 2:
         entry.fail(f"must have at least two stations, got {len(grid)}")
     falling = np.flatnonzero(np.diff(grid) <= 0.0)

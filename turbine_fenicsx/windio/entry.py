@@ -13,10 +13,10 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
 
-MOST = 1000
+MAX_ENTRIES = 1000
 """Entries of a list of tables: layers, anchors, materials; turbines have some twenty."""
 
-LONGEST = 120
+MAX_TEXT_LENGTH = 120
 """Characters of a name."""
 
 
@@ -61,8 +61,8 @@ class Entry:
         """The tables of a list, which have names."""
         if not isinstance(self.value, list):
             self.fail(f"must be a list, got {_describe(self.value)}")
-        if len(self.value) > MOST:
-            self.fail(f"must have at most {MOST} entries, got {len(self.value)}")
+        if len(self.value) > MAX_ENTRIES:
+            self.fail(f"must have at most {MAX_ENTRIES} entries, got {len(self.value)}")
         names: set[str] = set()
         for k, value in enumerate(self.value):
             entry = Entry(value, self.file, f"{self.place}[{k}]")
@@ -78,8 +78,10 @@ class Entry:
             return f"{self.value:g}"
         if not isinstance(self.value, str) or not self.value.strip():
             self.fail(f"must be text, got {_describe(self.value)}")
-        if len(self.value) > LONGEST or not self.value.isprintable():
-            self.fail(f"must be at most {LONGEST} characters on one line, got {quote(self.value)}")
+        if len(self.value) > MAX_TEXT_LENGTH or not self.value.isprintable():
+            self.fail(
+                f"must be at most {MAX_TEXT_LENGTH} characters on one line, got {quote(self.value)}"
+            )
         return self.value
 
     def number(self, least: float = -inf, most: float = inf) -> float:

@@ -14,7 +14,7 @@ from turbine_fenicsx.windio.curves import Curve, read_curve
 from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.places import FINE
 
-_SMALL = 1e-9
+_TOLERANCE = 1e-9
 """Stations that differ by less are the same."""
 
 _ROUND_OFF = 1e-12
@@ -50,7 +50,7 @@ class Layer:
     def thickness_at(self, s: Array | float) -> Array:
         """Thickness at span fractions [m]."""
         t = self.thickness
-        there = (s >= t.start - _SMALL) & (s <= t.end + _SMALL)
+        there = (s >= t.start - _TOLERANCE) & (s <= t.end + _TOLERANCE)
         return np.asarray(np.where(there, t(s), 0.0))
 
     def share(self, s: Array | float, a0: Array | float, a1: Array | float) -> Array:

@@ -11,7 +11,7 @@ from turbine_fenicsx.windio.airfoils import BODY, FACE, Sections, read_sections
 from turbine_fenicsx.windio.curves import Curve, read_curve
 from turbine_fenicsx.windio.entry import Entry
 
-LONGEST = 500.0
+MAX_LENGTH = 500.0
 """A blade is no longer [m]."""
 
 
@@ -134,7 +134,8 @@ def read_outer_shape(blade: Entry, airfoils: Entry) -> OuterShape:
     """
     shape = blade["outer_shape"]
     x, y, z = (
-        read_curve(blade["reference_axis"][key], -LONGEST, LONGEST, whole=True) for key in "xyz"
+        read_curve(blade["reference_axis"][key], -MAX_LENGTH, MAX_LENGTH, whole=True)
+        for key in "xyz"
     )
     falling = np.flatnonzero(np.diff(z.values) <= 0.0)
     if len(falling):

@@ -21,7 +21,7 @@ each of the stations: more towards the tip, where the contour is short and its l
 WEB_GAP = 0.003
 """And this fraction from webs."""
 
-_SOFT = 5e9
+_FILLER_MODULUS = 5e9
 """Layers with a Young's modulus below this fill, and have no separate lines [Pa]."""
 
 _NEAR = 0.005
@@ -30,7 +30,7 @@ _NEAR = 0.005
 _WIDE = 0.75
 """Layers wider than this fraction of the contour are skins, and have no lines either."""
 
-_THIN = 0.1
+_MIN_THICKNESS_RATIO = 0.1
 """Thickness of a layer, relative to its maximum, below which its edges do not count."""
 
 LEADING = "leading edge"
@@ -111,7 +111,7 @@ def _find_reinforcements(layers: Sequence[Layer], leading: Array) -> dict[str, L
     for layer in layers:
         t, start, end = (f(STATIONS) for f in (layer.thickness_at, layer.start, layer.end))
         area = t * (end - start)
-        if not area.any() or layer.material.young[0] < _SOFT:
+        if not area.any() or layer.material.young[0] < _FILLER_MODULUS:
             continue
         first, last, edge = (np.average(arc, weights=area) for arc in (start, end, leading))
         if last - first > _WIDE:
@@ -142,7 +142,7 @@ def _follow_edge(layer: Layer, edge: Curve) -> Array:
     """The start or end of a layer at `STATIONS`, constant from where the layer becomes thin."""
     s = np.union1d(layer.thickness.grid, edge.grid)
     t = layer.thickness_at(s)
-    s = s[t > _THIN * t.max()]
+    s = s[t > _MIN_THICKNESS_RATIO * t.max()]
     return np.asarray(np.interp(STATIONS, s, edge(s)))
 
 

@@ -17,7 +17,7 @@ HANDLES = ("start_nd_arc", "end_nd_arc", "midpoint_nd_arc")
 WIDEST = 100.0
 """Maximum width of an anchor [m]."""
 
-SMALL = 1e-4
+TOLERANCE = 1e-4
 """Places may lie outside of 0 to 1 by this much."""
 
 FINE = np.linspace(0.0, 1.0, 101)
@@ -42,7 +42,7 @@ class Contours(Protocol):
 
 def is_whole(given: Curve) -> bool:
     """Whether places are one end of the contour everywhere, as a file that resolves nothing has."""
-    return bool(np.all(given.values <= SMALL) or np.all(given.values >= 1.0 - SMALL))
+    return bool(np.all(given.values <= TOLERANCE) or np.all(given.values >= 1.0 - TOLERANCE))
 
 
 def shift_places(given: Curve, distance: Curve, unit: Array, entry: Entry) -> Curve:

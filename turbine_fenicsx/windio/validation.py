@@ -8,7 +8,7 @@ from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.windio.files import find_windio
 from turbine_fenicsx.windio.yaml_text import parse_yaml
 
-MOST = 5
+MAX_MESSAGES = 5
 """Sentences, the last with the number of further mistakes."""
 
 _SCHEMA = ("schemas", "turbine", "turbine_schema.yaml")
@@ -40,8 +40,10 @@ def list_schema_mistakes(path: str | os.PathLike[str]) -> list[str]:
         f"that {_shorten(error.message)}"
         for error in found
     ]
-    if len(told) > MOST:
-        told[MOST:] = [f"windIO's schema says so of {len(told) - MOST} more entries"]
+    if len(told) > MAX_MESSAGES:
+        told[MAX_MESSAGES:] = [
+            f"windIO's schema says so of {len(told) - MAX_MESSAGES} more entries"
+        ]
     return told
 
 

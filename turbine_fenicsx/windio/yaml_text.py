@@ -10,13 +10,13 @@ import yaml
 DEEPEST = 30
 """Lists and tables in lists and tables; a windIO file has ten."""
 
-LARGEST = 500_000
+MAX_VALUES = 500_000
 """Values of a file, each alias counted as what it stands for; IEA-22 has fifty thousand."""
 
-LONGEST = 400
+MAX_NUMBER_LENGTH = 400
 """Characters of a number."""
 
-_TOO_MANY = f"holds more than {LARGEST} values in line {{}}"
+_TOO_MANY = f"holds more than {MAX_VALUES} values in line {{}}"
 _TAG = "tag:yaml.org,2002:"
 _TAGS = {_TAG + name for name in ("null", "bool", "float", "str", "seq", "map", "merge")}
 _PLAIN = {
@@ -76,7 +76,7 @@ def _check_events(text: str) -> None:
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         size += isinstance(event, yaml.NodeEvent)
-        if depth > DEEPEST or size > LARGEST:
+        if depth > DEEPEST or size > MAX_VALUES:
             line = event.start_mark.line + 1
             deep = f"nests its lists and tables more than {DEEPEST} deep in line {line}"
             raise YamlError(deep if depth > DEEPEST else _TOO_MANY.format(line))
@@ -97,7 +97,7 @@ def _check(node: Any, sizes: dict[int, int]) -> int:
     sizes[id(node)], size = 0, 1
     if node.tag not in _TAGS:
         raise YamlError(f"has the tag {node.tag[:60]!r} in line {line}, which is not read")
-    if node.tag == _TAG + "float" and len(node.value) > LONGEST:
+    if node.tag == _TAG + "float" and len(node.value) > MAX_NUMBER_LENGTH:
         raise YamlError(f"holds a number with too many digits in line {line}")
     if isinstance(node, yaml.SequenceNode):
         size += sum(_check(value, sizes) for value in node.value)
@@ -106,7 +106,7 @@ def _check(node: Any, sizes: dict[int, int]) -> int:
         for key, value in node.value:
             _check_key(key, keys)
             size += 1 + _check(value, sizes)
-    if size > LARGEST:
+    if size > MAX_VALUES:
         raise YamlError(_TOO_MANY.format(line))
     sizes[id(node)] = size
     return size

@@ -282,8 +282,8 @@ def test_the_tangent_is_kept_where_loads_that_it_does_not_know_slow_newton_down(
     monkeypatch.setattr(
         statics.Elimination, "update", lambda self, x: (updates.append(1), update(self, x))
     )
-    for linear in (statics.LINEAR, 0.0):  # with the second, every tangent is new
-        monkeypatch.setattr(statics, "LINEAR", linear)
+    for linear in (statics.MIN_LINEAR_RATIO, 0.0):  # with the second, every tangent is new
+        monkeypatch.setattr(statics, "MIN_LINEAR_RATIO", linear)
         updates.clear()
         state = statics.equilibrium(system, tolerance=1e-9)
         found.append((state.u[0], len(updates)))

@@ -9,7 +9,7 @@ from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, turn
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
-from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
+from turbine_fenicsx.linear_solvers.quasi_newton import BASELINE_STEPS, RENEWAL, QuasiNewton
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
@@ -189,9 +189,9 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
             found.append(bool(refreshed))
         return found
 
-    usual, more = [3, 5] * (SETTLED // 2), int(RENEWAL) // 3
+    usual, more = [3, 5] * (BASELINE_STEPS // 2), int(RENEWAL) // 3
     assert not any(renewals([*usual, *[3, 4, 5, 6] * 100]))  # four, and one more
-    assert np.flatnonzero(renewals([*usual, *[5 + more] * 3])).tolist() == [SETTLED + 2]
+    assert np.flatnonzero(renewals([*usual, *[5 + more] * 3])).tolist() == [BASELINE_STEPS + 2]
     # calmer steps make up for others, but not in advance
     assert not any(renewals([*usual, *[9, 1] * 20]))
     calm = [*usual, *[2] * 50, *[5 + more] * 3]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.linear_solvers.quasi_newton import RENEWAL, SETTLED, QuasiNewton
+from turbine_fenicsx.linear_solvers.quasi_newton import BASELINE_STEPS, RENEWAL, QuasiNewton
 
 pytestmark = pytest.mark.parallel
 
@@ -52,7 +52,7 @@ def test_steps_are_those_of_broydens_formula(make):
     assert np.max(np.abs(x - 1.0)) < 1e-4
 
 
-@pytest.mark.parametrize("past", [3, SETTLED + 40])
+@pytest.mark.parametrize("past", [3, BASELINE_STEPS + 40])
 def test_a_restored_method_renews_the_factor_when_the_first_one_does(make, past):
     """Whether its usual number of iterations is known already or not."""
     more, counts = int(RENEWAL) // 3, [15, 13, 16, 14] * 20

@@ -9,7 +9,12 @@ from turbine_fenicsx import Gravity, Hat, JointTorque, Revolute
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.simulation.checkpoint import KEPT, Checkpoints, restore_state, save_state
+from turbine_fenicsx.simulation.checkpoint import (
+    KEPT_CHECKPOINTS,
+    Checkpoints,
+    restore_state,
+    save_state,
+)
 from turbine_fenicsx.simulation.checkpoint_file import (
     list_checkpoints,
     read_arrays,
@@ -88,7 +93,7 @@ def test_the_last_two_are_kept_and_nothing_else(system, example, shared_tmp_path
     names = sorted(p.name for p in shared_tmp_path.iterdir())
     assert names == ["checkpoint_00000010.npz", "checkpoint_00000100.npz"]
     assert [p.name for p in list_checkpoints(shared_tmp_path)] == names[::-1]
-    assert len(names) == KEPT == 2
+    assert len(names) == KEPT_CHECKPOINTS == 2
 
 
 def test_those_of_an_earlier_run_can_be_removed(system, example, shared_tmp_path):

@@ -59,7 +59,7 @@ def test_a_run_goes_on_bit_for_bit_after_and_before_a_refreshed_factor(flexible,
         real_begin(self)
 
     monkeypatch.setattr(QuasiNewton, "begin", begin)
-    monkeypatch.setattr(quasi_newton, "SETTLED", 0)
+    monkeypatch.setattr(quasi_newton, "BASELINE_STEPS", 0)
     monkeypatch.setattr(quasi_newton, "RENEWAL", 12)
     _, saved, _ = goes_on_everywhere(flexible, dict)
     assert 0 < sum(refreshed[:8]) < 8  # sometimes, but not always

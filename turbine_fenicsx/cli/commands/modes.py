@@ -24,7 +24,7 @@ from turbine_fenicsx.cli.commands._common import (
 )
 from turbine_fenicsx.foundation.errors import InputError
 
-MOST = 200
+MAX_SPEEDS = 200
 """Largest number of speeds of one range."""
 
 UNITS = {"rpm": pi / 30.0, "rad/s": 1.0, "deg/s": pi / 180.0}
@@ -175,8 +175,8 @@ def parse_speeds(words: list[str]) -> tuple[float, ...]:
     if not all(isfinite(x) for x in (start, end, step)) or step <= 0.0 or end <= start:
         raise InputError(f"--speeds {text}: the end must be above the start, the step above 0")
     number = int((end - start) / step * (1.0 + 1e-9)) + 1
-    if not 2 <= number <= MOST:
+    if not 2 <= number <= MAX_SPEEDS:
         raise InputError(
-            f"--speeds {text}: these are {number} speeds, from 2 to {MOST} are allowed"
+            f"--speeds {text}: these are {number} speeds, from 2 to {MAX_SPEEDS} are allowed"
         )
     return tuple((start + k * step) * UNITS[match[4]] for k in range(number))

@@ -23,14 +23,14 @@ TORQUES = ("rotor_torque", "yaw_torque", "pitch_torque")
 BLADES = ("pitch_1", "pitch_2", "pitch_3")
 """Columns for each blade by itself, in place of one for all."""
 
-LARGEST = 2.0 * pi
+MAX_ANGLE = 2.0 * pi
 """Pitch [rad]."""
 
-CLOSE = 1e-6
+TIME_TOLERANCE = 1e-6
 """Pitch at t = 0 and that at which the blades start agree so well [rad]."""
 
 _TORQUE = {name: Column("N m", -HUGE, HUGE) for name in TORQUES}
-_PITCH = {name: Column("rad", -LARGEST, LARGEST) for name in ("pitch", *BLADES)}
+_PITCH = {name: Column("rad", -MAX_ANGLE, MAX_ANGLE) for name in ("pitch", *BLADES)}
 
 load_torques: Callable[[str], TimeTable] = cached_reader(
     lambda path: read_time_table(path, _TORQUE)
@@ -108,7 +108,7 @@ def _check_pitch(case: Tables) -> str:
 
     for table, name in blades:
         first = Table(table.times.tolist(), table.columns[name].tolist())(0.0)
-        if abs(first - pitch.initial) > CLOSE:
+        if abs(first - pitch.initial) > TIME_TOLERANCE:
             return (
                 f"pitch.initial = {degrees(pitch.initial):g} deg: expected {degrees(first):g} deg, "
                 f"the value of {name} at t = 0 in pitch.file"
