@@ -15,7 +15,8 @@ the support of the rotor. The real polynomial
 
 has the eigenvalues +-i on the patterns m = +-1 and 0 on all others. It is skew, and commutes with
 whatever commutes with C. On the motions of a rigid hub it is the rotation by 90 degrees of all that
-is normal to the axis, and exp(psi J) is their rotation by psi.
+is normal to the axis, and exp(psi J) is their rotation by psi. For N = 3 this is the multiblade
+coordinate transformation, see G. Bir, NREL/CP-500-42553 (2008).
 """
 
 from __future__ import annotations

@@ -6,7 +6,8 @@ With a real shift, s = sigma + mu, it is the same problem in mu with the coeffic
 sigma^2 M + sigma D + K, P'(sigma) = 2 sigma M + D and M. SLEPc's two-level orthogonal Arnoldi
 method (TOAR) finds the smallest mu by inverting P(sigma). The bordered solver does that on the
 motions that the constraints allow, without a basis of these. Real arithmetic gives complex pairs.
-To have all coefficients of the same size, mu is taken in units of sigma.
+To have all coefficients of the same size, mu is taken in units of sigma. TOAR in SLEPc: C. Campos
+and J. E. Roman, SIAM J. Sci. Comput. 38 (2016) S385-S411.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 Krylov-Schur iterations in the inner product of M, shifted and inverted: y -> (K + s M)^-1 M y.
 Solutions of the bordered solver fulfil the constraints, so no basis of the allowed motions is
 needed. Its eigenvalues are 1/(w^2 + s). For s > 0 the matrix has an inverse although free bodies
-and mechanisms have motions without stiffness; these come out with w = 0.
+and mechanisms have motions without stiffness; these come out with w = 0. G. W. Stewart, A
+Krylov-Schur algorithm for large eigenproblems, SIAM J. Matrix Anal. Appl. 23 (2001) 601-614.
 """
 
 from __future__ import annotations

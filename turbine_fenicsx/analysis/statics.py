@@ -54,8 +54,8 @@ relative to the displacements."""
 
 MIN_LINEAR_RATIO = 0.6
 """... or, where new tangents no longer speed up convergence, relative to the last increment. Loads
-that are not in the tangent, such as those of the air, leave linear convergence,
-which the present tangent has as well."""
+that are not in the tangent, such as those of the air, leave linear convergence, which the present
+tangent has as well."""
 
 MAX_KEPT_INCREMENT = 1e-4
 """Part of the displacements below which that is looked for: farther away it may be chance."""

@@ -1,9 +1,9 @@
 """Controllers of others: whatever they do ends in a sentence, and a run with them can resume.
 
 They run on rank 0 alone. A checkpoint holds the saved state of such a controller, if it has one,
-and all its input and commands since. On restart its state is restored and the rest of its
-input history is replayed. If its commands then differ from the recorded ones, it depends on
-something unsaved, and the run ends with a sentence.
+and all its input and commands since. On restart its state is restored and the rest of its input
+history is replayed. If its commands then differ from the recorded ones, it depends on something
+unsaved, and the run ends with a sentence.
 """
 
 from __future__ import annotations

@@ -89,8 +89,8 @@ DECLARATION = """void assemble(long cells, const int32_t *nodes, const double *x
     const int32_t *const *dofs, const double *const *values, const double *c,
     const int32_t *rows, double *out);"""
 """Add the vectors of the cells of a register to ``out``: nodes of cells and positions ``x`` of the
-mesh,
-degrees of freedom and values of each coefficient, constants, degrees of freedom of the vector."""
+mesh, degrees of freedom and values of each coefficient, constants, degrees of freedom of the
+vector."""
 
 
 def assembly_code(ffcx: str, geometry: Field, coefficients: Sequence[Field], vector: Field) -> str:

@@ -8,8 +8,8 @@ of the step, where its forces act, and R_r to the end, to which the unknowns bel
 
 so that the factor of A serves for all later steps. Rotations of contact nodes are those of their
 parent body, R_l for forces and R_r for motions of both: then P, Z and the Schur complement just
-turn, and the coupling stays exact.
-`QuasiNewton` makes up for what the deformation changes beyond that.
+turn, and the coupling stays exact. `QuasiNewton` makes up for what the deformation changes beyond
+that.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 Choose it for two reasons only. The first is memory: the factor does not fit. The second is the
 number of ranks: beyond some, the factor no longer gains from more. A factor that fits takes a
-fourth to a
-sixth of the time.
+fourth to a sixth of the time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""Broyden's method on top of an approximate linear solver."""
+"""Broyden's method on top of an approximate linear solver.
+
+C. G. Broyden, Math. Comp. 19 (1965) 577-593, in the form that keeps only steps: C. T. Kelley,
+Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, section 7.3.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 Axes of a wall are 1 along the span, 2 around the section and 3 outwards, normal to it. In-plane
 stresses and strains are in the order 11, 22, 12, with engineering shear strain. The coordinate z
 runs outwards from the middle of the wall; a laminate is listed from its outer to its inner face.
+R. M. Jones, Mechanics of Composite Materials, 2nd edition 1999, chapter 4.
 """
 
 from __future__ import annotations

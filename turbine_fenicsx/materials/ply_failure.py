@@ -1,6 +1,8 @@
 """Failure indices of plies: 0 without load, 1 where the ply fails, proportional to the load.
 
 A strength that is infinite never fails; a ply without finite strengths has the index 0.
+S. W. Tsai and E. M. Wu, A general theory of strength for anisotropic materials, J. Composite
+Materials 5 (1971) 58-80.
 """
 
 from __future__ import annotations

@@ -35,8 +35,7 @@ FLAT = 0.05
 
 STRAIGHT = 0.015
 """Motion of a blade relative to the largest below which it has no sign. The second flapwise mode of
-a blade
-on a tower that moves with it has -0.03 on one side of its node, and 1 on the other."""
+a blade on a tower that moves with it has -0.03 on one side of its node, and 1 on the other."""
 
 
 @dataclass(frozen=True)

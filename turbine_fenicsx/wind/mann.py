@@ -3,7 +3,7 @@
 Each file holds 4-byte floats, plane after plane of the box in the order in which they reach the
 turbine. In a plane z runs fastest, from below, and y from left to right, looking downwind. This is
 how OpenFAST's InflowWind reads them. They are the fluctuations alone, to which the mean wind is
-added.
+added. J. Mann, Wind field simulation, Probabilistic Engineering Mechanics 13 (1998) 269-282.
 """
 
 from __future__ import annotations

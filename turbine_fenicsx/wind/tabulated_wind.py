@@ -5,8 +5,8 @@ The speed at a place is that of OpenFAST's uniform wind (InflowWind),
     V = V_hub ((z/z_hub)^alpha + (s_y y' + s_z (z - z_hub))/L) + V_gust
 
 with y' to the left of the wind and L the diameter of the rotor, and the vertical speed across it in
-the vertical plane of the wind; straight lines lead from time to
-time. The wind changes everywhere at the same time: it does not travel.
+the vertical plane of the wind; straight lines lead from time to time. The wind changes everywhere
+at the same time: it does not travel.
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@
     tau_1 = 1.1/(1 - 1.3 a) R/V,    tau_2 = (0.39 - 0.26 (r/R)^2) tau_1,
 
 with the induced velocity w_qs of a wake in balance with the loads. A step updates both exactly for
-w_qs constant over it.
+w_qs constant over it. H. Snel and J. G. Schepers (eds.), Joint Investigation of Dynamic Inflow
+Effects, ECN-C--94-107 (1995).
 """
 
 from __future__ import annotations

@@ -95,8 +95,7 @@ class Sections:
     Points at equal fractions of the contour, corners apart, follow monotone splines (PCHIP) over
     the relative thickness, as the definition of windIO asks for. Corners are a separate piece so
     that they stay sharp between two airfoils; a round trailing edge has them where its neighbour
-    does. A trailing edge narrower than a thousandth of the chord is cut off where it is
-    as wide.
+    does. A trailing edge narrower than a thousandth of the chord is cut off where it is as wide.
     """
 
     def __init__(self, airfoils: list[Airfoil]) -> None:

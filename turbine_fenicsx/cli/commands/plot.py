@@ -5,10 +5,9 @@ step, rotor speed and angles. Further figures show the balance of power where se
 work; in wind power, thrust, speed and pitch; for flexible parts tip deflections, root moments and
 motion of the tower. Angles and loads have the signs of OpenFAST, see history.out. Runs that were
 aborted or still continue are drawn as far as they came. The error per step is the change of the
-total
-energy H minus the work W of the loads plus the losses D. Of the angular momentum only the vertical
-component L2 stays constant after the yaw torque, because the tower holds the other two. The dashed
-line is the solver tolerance of the (first) run times its largest energy or momentum.
+total energy H minus the work W of the loads plus the losses D. Of the angular momentum only the
+vertical component L2 stays constant after the yaw torque, because the tower holds the other two.
+The dashed line is the solver tolerance of the (first) run times its largest energy or momentum.
 """
 
 from __future__ import annotations

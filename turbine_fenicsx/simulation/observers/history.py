@@ -97,9 +97,9 @@ class History:
         name: Name of the file, under which checkpoints know it.
 
     Note: A resumed run keeps the rows of the file up to its first state, and its columns: channels
-        that are new are left out. A file whose head was changed since is kept under
-        another name, ``history.csv.damaged``. A file whose rows are all lost begins with a row of
-        the state that the run resumes from.
+        that are new are left out. A file whose head was changed since is kept under another name,
+        ``history.csv.damaged``. A file whose rows are all lost begins with a row of the state that
+        the run resumes from.
     """
 
     def __init__(
