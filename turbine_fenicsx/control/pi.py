@@ -98,6 +98,7 @@ class PIController:
             self._filtered += (1.0 - memory) * (measured.generator_speed - self._filtered)
             e = self._filtered - pitch.speed
             G = pitch.schedule(self._theta)
+            # theta = G (K_P e + K_I int e dt), within its limits
             K_P, K_I = G * pitch.proportional_gain, G * pitch.integral_gain
             integral = self._integral + e * dt
             self._integral = min(max(integral, pitch.fine / K_I), pitch.largest / K_I)

@@ -74,6 +74,7 @@ def regular(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) ->
     sin, cos = np.sin(angles), np.cos(angles)
     half_sin, half_cos = 0.5 * sin, 0.5 * cos
     c, s = np.array([c1, 0.5 * (c0 + c1)]), np.array([s1, 0.5 * (s0 + s1)])  # end and mean
+    # Phi = sin(Theta) c - cos(Theta) s at the end of the step, and its discrete gradient
     along_1, along = cos[1:] * c + sin[1:] * s
     across_1, across = cos[1:] * s - sin[1:] * c
     w, w_T = sinc(half_D), 0.5 * sinc_derivative(half_D)
@@ -99,6 +100,7 @@ def paper(T0: Array, T1: Array, c0: Array, c1: Array, s0: Array, s1: Array) -> A
     sin_m, cos_m = np.sin(Tm), np.cos(Tm)
     w, w_T = sinc(0.5 * D), 0.5 * sinc_derivative(0.5 * D)
     one, zero = np.ones_like(D), np.zeros_like(D)
+    # Phi of eq. (18) and its discrete gradient, eq. (24)
     return AngleTerms(
         Phi=c1 - np.cos(T1) - s1 + np.sin(T1),
         Phi_T=np.sin(T1) + np.cos(T1),

@@ -25,6 +25,7 @@ class Revolute(AxisJoint):
 
     def constraints(self, a: BodyFrame, b: BodyFrame) -> list[Quadratic]:
         """Five functions that vanish: common point [m], common axis [-]."""
+        # eq. (12)
         t1, t2, n = self.frame
         n_b = b.direction(n)
         return [*self.gap(a, b).components(), dot(n_b, a.direction(t1)), dot(n_b, a.direction(t2))]

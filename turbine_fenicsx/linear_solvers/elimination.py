@@ -70,6 +70,7 @@ class ReducedEquations:
         self.matrix = self._blocks.rigid_tangent.copy()
         if self.matrix.size:
             for body in self._bodies:
+                # K_r + P^T A_uu Z
                 self.matrix[np.ix_(body.columns, body.columns)] += body.schur
         self._factor = ScaledFactor(self.matrix)
 
@@ -209,6 +210,7 @@ class BodyElimination:
         """Compute w, and return P^T (A w - b_u), summed over all ranks."""
         self._c.array[:] = b_c
         self._b_I.array[:] = b_u[self._free]
+        # w = (A_II^-1 (b_I + A_Ic b_c), -b_c)
         self._A_Ic.multAdd(self._c, self._b_I, self._b_I)
         self.solver.solve(self._b_I, self._x_I)
         self._u.array[self._contact] = -b_c
@@ -218,6 +220,7 @@ class BodyElimination:
 
     def substitute(self, motion: Array) -> tuple[Array, Array]:
         """Return u = w + Z r for the motion r of the parent bodies, and the multipliers."""
+        # u = w + Z r, mu_c = (A_uu u - b_u)_c
         self._u.array[:] += self._Z @ motion
         return self._u.array_r, self._contact_forces() - self._b_contact
 

@@ -74,6 +74,7 @@ def laminate_stiffness(plies: Plies) -> tuple[Array, Array, Array]:
 
 def _integrate_stiffness(plies: Plies, inner: Array, outer: Array) -> tuple[Array, Array, Array]:
     """Integrals of (1, z, z^2) Q dz over the plies between their inner and outer faces."""
+    # (A, B, D) = sum of Q (z_i^k - z_o^k)/k, k = 1, 2, 3
     Q = np.array([reduced_stiffness(ply.material, ply.angle) for ply in plies])
     A, B, D = (np.tensordot((outer**k - inner**k) / k, Q, 1) for k in (1, 2, 3))
     return A, B, D

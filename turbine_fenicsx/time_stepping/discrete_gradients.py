@@ -55,11 +55,13 @@ def general_stress(energy: Energy, F: Any, D: Any) -> Any:
     else. (The same correction of the midpoint stress S(C_bar) has a bracket of O(dC^3), and
     Newton's method stalls in its noise.)
     """
+    # mean of S at two Gauss points between the ends of the step
     C_bar, dC = F.T * F + 0.25 * D.T * D, F.T * D + D.T * F
     gauss = 12.0**-0.5
     S = 0.5 * second_piola_kirchhoff(energy, C_bar - gauss * dC)
     S += 0.5 * second_piola_kirchhoff(energy, C_bar + gauss * dC)
     W_n, W_n1 = energy(C_bar - 0.5 * dC), energy(C_bar + 0.5 * dC)
+    # what it lacks of the energy, which goes along dC
     gap = W_n1 - W_n - 0.5 * ufl.inner(S, dC)
     size = ufl.inner(dC, dC)
     # W may be a difference of terms as large as the stiffness; C is rounded too

@@ -89,7 +89,7 @@ class FlexibleStep:
         S = stress(model.energy, F_mid, D)
         for S_dis in self.midpoint.stresses.values():
             S += S_dis
-        # eqs (55), (57)
+        # momenta of the flexible body, eqs (55), (57)
         inertia = self._du - self._dt_v - h * self._gravity
         R = model.density * ufl.dot(inertia, w) * model.dx_mass
         R += h * ufl.inner(F_mid * S, ufl.grad(w)) * model.dx_stress

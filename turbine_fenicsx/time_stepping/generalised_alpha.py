@@ -93,6 +93,7 @@ class GeneralisedAlphaStep(EndStep):
         same = (x for x in reversed(self.ends) if abs(x.time - state.time) <= 1e-6 * dt)
         now = next(same, None) or self._find_accelerations(state, dt)
         self.ends, c, v = [now], self.coefficients, self.velocities(state)
+        # v'_{n+1} in terms of dy: Newmark's formulas in the balance of accelerations
         s = (1.0 - c.alpha_f) * c.beta * dt * dt / (1.0 - c.alpha_m)
         lag = (c.alpha_m * now.algorithmic - c.alpha_f * now.true) / (1.0 - c.alpha_f)
         ratio = c.gamma / c.beta
@@ -117,6 +118,7 @@ class GeneralisedAlphaStep(EndStep):
         """Write the state at t_{n+1}; works are those of the midpoint rule. Collective."""
         state, dt, c, now = self.start.state, self.start.dt, self.coefficients, self.ends[0]
         dy, v = self.increments(self.x), self.velocities(state)
+        # accelerations at t_{n+1} from Newmark's formula for dy
         known = dt * v + dt * dt * (0.5 - c.beta) * now.algorithmic
         a = (dy - known) / (c.beta * dt * dt)
         true = (dy - self._scheme.p) / self._scheme.s

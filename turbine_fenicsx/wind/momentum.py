@@ -131,6 +131,7 @@ def solve_momentum(
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         s, c = np.sin(middle), np.cos(middle)
+        # bisection of R(phi) in the head of this file
         a, t = _find_induction(annuli, polars, middle, ratio)
         beyond = s / np.maximum(1.0 - a, ROUND_OFF) * (ratio + t) > c  # R(phi) > 0
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
@@ -149,6 +150,7 @@ def _find_induction(
     s, c = np.sin(phi), np.cos(phi)
     C_n, C_t = C_l * c + C_d * s, C_l * s - C_d * c
     F = annuli.loss(phi)
+    # kappa = sigma C_n/(4 F sin^2 phi) and t = sigma C_t (1 - a)/(4 F sin^2 phi)
     by_momentum = annuli.solidity / (4.0 * F * s * s)
     a = axial_induction(by_momentum * C_n, F)
     limit = MAX_INDUCTION * np.abs(ratio)

@@ -62,6 +62,7 @@ class OeyeStall:
             chord: c, shape (n,) [m].
             W: Speed of the flow, shape (n,) [m/s].
         """
+        # f' = (f_st - f)/tau, exactly
         tau = self.lag * chord / np.maximum(W, SLOWEST)
         return np.asarray(f_st + (f - f_st) * np.exp(-duration / tau))
 
@@ -98,6 +99,7 @@ def separate(angle: Array, lift: Array) -> tuple[Array, Array]:
     ahead = (np.abs(x) < 0.5 * np.pi) & (np.abs(inviscid) > 1e-9)
     ratio = np.where(ahead, lift / np.where(ahead, inviscid, 1.0), 0.0)
     ratio[np.abs(x) <= 1e-6] = 1.0
+    # Kirchhoff: C_l,st = C_l,inv ((1 + s)/2)^2, and the separated lift that follows
     root = np.clip(2.0 * np.sqrt(np.maximum(ratio, 0.0)) - 1.0, 0.0, 1.0)
     partly = inviscid * (3.0 + root) / (4.0 + 4.0 * root)
     difference = np.where(root > 0.0, partly, inviscid - lift)

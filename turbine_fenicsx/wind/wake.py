@@ -53,6 +53,7 @@ class Wake:
             R: Radius of the rotor [m].
             V: Speed of the wind [m/s].
         """
+        # time constants, and exact steps of both equations in the head of this file
         tau_1 = 1.1 / (1.0 - 1.3 * np.clip(a, 0.0, LARGEST_INDUCTION)) * R / max(V, 1e-3)
         tau_2 = (0.39 - 0.26 * np.minimum(radius / R, 1.0) ** 2) * tau_1
         target = w_qs + SHARE * tau_1[:, None] * (w_qs - self.balanced) / dt
