@@ -61,7 +61,6 @@ def general_stress(energy: Energy, F: Any, D: Any) -> Any:
     S = 0.5 * second_piola_kirchhoff(energy, C_bar - gauss * dC)
     S += 0.5 * second_piola_kirchhoff(energy, C_bar + gauss * dC)
     W_n, W_n1 = energy(C_bar - 0.5 * dC), energy(C_bar + 0.5 * dC)
-    # what it lacks of the energy, which goes along dC
     # energy that this mean lacks, added along dC
     gap = W_n1 - W_n - 0.5 * ufl.inner(S, dC)
     size = ufl.inner(dC, dC)
