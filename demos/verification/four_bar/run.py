@@ -5,11 +5,11 @@ their upper ends `B_0 ... B_N`: `N` four-bar windows, here two. All rods are one
 uniform, and weigh one kilogram. They start upright with 1 m/s of the points `B` along `x` and fall
 to the right; with that energy they go over the top again and again, five rounds in ten seconds.
 
-One angle `theta` of the upright rods tells the whole motion,
+One angle `theta` of the upright rods describes the whole motion,
 
     ((N+1)/3 + N) theta'' = -((N+1)/2 + N) (g / l) cos(theta),
 
-but twice in each round all rods lie on one line, and there the linkage could go on in other ways,
+but twice in each round all rods lie on one line, and there it could continue in other ways,
 with `N + 1` degrees of freedom: the constraints lose rank. Moreover, each joint is a full revolute
 joint in space. Then every window locks three motions twice, so that six of the 35 joint constraints
 say nothing new. The library finds these by itself and leaves them out of the time step, with a

@@ -1,6 +1,6 @@
 """Thrown bodies and a thrown chain.
 
-A bundle of different bodies is thrown, each with a spin of its own, and so is a chain of bodies
+A bundle of different bodies is thrown, each with a different spin, and so is a chain of bodies
 with spherical joints between them. Nothing but gravity acts from outside. So linear and angular
 momentum are known at any time, whatever the bodies do: with the mass `M`, its centre `x_c` and
 the momenta `p`, `L` about the origin at the start,

@@ -6,8 +6,8 @@ step of 0.05 s, 99 of them for a revolution, a hundred thousand steps follow one
 
 Then energy is constant; so is the angular momentum about the vertical, the axis of the free yaw
 bearing, which is zero. The rotor angle is a coordinate of the system, with one equation that ties
-it to the directors, which know it up to full turns only. It must go on without a jump, and at all
-times be the sum of the turns that the directors make from step to step.
+it to the directors, which know it up to full turns only. It must continue without a jump, and at
+all times be the sum of the turns that the directors make from step to step.
 
 All these errors are sums of the round-off of single steps; the table shows how large they grew.
 """

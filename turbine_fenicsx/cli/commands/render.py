@@ -2,9 +2,9 @@
 
 Everything is where fields.xdmf has it; a turbine whose tower is no part of the model gets a pale
 one. All pictures of one call share their scales of colours, see --range. The option --scale S
-exaggerates the deformation of each blade relative to its root and of the tower relative to the
-ground, with nacelle and rotor riding on it. Turning, yaw and pitch stay as they are. Rigid parts
-are never deformed. No display is needed.
+exaggerates the deformation of each blade relative to the hub or ring that holds its root, and of
+the tower relative to the ground, with nacelle and rotor riding on it. Turning, yaw and pitch stay
+as they are. Rigid parts are never deformed. No display is needed.
 
 If OUT holds modes, the pictures are mode_1.png and so on, and modes.png with all of them; red is
 what moves most. --modes chooses some, --movie shows one in motion, --scale makes it larger.
