@@ -81,7 +81,7 @@ def _list(study: Any, out: Path, overrides: list[str]) -> None:
     for planned in plan(study, overrides):
         folder = out / planned.name
         state = "to resume" if is_interrupted(planned, folder) else "to run"
-        print(f"{'finished' if is_finished(planned, folder) else state:<9} {planned.name}")
+        print(f"{'finished' if is_finished(planned, folder) else state:<10} {planned.name}")
     sys.stdout.flush()
 
 
