@@ -136,7 +136,7 @@ class ControlLoop:
         """Ask for the next commands.
 
         Raises:
-            ForeignError: if the controller fails; a resumed run from here asks it again.
+            ForeignError: if the controller fails; a run that resumes here calls it again.
         """
         self._ask(self._sensors(snapshot, snapshot.state.time - self._time, False))
 

@@ -182,7 +182,7 @@ class Component(Protocol):
         """Its observers, such as a controller; called once per run. Collective.
 
         They see each state before the files are written. One that has a name, `save` and `restore`
-        resumes a resumed run.
+        keeps its state over a restart.
 
         Args:
             turbine: The turbine.
