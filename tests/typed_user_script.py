@@ -137,6 +137,12 @@ def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[o
             tfx.PointSpring,
         ),
         assert_type(tfx.Pressure("pressure", body, facets, 1.0), tfx.Pressure),
+        assert_type(
+            tfx.RayleighDamping(
+                "damping", body, stiffness=1e-3, mass=0.1, held=[tfx.HeldPart(facets)]
+            ),
+            tfx.RayleighDamping,
+        ),
         assert_type(tfx.SurfaceTraction("traction", body, facets, up), tfx.SurfaceTraction),
         assert_type(tfx.Torque("torque", a, up), tfx.Torque),
     ]

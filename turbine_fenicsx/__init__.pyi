@@ -27,6 +27,8 @@ from turbine_fenicsx.forces.point_damper import PointDamper as PointDamper
 from turbine_fenicsx.forces.point_force import PointForce as PointForce
 from turbine_fenicsx.forces.point_spring import PointSpring as PointSpring
 from turbine_fenicsx.forces.pressure import Pressure as Pressure
+from turbine_fenicsx.forces.rayleigh_damping import HeldPart as HeldPart
+from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping as RayleighDamping
 from turbine_fenicsx.forces.rigid_section_loads import RigidSectionLoads as RigidSectionLoads
 from turbine_fenicsx.forces.rigid_section_loads import RigidStations as RigidStations
 from turbine_fenicsx.forces.section_loads import LineLoad as LineLoad

@@ -55,6 +55,14 @@ def skew(w: npt.ArrayLike) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+def skew_rows(a: Array) -> Array:
+    """Matrices of the cross products with some vectors, shape (n, 3, 3) for (n, 3)."""
+    found = np.zeros((len(a), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[:, k, j], found[:, j, k] = a[:, i], -a[:, i]
+    return found
+
+
 def cross_rows(a: Array, b: Array) -> Array:
     """Cross products of rows, both of shape (n, 3); quicker for few rows than numpy's."""
     found = a.take(_NEXT, axis=1) * b.take(_LAST, axis=1)

@@ -76,6 +76,22 @@ def second_piola_kirchhoff(energy: Callable[[Expr], Expr], C: Expr) -> Expr:
     return 2.0 * ufl.sym(ufl.diff(energy(C), C))
 
 
+def stress_at_rest(energy: Callable[[Expr], Expr], E: Expr, quadratic: bool = False) -> Expr:
+    """The linear stress D_0 : E, with the elasticity D_0 = 4 W''(I) of a material at rest.
+
+    Args:
+        energy: W as a function of C.
+        E: A symmetric strain, shape (3, 3).
+        quadratic: Whether W is quadratic in C; its stress 2 W'(I + 2 E) is linear in E.
+    """
+    if quadratic:
+        return second_piola_kirchhoff(energy, ufl.Identity(3) + 2.0 * E)
+    C = ufl.variable(ufl.Identity(3))
+    S = 2.0 * ufl.sym(ufl.diff(energy(C), C))
+    i, j, k, m = ufl.indices(4)
+    return ufl.sym(ufl.as_tensor(ufl.diff(S, C)[i, j, k, m] * 2.0 * E[k, m], (i, j)))
+
+
 def cauchy_stress(energy: Callable[[Expr], Expr], F: Expr) -> Expr:
     """The stress sigma = F S F^T / det F with S = 2 dW/dC at C = F^T F, shape (3, 3) [Pa]."""
     return F * second_piola_kirchhoff(energy, right_cauchy_green(F)) * F.T / ufl.det(F)

@@ -4,15 +4,14 @@ With nodal displacements u and velocities v, the test functions w, and the refer
 
     int rho v' . w dV + int F (S + S_v) : grad w dV = int rho g . w dV + int t . w dA,
 
-where S = 2 dW/dC is the elastic stress and S_v(E') that of a viscous material, and t are the
-forces on surfaces.
+where S = 2 dW/dC is the elastic stress and S_v(E') that of a viscous material and of Rayleigh
+damping, and t are the forces on surfaces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from petsc4py import PETSc
 
@@ -20,7 +19,6 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem
-from ufl.algorithms import expand_derivatives
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.facets import check_facets
@@ -29,71 +27,55 @@ from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import SurfaceForce
+from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.base import Viscous, cauchy_stress, second_piola_kirchhoff
-from turbine_fenicsx.materials.cell_fields import parameters_on
-from turbine_fenicsx.materials.kinematics import (
-    deformation_gradient,
-    right_cauchy_green,
-    strain_rate,
-)
+from turbine_fenicsx.materials.base import cauchy_stress
+from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
-from turbine_fenicsx.system.quadrature import make_measures
-from turbine_fenicsx.system.surface_forms import SurfaceIntegrals
+from turbine_fenicsx.system.mass_damper import MassDamper
+from turbine_fenicsx.system.weak_form import WeakForm
 
 BodyForce: TypeAlias = SurfaceForce | NodeForce | SectionLoads
 """A force on a flexible body."""
 
 
-class StaticForms(NamedTuple):
-    """Forces of the body at rest, without gravity, and their derivative, as compiled forms."""
-
-    forces: Any
-    stiffness: Any
-
-
-class FlexibleModel:
+class FlexibleModel(WeakForm):
     """Function space, mass, energy, stress and forces of a flexible body.
 
     Args:
         body: The body.
         forces: Forces on surfaces, nodes and sections.
+        damping: Rayleigh damping; None is none.
 
     Attributes:
         forces: Those on surfaces, then those on nodes, then those on sections.
-        space: Space of the displacement.
         n_owned: Number of nodes owned by this rank.
         positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
         local_positions: Those of the owned nodes, then of the ghosts.
         nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
-        parameter: Turns a number, an array or a `cell_field` into a UFL coefficient on the mesh.
-        density: rho as a UFL expression.
-        dx_mass: Measure of the inertia terms.
-        dx_stress: Measure of the stress terms.
-        surface: The forces on surfaces as forms.
         nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_time`.
         section_loads: Loads on sections.
+        mass_damper: Its part in proportion to the mass; None if there is none.
     """
 
-    def __init__(self, body: FlexibleBody, forces: Sequence[BodyForce] = ()) -> None:
-        self.body = body
+    def __init__(
+        self,
+        body: FlexibleBody,
+        forces: Sequence[BodyForce] = (),
+        damping: RayleighDamping | None = None,
+    ) -> None:
         node_forces = [x for x in forces if isinstance(x, NodeForce)]
         section_loads = [x for x in forces if isinstance(x, SectionLoads)]
         surface_forces = [x for x in forces if not isinstance(x, NodeForce | SectionLoads)]
         self.forces: tuple[BodyForce, ...] = (*surface_forces, *node_forces, *section_loads)
-        mesh = body.mesh
-        self.space = V = _compat.vector_space(mesh, body.degree)
-        self.n_owned = V.dofmap.index_map.size_local
-        self._u, self._v = fem.Function(V), fem.Function(V)
-        self.parameter = parameters_on(mesh, body.name)
-        self.density = self.parameter(body.density)
-        self.dx_mass, self.dx_stress = make_measures(body)
-        self.surface = SurfaceIntegrals(V, surface_forces, self.parameter, 2 * body.degree + 1)
-        index_map = V.dofmap.index_map
+        super().__init__(body, surface_forces, damping)
+        mesh, V, index_map = body.mesh, self.space, self.space.dofmap.index_map
+        self.n_owned = index_map.size_local
         self._work = PETSc.Vec().createGhost(
             index_map.ghosts.astype(PETSc.IntType),
             size=(3 * self.n_owned, 3 * index_map.size_global),
@@ -123,6 +105,20 @@ class FlexibleModel:
         self.momentum(ones, ones)
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
         ones.destroy()
+        self.mass_damper = self._make_mass_damper()
+
+    def _make_mass_damper(self) -> MassDamper | None:
+        """What dampens in proportion to the mass; masses of nodes as of `RayleighDamping`."""
+        if self.damping is None or self.damping.mass == 0.0:
+            return None
+        matrix = self.mass_matrix()
+        diagonal = matrix.getDiagonal()
+        masses = diagonal.array_r.reshape(-1, 3)[:, 0].copy()
+        matrix.destroy()
+        diagonal.destroy()
+        ends = np.array([self.nodal_mass.sum(), masses.sum()])
+        mass, size = sum_over_ranks(self.body.mesh.comm, ends)
+        return MassDamper(self.space, self.positions, mass / size * masses, self.damping)
 
     def _compile(self) -> None:
         """Compile what every run needs: momenta, energies, stresses."""
@@ -141,36 +137,6 @@ class FlexibleModel:
         if self.body.fibre is not None:
             a = F * self.body.fibre
             self._fibre = at_centres(mesh, *(a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3)))
-
-    def energy(self, C: Any) -> Any:
-        """Strain energy per reference volume [J/m^3] as a UFL expression."""
-        return self.body.material.strain_energy(C, self.parameter)
-
-    def virtual_work(self, u: Any, v: Any, w: Any) -> Any:
-        """The virtual work of stresses minus that of forces on surfaces, without gravity.
-
-        Args:
-            u: Displacement, a UFL expression.
-            v: Velocity, a UFL expression; None at rest, where viscosity does not act.
-            w: Virtual displacement.
-        """
-        F = deformation_gradient(u)
-        S = second_piola_kirchhoff(self.energy, right_cauchy_green(F))
-        if v is not None and isinstance(self.body.material, Viscous):
-            S += self.body.material.viscous_stress(strain_rate(F, ufl.grad(v)), self.parameter)
-        total = ufl.inner(F * S, ufl.grad(w)) * self.dx_stress
-        for integral in self.surface.integrals(u, ufl.zero(3) if v is None else v, w):
-            total -= integral
-        return total
-
-    @cached_property
-    def static_forms(self) -> StaticForms:
-        """Forces at rest and their derivative; compiled on first use."""
-        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        F = self.virtual_work(self._u, None, w)
-        return StaticForms(
-            _compat.compile_form(F), _compat.compile_form(ufl.derivative(F, self._u, delta))
-        )
 
     def set_time(self, time: float) -> None:
         """Set the functions of time of all forces [s]."""
@@ -203,7 +169,7 @@ class FlexibleModel:
                 int rho w.A a dV; the unit tensor if None.
         """
         A = np.eye(3) if tensor is None else np.asarray(tensor, dtype=float)
-        form = self._mass_form(A)
+        form = self.mass_form(A)
         full = _compat.create_matrix(form)
         _compat.assemble_matrix(full, form)
         matrix = keep_directions(full, A != 0.0)
@@ -217,13 +183,7 @@ class FlexibleModel:
             tensor: The tensor A, shape (3, 3).
             out: Matrix such as of `new_stiffness`.
         """
-        _compat.assemble_matrix(out, self._mass_form(np.asarray(tensor, dtype=float)), add=True)
-
-    def _mass_form(self, A: Array) -> Any:
-        """The form of int rho w.A a dV."""
-        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        Aa = ufl.dot(self.parameter(A), delta)
-        return _compat.compile_form(self.density * ufl.dot(Aa, w) * self.dx_mass)
+        _compat.assemble_matrix(out, self.mass_form(np.asarray(tensor, dtype=float)), add=True)
 
     def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
         """Forces [N] that the nodes lack for equilibrium, stresses minus applied forces, into out.
@@ -269,23 +229,19 @@ class FlexibleModel:
         Returns:
             A new matrix; None if no force depends on the velocity.
         """
+        damper = self.mass_damper
         if self.damping_form is None:
-            return None
+            return None if damper is None else damper.matrix(u.array_r)
         self.set_time(time)
         self.copy_to(self._u, u)
         self._v.x.array[:] = 0.0
         matrix = _compat.create_matrix(self.damping_form)
         _compat.assemble_matrix(matrix, self.damping_form)
+        if damper is not None:
+            of_masses = damper.matrix(u.array_r)
+            matrix.axpy(1.0, of_masses)
+            of_masses.destroy()
         return matrix
-
-    @cached_property
-    def damping_form(self) -> Any | None:
-        """Derivative of the virtual work with respect to the velocity; compiled on first use."""
-        w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        D = expand_derivatives(
-            ufl.derivative(self.virtual_work(self._u, self._v, w), self._v, delta)
-        )
-        return None if D.empty() else _compat.compile_form(D)
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
         """This rank's part of the energies and momenta of a motion. Collective.
@@ -341,6 +297,26 @@ class FlexibleModel:
         self._work.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         nodal: Array = self._work.array_r.reshape(-1, 3).copy()
         return nodal
+
+    @property
+    def has_node_loads(self) -> bool:
+        """Whether `add_forces` adds something."""
+        return bool(self.section_loads) or self.mass_damper is not None
+
+    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
+        """Add loads on sections, and what dampens in proportion to the mass. Collective.
+
+        Args:
+            u: Displacements of the owned nodes, shape (3 n_owned,) [m].
+            v: Their velocities, shape (3 n_owned,) [m/s].
+            time: Time of the loads [s].
+            factor: Factor of the forces.
+            out: What they are added to, shape (3 n_owned,).
+        """
+        for loads in self.section_loads:
+            loads.add_forces(u, v, time, factor, out)
+        if self.mass_damper is not None:
+            self.mass_damper.add_forces(u, v, factor, out)
 
     def nodal_values(self, vector: PETSc.Vec) -> Array:
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""

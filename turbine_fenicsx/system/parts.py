@@ -12,6 +12,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.force import Force
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import PrescribedForce, SurfaceForce
+from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
@@ -36,11 +37,12 @@ class Parts:
     motion_forces: tuple[Force, ...]
     prescribed_forces: tuple[PrescribedForce, ...]
     on_bodies: tuple[SurfaceForce | NodeForce | SectionLoads, ...]
+    dampings: tuple[RayleighDamping, ...]
 
     def __post_init__(self) -> None:
         bodies: list[Any] = [*self.rigid_bodies, *self.flexible_bodies]
         _check_unique([*bodies, *self.joints, *self.couplings])
-        _check_unique([*self.motion_forces, *self.on_bodies, *self.relations])
+        _check_unique([*self.motion_forces, *self.on_bodies, *self.dampings, *self.relations])
         for joint in self.joints:
             for body in joint.bodies:
                 _require(joint.name, body, RigidBody, "a rigid body or the ground")
@@ -49,16 +51,20 @@ class Parts:
                 raise ModelError(f"both partners of {joint.name!r} are {where!r}")
         for coupling in self.couplings:
             _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
-        attached: list[Any] = [*self.couplings, *self.on_bodies]
+        attached: list[Any] = [*self.couplings, *self.on_bodies, *self.dampings]
         for part in attached:
             _require(part.name, part.flexible, FlexibleBody, "a flexible body", or_none=False)
+        damped = [damping.flexible.name for damping in self.dampings]
+        twice = sorted({name for name in damped if damped.count(name) > 1})
+        if twice:
+            raise ModelError(f"a body has one Rayleigh damping, but {twice} have more")
         self._check_partners({id(b) for b in bodies} | {id(None)})
 
     def _check_partners(self, known: set[int]) -> None:
         """Raise a ModelError for partners that are not among the parts."""
         pairs: list[tuple[str, tuple[Any, ...]]] = [(j.name, j.bodies) for j in self.joints]
         pairs += [(c.name, (c.flexible, c.rigid)) for c in self.couplings]
-        pairs += [(x.name, (x.flexible,)) for x in self.on_bodies]
+        pairs += [(x.name, (x.flexible,)) for x in (*self.on_bodies, *self.dampings)]
         for name, partners in pairs:
             for partner in partners:
                 if id(partner) not in known:
@@ -74,7 +80,7 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
     Raises:
         TypeError: for a part of unknown kind.
     """
-    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce, SectionLoads)
+    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce, SectionLoads, RayleighDamping)
     protocols = (Relation, Joint, Force, SurfaceForce, PrescribedForce)
     groups: dict[type, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
     for part in parts:
@@ -91,6 +97,7 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
         motion_forces=tuple(groups[Force]),
         prescribed_forces=tuple(groups[PrescribedForce]),
         on_bodies=(*groups[SurfaceForce], *groups[NodeForce], *groups[SectionLoads]),
+        dampings=tuple(groups[RayleighDamping]),
     )
 
 

@@ -105,7 +105,11 @@ class MultibodySystem:
             for warning in warnings:
                 log.warning(warning)
         self.flexible_models = tuple(
-            FlexibleModel(b, [x for x in found.on_bodies if x.flexible is b])
+            FlexibleModel(
+                b,
+                [x for x in found.on_bodies if x.flexible is b],
+                next((x for x in found.dampings if x.flexible is b), None),
+            )
             for b in self.flexible_bodies
         )
         self.coupling_blocks = tuple(

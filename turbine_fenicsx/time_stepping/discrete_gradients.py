@@ -81,14 +81,6 @@ def discrete_gradient_stress(quadratic: bool) -> AlgorithmicStress:
     return mean_stress if quadratic else general_stress
 
 
-def stiffness_at_rest(energy: Energy, E: Any) -> Any:
-    """The linear stress D_0 : E, with the elasticity D_0 = 4 W''(I) of the material at rest."""
-    C = ufl.variable(ufl.Identity(3))
-    S = 2.0 * ufl.sym(ufl.diff(energy(C), C))
-    i, j, k, m = ufl.indices(4)
-    return ufl.sym(ufl.as_tensor(ufl.diff(S, C)[i, j, k, m] * 2.0 * E[k, m], (i, j)))
-
-
 def _stiffness_in_swelling_and_shear(energy: Energy) -> Any:
     """D H:D_0:H of the material at rest for a strain H that stretches all directions and shears."""
     s = ufl.variable(ufl.as_ufl(0.0))

@@ -202,12 +202,11 @@ class FlexibleEnd:
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
             R.array[dofs] -= float(self._s.value) * force[: dofs.stop - dofs.start]
-        if self.model.section_loads:
+        if self.model.has_node_loads:
             n = 3 * self.model.n_owned
             u = self._u_n.x.array[:n] + du.array_r
             v = float(self._rate.value) * du.array_r + self._w.x.array[:n]
-            for loads in self.model.section_loads:
-                loads.add_forces(u, v, self._end, -float(self._s.value), R.array)
+            self.model.add_forces(u, v, self._end, -float(self._s.value), R.array)
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of R_u into `tangent`."""

@@ -23,13 +23,13 @@ from dolfinx import fem
 from turbine_fenicsx import _compat
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import stress_at_rest
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,
-    stiffness_at_rest,
 )
 from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
@@ -83,7 +83,7 @@ class FlexibleStep:
         F_mid, D = deformation_gradient(u_mid), ufl.grad(self._du)
         more = {}
         if chi:
-            S_chi = stiffness_at_rest(model.energy, strain_rate(F_mid, D))
+            S_chi = stress_at_rest(model.energy, strain_rate(F_mid, D))
             more["numerical dissipation"] = 0.5 * model.parameter(chi) * S_chi
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, more)
         S = stress(model.energy, F_mid, D)
@@ -120,7 +120,7 @@ class FlexibleStep:
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
             R.array[dofs] -= self._half_dt2.value * force[: dofs.stop - dofs.start]
-        self.midpoint.add_section_forces(du, -float(self._half_dt2.value), R)
+        self.midpoint.add_forces(du, -float(self._half_dt2.value), R)
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`."""
@@ -149,8 +149,7 @@ class FlexibleStep:
             return values
 
         stiffness = diagonal(np.inf)  # no strain rate
-        viscous = "viscosity" in self.midpoint.stresses
-        viscosity = diagonal(1.0) - stiffness if viscous else np.zeros_like(stiffness)
         model = self.model
+        viscosity = diagonal(1.0) - stiffness if model.is_viscous else np.zeros_like(stiffness)
         edges = smallest_edges(model.space, model.local_positions)[: model.n_owned]
         return ForceRoundOff(edges, stiffness, viscosity)

@@ -14,7 +14,6 @@ from dolfinx import fem
 from turbine_fenicsx import _compat
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
@@ -27,7 +26,7 @@ class MidpointWorks:
         u_n: Displacement at its start, a function on the mesh.
         du: Increment, a function on the mesh.
         dt: Step [s], a constant on the mesh.
-        more: Further stresses that dissipate, by name, beside that of a viscous material.
+        more: Further stresses that dissipate, by name, beside those of the model.
 
     Attributes:
         stresses: All stresses that dissipate, by name.
@@ -40,11 +39,7 @@ class MidpointWorks:
         self._times = StepTimes.at_rest(0.0)
         u_mid = u_n + 0.5 * du
         dE = strain_rate(deformation_gradient(u_mid), ufl.grad(du))
-        self.stresses: dict[str, Any] = {}
-        if isinstance(model.body.material, Viscous):
-            stress = model.body.material.viscous_stress(dE / dt, model.parameter)
-            self.stresses["viscosity"] = stress
-        self.stresses.update(more)
+        self.stresses: dict[str, Any] = {**model.viscous_stresses(dE / dt), **more}
         works = model.surface.integrals(u_mid, du / dt, du, (u_n, u_n + du))
         self._works = [
             _compat.compile_form(work)
@@ -60,12 +55,16 @@ class MidpointWorks:
         for loads in self._model.section_loads:
             loads.begin_at(times, self._u_n.x.array[: 3 * self._model.n_owned])
 
-    def add_section_forces(self, du: PETSc.Vec, factor: float, out: PETSc.Vec) -> None:
-        """Add the forces of section loads in the middle of the step times a factor. Collective."""
-        if self._model.section_loads:
-            u, v = self._middle(du)
-            for loads in self._model.section_loads:
-                loads.add_forces(u, v, self._times.middle, factor, out.array)
+    def add_forces(self, du: PETSc.Vec, factor: float, out: PETSc.Vec) -> None:
+        """Add loads on sections and damping of masses in the middle of the step. Collective.
+
+        Args:
+            du: Increment.
+            factor: Factor of the forces.
+            out: Vector that they are added to.
+        """
+        if self._model.has_node_loads:
+            self._model.add_forces(*self._middle(du), self._times.middle, factor, out.array)
 
     def _middle(self, du: PETSc.Vec) -> tuple[Array, Array]:
         """Displacements and velocities of the owned nodes in the middle of the step."""
@@ -83,4 +82,8 @@ class MidpointWorks:
             u, v = self._middle(du)
             for loads in self._model.section_loads:
                 works.append(loads.work(u, v, self._times, du.array_r))
-        return np.array(works), np.array([float(fem.assemble_scalar(x)) for x in self._losses])
+        losses = np.array([float(fem.assemble_scalar(x)) for x in self._losses])
+        if self._model.mass_damper is not None:
+            place = list(self.stresses).index("structural damping")
+            losses[place] += self._times.dt * self._model.mass_damper.power(*self._middle(du))
+        return np.array(works), losses

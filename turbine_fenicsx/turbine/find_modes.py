@@ -26,7 +26,6 @@ from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.linear_solvers.memory import check_memory
-from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.postprocessing.conventions import BLADES
 from turbine_fenicsx.postprocessing.output_folder import (
     holds_modes,
@@ -178,7 +177,7 @@ def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Mod
     state = equilibrium(system, state=start, held=_list_held(turbine, wanted))
     start.destroy()
     damped = any(force.kind == "dissipative" for force in system.motion_forces) or any(
-        isinstance(body.material, Viscous) for body in system.flexible_bodies
+        model.is_viscous for model in system.flexible_models
     )
     return (damped_modes if damped else modes)(system, state, count)
 

@@ -194,7 +194,7 @@ def test_a_users_own_energy_is_a_material_with_a_stress(comm, cells, rng):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_stiffness_at_rest_is_the_linear_one(laws, law):
+def test_stress_at_rest_is_the_linear_one(laws, law):
     """All 36 entries in the frame of the material, for engineering shear strains of 2e-4."""
     D, h, pairs = np.zeros((6, 6)), 1e-4, ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
     for k, (i, j) in enumerate(pairs):
