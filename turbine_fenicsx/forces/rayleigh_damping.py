@@ -31,9 +31,9 @@ class RayleighDamping:
 
     The part in proportion to the stiffness is the viscous stress beta D_0 : E' with the elasticity
     D_0 of the material at rest. The part in proportion to the mass acts on the velocity of each
-    node relative to the surface that holds it: forces on the nodes of a blade come back at its root.
-    So neither changes a momentum, nor resists a rigid motion. A mode of the angular
-    frequency w [rad/s] of a body that is held at rest is damped by the ratio
+    node relative to the surface that holds it: forces on the nodes of a blade react at its root.
+    So neither changes a momentum, nor resists a rigid motion. A mode of the angular frequency w
+    [rad/s] of a body that is held at rest is damped by the ratio
 
         (beta w + alpha/w)/2.
 

@@ -18,10 +18,10 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import check_facets
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -160,6 +160,4 @@ def _make_matrix(
 def _find_contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
     """Owned nodes on the facets of a coupling, sorted."""
     facets = check_facets(coupling.name, block.body.mesh, coupling.facets)
-    nodes: Any = fem.locate_dofs_topological(block.space, 2, facets)
-    owned: npt.NDArray[np.int64] = np.unique(nodes[nodes < block.n_owned]).astype(np.int64)
-    return owned
+    return nodes_of_facets(block.space, facets)

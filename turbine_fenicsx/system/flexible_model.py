@@ -108,7 +108,7 @@ class FlexibleModel(WeakForm):
         self.mass_damper = self._make_mass_damper()
 
     def _make_mass_damper(self) -> MassDamper | None:
-        """What dampens in proportion to the mass; masses of nodes as of `RayleighDamping`."""
+        """Make the damper in proportion to the mass, see `RayleighDamping`."""
         if self.damping is None or self.damping.mass == 0.0:
             return None
         matrix = self.mass_matrix()

@@ -20,16 +20,15 @@ from typing import Any, NamedTuple
 from petsc4py import PETSc
 
 import numpy as np
-from dolfinx import fem
 from scipy import sparse
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.facets import check_facets
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import skew, skew_rows
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.types import Array
 
 LEAST_WIDTH = 1e-6
 """Least distance of the third node of a frame from the line through the others, relative to that of
@@ -72,7 +71,11 @@ class MassDamper:
     ) -> None:
         self._comm, self._X = space.mesh.comm, positions
         self._first = space.dofmap.index_map.local_range[0]
-        self._parts = [_find_nodes(space, part) for part in damping.held]
+        every = np.arange(len(positions))
+        self._parts = [
+            every if part.cells is None else nodes_of_cells(space, part.cells)
+            for part in damping.held
+        ]
         self._weights = [damping.mass * masses[nodes][:, None] for nodes in self._parts]
         frames = [self._choose_frame(space, damping.name, part) for part in damping.held]
         self._numbers = np.array(frames, dtype=np.int64)  # global numbers of the nodes k
@@ -170,8 +173,7 @@ class MassDamper:
     def _choose_frame(self, space: Any, name: str, part: HeldPart) -> list[int]:
         """Global numbers of three nodes of a surface that are far from each other."""
         facets = check_facets(name, space.mesh, part.facets)
-        nodes = fem.locate_dofs_topological(space, 2, facets)
-        owned = np.unique(nodes[nodes < len(self._X)])
+        owned = nodes_of_facets(space, facets)
         X = np.concatenate(self._comm.allgather(self._X[owned]))
         numbers = np.concatenate(self._comm.allgather(self._first + owned))
         if len(X) < 3:
@@ -187,13 +189,3 @@ class MassDamper:
         if widths[c] <= LEAST_WIDTH * length:
             raise ModelError(f"the nodes of a surface of {name!r} must not lie on a line")
         return [int(numbers[k]) for k in (a, b, c)]
-
-
-def _find_nodes(space: Any, part: HeldPart) -> IntArray:
-    """Owned nodes of a part."""
-    count = space.dofmap.index_map.size_local
-    if part.cells is None:
-        return np.arange(count)
-    dofs = _compat.dofs_of_cells(space)[np.asarray(part.cells, dtype=np.int64)]
-    nodes: IntArray = np.unique(dofs[dofs < count]).astype(np.int64)
-    return nodes

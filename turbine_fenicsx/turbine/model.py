@@ -22,6 +22,7 @@ from turbine_fenicsx.turbine.nacelle import Nacelle, Yaw
 from turbine_fenicsx.turbine.pitch import Pitch
 from turbine_fenicsx.turbine.rigid_blades import RigidBlades
 from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.structural_damping import StructuralDamping
 from turbine_fenicsx.turbine.tower import Tower
 from turbine_fenicsx.turbine.wind import Wind
 
@@ -37,7 +38,11 @@ def list_components(case: Case) -> list[Component]:
     yaw = [Yaw()] if case.yaw.drive != "free" else []
     control = [Control()] if case.control.kind != "none" or case.event else []
     generator = [Generator()] if case.generator.keeps != "nothing" else []
-    behind = [*generator, *drivetrain, *yaw, *control]
+    damped = (not rigid and case.blade.damping.acts) or (
+        case.tower.flexible and case.tower.damping.acts
+    )
+    damping = [StructuralDamping()] if damped else []
+    behind = [*damping, *generator, *drivetrain, *yaw, *control]
     return [*tower, Nacelle(), Loads(), *rotor, *wind, *behind]
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.modal_sums import Piece
 from turbine_fenicsx.analysis.mode import Mode, Motion
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.postprocessing.conventions import BLADES, TOWER
@@ -95,6 +95,4 @@ def _make_part(
 def _find_nodes(turbine: Turbine, body: str, volume: str) -> IntArray:
     """Owned nodes in the cells of a volume."""
     model = next(m for m in turbine.system.flexible_models if m.body.name == body)
-    dofs = _compat.dofs_of_cells(model.space)[turbine.meshes[body].cells(volume)]
-    nodes: IntArray = np.unique(dofs[dofs < model.n_owned]).astype(np.int64)
-    return nodes
+    return nodes_of_cells(model.space, turbine.meshes[body].cells(volume))

@@ -50,6 +50,22 @@ def read_section_properties(entry: Entry) -> SectionProperties:
     return SectionProperties(grid, K, M)
 
 
+def read_damping(entry: Entry | None) -> float:
+    """Mean factor of the bending stiffness in the damping matrix [s], 0 where there is none.
+
+    Args:
+        entry: `elastic_properties` of blade or tower, with ``mu`` of shear along x and y, stretch,
+            bending about x and y, and torsion; None where there are none.
+    """
+    damping = entry.get("structural_damping") if entry else None
+    if damping is None or "mu" not in damping:
+        return 0.0
+    mu = damping["mu"].numbers(6)
+    if (mu < 0.0).any():
+        damping["mu"].fail("must not be negative")
+    return float(mu[3:5].mean())
+
+
 def _read_inertia(entry: Entry) -> tuple[Array, Array]:
     grid = read_grid(entry["grid"])
     m = entry["mass"].numbers(len(grid))

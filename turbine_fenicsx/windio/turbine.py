@@ -20,7 +20,7 @@ from turbine_fenicsx.windio.rigid_parts import (
     read_nacelle,
     read_rigid_part,
 )
-from turbine_fenicsx.windio.sections import SectionProperties, read_section_properties
+from turbine_fenicsx.windio.sections import SectionProperties, read_damping, read_section_properties
 from turbine_fenicsx.windio.tower import Tower, read_tower
 from turbine_fenicsx.windio.yaml_text import YamlError, parse_yaml
 
@@ -51,6 +51,9 @@ class WindIOTurbine:
         tower: The tower; None where the file has none.
         materials: All materials by their names.
         blade_sections: The blade's section matrices; None where the file has none.
+        blade_damping: Factor of the stiffness in the damping matrix of the blade, the mean of its
+            ``mu`` in bending; 0 where the file has none [s].
+        tower_damping: That of the tower.
         foundations: Names of the components below the tower, which are not read.
     """
 
@@ -69,6 +72,8 @@ class WindIOTurbine:
     tower: Tower | None
     materials: dict[str, WindIOMaterial]
     blade_sections: SectionProperties | None
+    blade_damping: float = 0.0
+    tower_damping: float = 0.0
     foundations: tuple[str, ...] = ()
 
 
@@ -97,6 +102,7 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     nacelle, yaw, tower = (components.get(key) for key in ("drivetrain", "yaw", "tower"))
     structure = components["blade"]["structure"]
     sections = structure.get("elastic_properties") or components["blade"].get("elastic_properties")
+    of_tower = tower["structure"].get("elastic_properties") if tower else None
     assembly = root["assembly"]
     section = root.get("control")
     control = read_control(section) if section else None
@@ -118,6 +124,8 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         tower=read_tower(tower, plies) if tower else None,
         materials=materials,
         blade_sections=read_section_properties(sections) if sections else None,
+        blade_damping=read_damping(sections),
+        tower_damping=read_damping(of_tower),
         foundations=tuple(key for key in FOUNDATIONS if key in components),
     )
 

@@ -20,6 +20,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing.output_folder import holds_run
+    from turbine_fenicsx.turbine.case.bearings import describe_bearings
     from turbine_fenicsx.turbine.case.case import Draft
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
     from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
@@ -47,6 +48,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     _warn(comm, warnings)
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_file(case))))
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_aerodynamics(case))))
+    _print(comm, "\n".join(on_rank0(comm, lambda: describe_bearings(case))))
     if not hybrid:
         _print(comm, "rigid turbine, no mesh of blades")
     else:

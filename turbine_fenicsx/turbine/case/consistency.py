@@ -19,6 +19,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_unused_wall_keys
 from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_unused_control_keys
+from turbine_fenicsx.turbine.case.damping import check_damping
 from turbine_fenicsx.turbine.case.gauges import check_gauges
 from turbine_fenicsx.turbine.case.generator import check_generator, find_unused_generator_keys
 from turbine_fenicsx.turbine.case.load_tables import TABLE_CHECKS
@@ -181,6 +182,15 @@ def _check_material(case: Tables) -> str:
     return ""
 
 
+def _check_damping(case: Tables) -> str:
+    """Blades are damped in one way."""
+    m, damping = case.material, case.blade.damping
+    viscous = [x for x in ("shear_viscosity", "bulk_viscosity") if getattr(m, x) > 0.0]
+    if viscous and damping.acts:
+        return f"blade.damping: expected none beside material.{viscous[0]}"
+    return check_damping("blade.damping", damping)
+
+
 def _check_gauges(case: Tables) -> str:
     """The strain gauges lie on the blades."""
     if case.turbine.model == "rigid":
@@ -218,6 +228,7 @@ _CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
     (("time.step", "time.end"), _check_steps),
     (("time.start", "turbine.rotor_speed"), _check_start),
     (tuple(f"material.{name}" for name in _MATERIAL), _check_material),
+    (("blade.damping", "material.shear_viscosity", "material.bulk_viscosity"), _check_damping),
     *CONTROL_CHECKS,
     (("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
     *WIND_CHECKS,
@@ -264,6 +275,7 @@ def find_unused_keys(case: Tables) -> UnusedKeys:
     if case.turbine.model == "rigid":
         yield "", ("mesh", "material"), 'with turbine.model = "rigid"'
         yield "output", ("gauges",), 'with turbine.model = "rigid"'
+        yield "blade", ("damping",), 'with turbine.model = "rigid"'
     else:
         yield "turbine", ("blade", "blade_arm"), 'with turbine.model = "hybrid"'
         unused = set().union(*_CONSTANTS.values()) - set(_CONSTANTS[law])

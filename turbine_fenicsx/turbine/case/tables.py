@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.turbine.case.control import ControlCase
+from turbine_fenicsx.turbine.case.damping import BladeDamping, BladeDampingCase
 from turbine_fenicsx.turbine.case.drivetrain import DrivetrainCase, YawCase
 from turbine_fenicsx.turbine.case.event import EventCases
 from turbine_fenicsx.turbine.case.gauges import GaugeCases
@@ -182,6 +183,9 @@ class BladeCase(Section):
     layup: Literal["homogenised", "laminate"] = "homogenised"
     """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
     their bending stiffness too."""
+    damping: BladeDamping = BladeDampingCase()
+    """Structural damping: a ratio such as ``"0.5 %"``, or a table with ratios of named modes, see
+    howto/damping; 0.5 % beside ``turbine.file``."""
 
     def geometry(self) -> BladeGeometry:
         """The shape of a blade with elliptic sections.
@@ -191,7 +195,7 @@ class BladeCase(Section):
         """
         from turbine_fenicsx.meshing import BladeGeometry
 
-        return BladeGeometry(**self.model_dump(exclude={"layup"}))
+        return BladeGeometry(**self.model_dump(exclude={"layup", "damping"}))
 
 
 class MeshCase(Section):

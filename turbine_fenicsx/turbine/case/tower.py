@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import Field
 
 from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.damping import TowerDamping, TowerDampingCase, check_damping
 from turbine_fenicsx.turbine.case.quantities import Density, Kilograms, Metres, Number, Pascal
 from turbine_fenicsx.turbine.case.section import (
     MAX_ELEMENTS,
@@ -61,6 +62,9 @@ class TowerCase(Section):
     """Poisson's ratio."""
     density: Annotated[Density, Positive] = 7850.0
     """Density."""
+    damping: TowerDamping = TowerDampingCase()
+    """Structural damping: a ratio such as ``"1 %"``, or a table with ratios of named modes, see
+    howto/damping; 1 % beside ``turbine.file``."""
     top_mass: Annotated[Kilograms, Positive] = 2000.0
     """Mass of the rigid body at the top, which carries the yaw bearing."""
     top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
@@ -126,6 +130,7 @@ TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
     (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _check_wall),
     (("tower.stations", "tower.diameters", "tower.walls"), _check_stations),
     (("tower.elements",), _check_size),
+    (("tower.damping",), lambda t: check_damping("tower.damping", t.damping)),
 )
 """The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
 

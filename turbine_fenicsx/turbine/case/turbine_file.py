@@ -41,6 +41,13 @@ FOREIGN = {
 }
 """Keys of blades that are not described by a windIO file."""
 
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "blade": {"damping": 0.005},
+    "tower": {"damping": 0.01},
+    "yaw": {"drive": "lock"},
+}
+"""Keys of turbines of a file that the file does not give, as engineers set them."""
+
 OWN = {"blade": ("layup",)}
 """Keys of blades that are."""
 
@@ -187,8 +194,30 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
         table = data["turbine"].get(part)
         if isinstance(table, Mapping) and "euler" in table and part in below["turbine"]:
             del below["turbine"][part]["inertia"]
-    found = _merge(below, data)
+    found = _merge(_merge(_find_defaults(data, turbine, tower), below), data)
     found["turbine"]["file"] = name
+    return found
+
+
+def _find_defaults(
+    data: Mapping[str, Any], turbine: WindIOTurbine, tower: bool
+) -> dict[str, dict[str, Any]]:
+    """Defaults of a turbine of a file, as far as the case has no other."""
+    material = data.get("material")
+    viscous = isinstance(material, Mapping) and any("viscosity" in str(key) for key in material)
+    found = {name: dict(values) for name, values in DEFAULTS.items()}
+    own = data.get("blade"), data.get("tower")
+    for name, table, time in zip(
+        ("blade", "tower"), own, (turbine.blade_damping, turbine.tower_damping), strict=True
+    ):
+        if isinstance(table, Mapping) and "damping" in table:
+            del found[name]
+        elif time > 0.0:
+            found[name] = {"damping": {"stiffness_time": time}}
+    if viscous:
+        found.pop("blade", None)
+    if not tower:
+        found.pop("tower", None)
     return found
 
 

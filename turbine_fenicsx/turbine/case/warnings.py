@@ -18,6 +18,16 @@ LARGEST_TURN = 0.3
 """Angle of the rotor in a step, of which the midpoint rule misses nearly one per cent [rad]."""
 
 
+CUT_OUT_SPEED = 25.0
+"""Wind speed above which most turbines stop [m/s]."""
+
+LEAST_FEATHER = pi / 4.0
+"""Pitch from which on blades count as feathered [rad]."""
+
+STOPS = ("shut_down", "emergency_stop")
+"""Kinds of events that turn the blades out of the wind."""
+
+
 def find_warnings(case: Tables) -> list[str]:
     """One sentence for everything that looks like a slip.
 
@@ -31,6 +41,7 @@ def find_warnings(case: Tables) -> list[str]:
         *_doubt_steps(case),
         *_doubt_start(case),
         *_doubt_events(case),
+        *_doubt_storm(case),
         *doubt_files(case),
     ]
 
@@ -124,6 +135,26 @@ def _doubt_start(case: Tables) -> Iterator[str]:
         yield (
             f"time.step = {step:g} s is long: the rotor turns by "
             f"{abs(speed) * step * 180.0 / pi:.3g} degrees in a step"
+        )
+
+
+def _doubt_storm(case: Tables) -> Iterator[str]:
+    """No turbine works above its cut-out speed, and its blades are feathered there."""
+    speed = case.wind.speed
+    if speed is None or speed <= CUT_OUT_SPEED or case.wind.file is not None:
+        return
+    stops = any(event.kind in STOPS for event in case.event.values())
+    words = f"wind.speed = {speed:g} m/s is above {CUT_OUT_SPEED:g} m/s, where turbines stop"
+    if case.control.kind != "none":
+        if not stops:
+            yield f"{words}: the controller works on"
+        return
+    moves = case.pitch.drive == "prescribed" and (case.pitch.angle or case.pitch.file)
+    pitch = case.pitch.initial if case.has_pitch_bearings else 0.0
+    if abs(pitch) < LEAST_FEATHER and not moves:
+        yield (
+            f"{words} with their blades at some 90 deg of pitch; here they have "
+            f"{pitch * 180.0 / pi:.3g} deg"
         )
 
 

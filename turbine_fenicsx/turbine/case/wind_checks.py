@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import degrees
 from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
@@ -177,7 +178,12 @@ def describe_aerodynamics(case: Tables) -> list[str]:
     if w.box.files and w.box.points:
         names = ", ".join(quote(Path(file).name) for file in w.box.files)
         wind += f", with the turbulence of {names}, {' x '.join(map(str, w.box.points))} points"
-    gust = f", {w.gust} from {w.gust_start:g} s on" if w.gust != "none" else ""
+    if w.direction:
+        wind += f", {degrees(w.direction):.4g} deg from the axis of the nacelle"
+    if w.inclination and w.gust == "none":
+        wind += f", {degrees(w.inclination):.4g} deg upwards"
+    kind = f"{w.gust} of class {w.turbine_class}{w.turbulence}"
+    gust = f", {kind} from {w.gust_start:g} s on" if w.gust != "none" else ""
     sets_in = f", sets in within {w.ramp:g} s" if w.ramp else ""
     return [
         f"{wind}{gust}{sets_in}",

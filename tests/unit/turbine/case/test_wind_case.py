@@ -108,7 +108,7 @@ def test_turbulence_comes_from_a_file(aerodyn, folder):
 def test_a_check_tells_of_the_aerodynamics(aerodyn):
     table = {"speed": 11, "hub_height": 90, "gust": "EOG", "gust_start": 30}
     wind, aero = describe_aerodynamics(case(aerodyn, table))
-    assert wind == "wind of 11 m/s at 90 m above ground, shear 0.2, EOG from 30 s on"
+    assert wind == "wind of 11 m/s at 90 m above ground, shear 0.2, EOG of class IB from 30 s on"
     assert aero == (
         "aerodynamics of rotor.dat: blade-element momentum theory with dynamic inflow, 12 stations "
         "from 2.748 to 55.75 m, chords from 1.03 to 3.97 m"
