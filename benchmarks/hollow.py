@@ -70,6 +70,8 @@ def parse(span, around, **more):
             "turbine": {"file": FILE, "rotor_speed": SPEED, "numerical_dissipation": DISSIPATION},
             "tower": {"flexible": False},
             "mesh": {"span": span, "around": around},
+            "blade": {"damping": 0},
+            "yaw": {"drive": "free"},
             "solver": {"tolerance": TOLERANCE},
             **more,
         }

@@ -33,6 +33,7 @@ KINDS = {
     "hollow": {
         "turbine": {"file": "IEA-15-240-RWT.yaml"},
         "mesh": {"span": 20, "around": 24},
+        "blade": {"damping": 0},
     },
 }
 WIDTHS = vectorise.REGISTERS[vectorise.find_registers(describe_processors()) :]

@@ -58,7 +58,10 @@ def beam(comm: MPI.Intracomm) -> tuple[tfx.FlexibleBody, npt.NDArray[np.int32]]:
         return 1000.0 + 10.0 * points[:, 2]
 
     density: fem.Function = tfx.cell_field(box, density_at)
-    body = tfx.FlexibleBody("beam", box, materials()[0], density)
+    law = materials()[0]
+    assert assert_type(tfx.check_material(law, box), list[str]) == []
+    body = tfx.FlexibleBody("beam", box, law, density)
+    assert len(tfx.squared_stretches(ufl.Identity(3))) == 3
     foot = mesh.locate_entities_boundary(box, 2, lambda x: np.isclose(x[2], 0.0))
     return assert_type(body, tfx.FlexibleBody), np.asarray(foot, dtype=np.int32)
 

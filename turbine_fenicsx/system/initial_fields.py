@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from scipy.special import roots_legendre
 
+from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
@@ -31,8 +33,8 @@ def initial_displacement(
         Shape (n_owned, 3) [m].
 
     Raises:
-        ModelError: if the displacement has another shape, is not finite or opens a coupling, on all
-            ranks.
+        ModelError: if the displacement has another shape, is not finite, turns cells inside out or
+            opens a coupling, on all ranks.
 
     Note:
         Collective.
@@ -41,6 +43,7 @@ def initial_displacement(
     if field is None:
         return np.zeros_like(X)
     values = _evaluate(block, "displacement", field)
+    _check_cells(block, values)
     u, comm = block.new_vector(), block.body.mesh.comm
     u.array[:] = values.ravel()
     gaps = np.abs(coupling.gap(coordinates, u)).reshape(-1, 3)
@@ -56,6 +59,38 @@ def initial_displacement(
                 "are"
             )
     return values
+
+
+def _check_cells(block: FlexibleModel, displacements: Array) -> None:
+    """Raise a ModelError if det F is not positive in all cells. Collective."""
+    body, comm = block.body, block.body.mesh.comm
+    kind = _compat.cell_name(body.mesh)
+    u = block.new_vector()
+    u.array[:] = displacements.ravel()
+    _, dN = _compat.shape_functions(kind, body.degree, _gauss_points(kind, body.degree))
+    cells = _compat.dofs_of_cells(block.space)
+    X, x = block.local_positions, block.local_positions + block.nodal_values(u)
+    u.destroy()
+    before, after = (np.linalg.det(np.einsum("qaj,cai->cqij", dN, p[cells])) for p in (X, x))
+    owned = body.mesh.topology.index_map(3).size_local
+    wrong = np.flatnonzero((after / before)[:owned].min(axis=1, initial=np.inf) <= 0.0)
+    places = [place for own in comm.allgather(X[cells[wrong]].mean(axis=1)) for place in own]
+    if places:
+        raise ModelError(
+            f"the displacement of {body.name!r} turns {len(places)} "
+            f"cell{'s' * (len(places) > 1)} inside out, one of them at "
+            f"({', '.join(f'{c:.4g}' for c in places[0])})"
+        )
+
+
+def _gauss_points(kind: str, degree: int) -> Array:
+    """Points inside of the reference cell, shape (n, 3)."""
+    if kind == "hexahedron":
+        one = 0.5 + 0.5 * roots_legendre(degree + 1)[0]
+        found: Array = np.stack(np.meshgrid(one, one, one), axis=-1).reshape(-1, 3)
+        return found
+    a, b = (5.0 - np.sqrt(5.0)) / 20.0, (5.0 + 3.0 * np.sqrt(5.0)) / 20.0
+    return np.array([[a, a, a], [b, a, a], [a, b, a], [a, a, b]])
 
 
 def initial_velocity(

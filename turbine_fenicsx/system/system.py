@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakSet
 
 from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum, has_energy
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
+from turbine_fenicsx.foundation.errors import ModelWarning
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.check import check_material
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.far_points import find_far_points
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -26,6 +31,10 @@ from turbine_fenicsx.system.parts import number_names, sort_parts
 from turbine_fenicsx.system.state import State
 
 log = logging.getLogger(__name__)
+
+
+_CHECKED: WeakSet[FlexibleBody] = WeakSet()
+"""Bodies whose law was checked already."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +86,9 @@ class MultibodySystem:
 
     Raises:
         TypeError: for a part of unknown kind, or a joint or coupling of the wrong kind of body.
-        ModelError: for a duplicate name, a joint, coupling or force whose body is not among the
-            parts, an unknown joint coordinate, or relations that depend on each other.
+        ModelError: for a law that `check_material` refuses, a duplicate name, a joint, coupling or
+            force whose body is not among the parts, an unknown joint coordinate, or relations that
+            depend on each other.
 
     Note:
         Collective over ``comm``.
@@ -100,10 +110,11 @@ class MultibodySystem:
         )
         self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
-        warnings = [*numbering.warnings, *find_far_points(found)]
         if comm.rank == 0:
-            for warning in warnings:
+            for warning in (*numbering.warnings, *find_far_points(found)):
                 log.warning(warning)
+        for body in self.flexible_bodies:
+            _check_law(body)
         self.flexible_models = tuple(
             FlexibleModel(
                 b,
@@ -249,6 +260,15 @@ class MultibodySystem:
         gaps = (c.gap(coordinates, u) for c, u in zip(self.coupling_blocks, state.u, strict=True))
         worst = max((float(np.max(np.abs(x), initial=0.0)) for x in (rigid, *gaps)), default=0.0)
         return largest_of_ranks(self.comm, worst)
+
+
+def _check_law(body: FlexibleBody) -> None:
+    """Check the law of a body once, and warn on one rank. Collective."""
+    if body not in _CHECKED:
+        for warning in check_material(body.material, body.mesh, body.name):
+            if body.mesh.comm.rank == 0:
+                warnings.warn(warning, ModelWarning, stacklevel=3)
+        _CHECKED.add(body)
 
 
 def _moment(x: Array, p: Array) -> Array:

@@ -24,6 +24,7 @@ CASE = {
     "turbine": {"file": "IEA-22-280-RWT.yaml"},
     "tower": {"flexible": False},
     "mesh": {"span": 20, "around": 24},
+    "blade": {"damping": 0},
 }
 
 

@@ -26,6 +26,8 @@ CASE = {
     "turbine": {"file": "IEA-22-280-RWT.yaml", "rotor_speed": "8 rpm"},
     "tower": {"flexible": False},
     "mesh": {"span": 6, "around": 16},
+    "blade": {"damping": 0},
+    "yaw": {"drive": "free"},
     "loads": {"rotor_torque": -1e6, "duration": LOADED, "gravity": 0.0},
     "solver": {"tolerance": 1e-12},
     "output": {"fields_every": 0.0, "checkpoint_every": 50.0},
