@@ -9,6 +9,7 @@ import signal
 
 import numpy as np
 import pytest
+from aero_files import write_aerodyn
 from outputs import read_fields
 
 from turbine_fenicsx.analysis.bordered_solver import BorderedSolver
@@ -212,6 +213,8 @@ MISTAKES = {
     "no step": (["--speeds", "0:14:0", "rpm"], "--speeds 0:14:0 rpm: the end must be above"),
     "many speeds": (["--speeds", "0:14:0.01", "rpm"], "these are 1401 speeds, from 2 to 200"),
     "one speed": (["--speeds", "0:14:20", "rpm"], "these are 1 speeds, from 2 to 200"),
+    "hardly a speed": (["--speed", "1e-300 rpm"], "a rotor speed of .*: expected 0, or 1e-06"),
+    "a speed of no rotor": (["--speed", "1e300 rpm"], "a rotor speed of .*: expected 0, or 1e-06"),
     "a rotor that cannot turn": (["--speed", "9 rpm", "--lock", "rotor"], "a brake on 'rotor'"),
     "unknown joint": (["--lock", "nose"], "'nose'; there are .*rotor.*yaw"),
 }
@@ -365,3 +368,22 @@ def test_the_case_says_how_fast_the_rotor_turns_and_where_it_stands(case, capfd)
         capfd,
         "a brake on 'rotor' holds it at turbine.azimuth = 0 only",
     )
+
+
+@pytest.mark.parametrize(
+    ("more", "tables"),
+    [
+        ('[event.stop]\nkind = "grid_loss"\n', "[control] and [event]"),
+        ("[wind]\nspeed = 8.0\n", "[wind] and [control]"),
+    ],
+)
+def test_wind_and_control_are_to_be_removed(tmp_path, capfd, more, tables):
+    write_aerodyn(tmp_path)
+    (tmp_path / "own.py").write_text("class Own: pass\n")
+    path = tmp_path / "case.toml"
+    path.write_text(
+        'control.kind = "python:own.py:Own"\naero.file = "rotor.dat"\n'
+        f'[turbine]\nmodel = "rigid"\n[pitch]\ndrive = "actuator"\n{more}'
+    )
+    words = f"modes are those without wind and controller: remove {tables} from the case"
+    is_refused(["modes", str(path)], capfd, re.escape(words))

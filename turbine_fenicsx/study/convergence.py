@@ -6,7 +6,9 @@ error itself, the observed order is somewhat too high; Richardson's extrapolatio
 
     q(h) = q* + C h^p   through the three finest runs
 
-gives a reference q* without that flaw, if the runs are fine enough for the law to hold.
+gives a reference q* without that flaw, if the runs are fine enough for the law to hold. Three runs
+fit q*, C and p exactly, whatever they are, so that such an order is evidence of nothing. Series of
+one quantity therefore share one reference, see `choose_reference`, which other series can check.
 """
 
 from __future__ import annotations
@@ -24,6 +26,12 @@ from scipy.optimize import brentq
 Array = npt.NDArray[np.float64]
 _HIGHEST_ORDER = 20.0
 
+MIN_ORDER = 1.0
+"""Runs of a lower order are too coarse to point to a limit."""
+
+CLEAR_SPREAD = 0.01
+"""Limits of series that differ by a larger part of themselves are worth a note."""
+
 
 @dataclass(frozen=True)
 class Series:
@@ -38,6 +46,8 @@ class Series:
         reference: What it is compared with; NaN if there is none.
         errors: Absolute errors, shape (n,); NaN for the reference itself.
         order: Observed order; NaN if it cannot be determined.
+        source: Series whose limit the reference is, if it is another one.
+        own_limit: Whether the reference is the limit of the series itself.
     """
 
     label: str
@@ -48,11 +58,19 @@ class Series:
     reference: float
     errors: Array
     order: float
+    source: str = ""
+    own_limit: bool = False
 
     @property
     def finest(self) -> bool:
         """Whether the reference is the finest run of the series itself."""
         return bool(len(self.values) and self.values[-1] == self.reference)
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether there are more errors than numbers that are fitted to them."""
+        usable = int(np.count_nonzero(np.isfinite(self.errors) & (self.errors > 0.0)))
+        return usable > (3 if self.own_limit else 2)
 
     @property
     def local_orders(self) -> Array:
@@ -70,6 +88,7 @@ def make_series(
     refined: Sequence[Any],
     values: Sequence[float],
     reference: float | str,
+    source: str = "",
 ) -> Series:
     """Compare the runs of one refinement with a reference and fit the order.
 
@@ -80,6 +99,7 @@ def make_series(
         refined: Value of the refined key in each run: sizes, or lists of numbers of elements.
         values: The quantity in each run.
         reference: "finest", "richardson", or the exact value.
+        source: Series whose limit the value is, if it is one.
     """
     sizes = refinement_sizes(refined)
     order = np.argsort(-sizes, kind="stable")
@@ -94,7 +114,45 @@ def make_series(
     if reference == "finest" and len(q):
         errors[-1] = np.nan
     names = tuple(runs[k] for k in order)
-    return Series(label, quantity, names, h, q, exact, errors, observed_order(h, errors))
+    own = reference == "richardson" and bool(np.isfinite(exact))
+    order_found = observed_order(h, errors)
+    return Series(label, quantity, names, h, q, exact, errors, order_found, source, own)
+
+
+def choose_reference(series: Sequence[Series]) -> tuple[Series | None, list[str]]:
+    """The series whose Richardson limit is the reference of all series of a quantity.
+
+    Of those whose order is 1 or more, it is the one with the finest run nearest to its limit.
+
+    Args:
+        series: Series of one quantity, each with its own limit as reference.
+
+    Returns:
+        The series, None if there is none, and notes: sentences about limits that disagree.
+    """
+    with_limit = [s for s in series if np.isfinite(s.reference)]
+    usable = [s for s in with_limit if s.order >= MIN_ORDER]
+    best = min(usable, key=lambda s: abs(s.values[-1] - s.reference), default=None)
+    notes = [
+        f"runs of {_name(s)} follow an order of {s.order:.2f}: too coarse to point to a limit"
+        for s in with_limit
+        if s.order < MIN_ORDER
+    ]
+    for s in with_limit:
+        if best is None or s is best:
+            continue
+        part = abs(s.reference - best.reference) / max(abs(best.reference), 1e-300)
+        if part > CLEAR_SPREAD:
+            notes.append(
+                f"the limit of {_name(s)} by itself, {s.reference:.6g}, is {100.0 * part:.2g} % "
+                f"off that of {_name(best)}, {best.reference:.6g}"
+            )
+    return best, notes
+
+
+def _name(series: Series) -> str:
+    """A series in a sentence."""
+    return repr(series.label) if series.label else "the series"
 
 
 def refinement_sizes(refined: Sequence[Any]) -> Array:

@@ -61,6 +61,8 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
                 h, e = s.sizes[usable], s.errors[usable]
                 color = PALETTE[j % len(PALETTE)]
                 order = f"order {s.order:.2f}" if np.isfinite(s.order) else "no order"
+                if np.isfinite(s.order) and not s.is_checked:
+                    order += ", not checked"
                 marker = _MARKERS[j % len(_MARKERS)]
                 (line,) = axes.loglog(h, e, marker, color=color, ms=5.0, label=order)
                 if s.label:

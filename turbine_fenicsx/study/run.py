@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.study.convergence import Series, make_series, write_series
+from turbine_fenicsx.study.convergence import Series, choose_reference, make_series, write_series
 from turbine_fenicsx.study.curve import read_reference
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study
@@ -35,6 +37,7 @@ class StudyResult:
         results: Numbers of the finished runs, by name of the run and of the quantity.
         failed: Reasons of the failed runs by name.
         series: Refinements and their orders.
+        notes: Sentences about references that disagree.
         drifts: How far the means of quantities over the halves of the time over which they are
             averaged lie apart, by name of the run and of the quantity, where that is more than
             `MAX_DRIFT`.
@@ -44,6 +47,7 @@ class StudyResult:
     results: dict[str, dict[str, float]] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
     series: list[Series] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     drifts: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
@@ -139,18 +143,31 @@ def find_orders(study: Study, result: StudyResult) -> None:
         return
     key, reference = study.convergence.key, study.convergence.reference
     for name in study.convergence.quantity:
-        for label, members in group_series(result.runs, key).items():
-            done = [run for run in members if run.name in result.results]
-            if not done:
-                continue
-            quantity = find_quantity(result.results[done[0].name], name)
-            result.series.append(
-                make_series(
-                    label,
-                    quantity,
-                    [run.name for run in done],
-                    [run.value(key) for run in done],
-                    [result.results[run.name][quantity] for run in done],
-                    reference,
-                )
-            )
+        found = list(_compare(result, name, key, reference))
+        if reference == "richardson" and found:
+            best, notes = choose_reference(found)
+            result.notes += [f"{found[0].quantity}: {note}" for note in notes]
+            limit, source = (np.nan, "") if best is None else (best.reference, best.label)
+            others = _compare(result, name, key, limit, source)
+            found = [a if a is best else b for a, b in zip(found, others, strict=True)]
+        result.series += found
+
+
+def _compare(
+    result: StudyResult, name: str, key: str, reference: float | str, source: str = ""
+) -> Iterator[Series]:
+    """Each series of a quantity beside a reference, as of `make_series`."""
+    for label, members in group_series(result.runs, key).items():
+        done = [run for run in members if run.name in result.results]
+        if not done:
+            continue
+        quantity = find_quantity(result.results[done[0].name], name)
+        yield make_series(
+            label,
+            quantity,
+            [run.name for run in done],
+            [run.value(key) for run in done],
+            [result.results[run.name][quantity] for run in done],
+            reference,
+            source,
+        )

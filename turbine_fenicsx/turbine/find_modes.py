@@ -52,6 +52,10 @@ ADDITIONAL_MODES = 2
 found depends on round-off."""
 
 
+MIN_SPEED, MAX_SPEED = 1e-6, 1e3
+"""Speeds of a rotor that turns [rad/s]."""
+
+
 @dataclass(frozen=True)
 class ModesWanted:
     """Which modes of a case are wanted.
@@ -60,11 +64,22 @@ class ModesWanted:
         count: Number of modes; None for 12, or all if the turbine has fewer.
         speeds: Speeds of the rotor [rad/s]; 0 is standstill. The weight counts only if all are 0.
         locked: Names of joint coordinates that a brake holds.
+
+    Raises:
+        InputError: for a speed that is neither 0 nor one of a rotor.
     """
 
     count: int | None = None
     speeds: tuple[float, ...] = (0.0,)
     locked: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for speed in self.speeds:
+            if speed and not MIN_SPEED <= abs(speed) <= MAX_SPEED:
+                raise InputError(
+                    f"a rotor speed of {speed:.4g} rad/s: expected 0, or {MIN_SPEED:g} to "
+                    f"{MAX_SPEED:g} rad/s"
+                )
 
 
 def find_modes(
@@ -123,6 +138,7 @@ def _find(
     force: bool,
 ) -> tuple[list[ModeTable], list[str]]:
     """Find the modes, and write them into a folder that is locked."""
+    _refuse_wind_and_control(case)
     turning = any(wanted.speeds)
     if turning and ROTOR in wanted.locked:
         raise InputError(f"a brake on {ROTOR!r} leaves it no speed: lock it, or let it turn")
@@ -168,6 +184,25 @@ def _find(
         files.append(write_shapes(folder, turbine, last, tables[-1]))
     _free(last)
     return tables, files
+
+
+def _refuse_wind_and_control(case: Case) -> None:
+    """Modes know neither.
+
+    Raises:
+        InputError: with the tables to remove.
+    """
+    there = {
+        "wind": case.wind.blows,
+        "control": case.control.kind != "none",
+        "event": bool(case.event),
+    }
+    *others, last = [f"[{name}]" for name, found in there.items() if found] or [""]
+    if last:
+        tables = f"{', '.join(others)} and {last}" if others else last
+        raise InputError(
+            f"modes are those without wind and controller: remove {tables} from the case"
+        )
 
 
 def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Modes | None) -> Modes:

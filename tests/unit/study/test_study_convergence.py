@@ -8,6 +8,7 @@ import pytest
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.study.convergence import (
+    choose_reference,
     make_series,
     observed_order,
     refinement_sizes,
@@ -15,12 +16,15 @@ from turbine_fenicsx.study.convergence import (
     richardson,
     write_series,
 )
+from turbine_fenicsx.study.file import Study
+from turbine_fenicsx.study.plan import plan
 from turbine_fenicsx.study.results import (
     check_quantities,
     find_quantity,
     format_lines,
     read_results,
 )
+from turbine_fenicsx.study.run import StudyResult, find_orders
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run import run_case
 
@@ -84,6 +88,70 @@ def test_size_of_numbers_of_elements_ignores_those_that_stay():
     sizes = refinement_sizes([(2, 2, 12), (2, 2, 24), (2, 2, 48)])
     assert sizes == pytest.approx([1 / 12, 1 / 24, 1 / 48])
     assert refinement_sizes([0.1, 0.05]) == pytest.approx([0.1, 0.05])
+
+
+SIZES3 = np.array([0.4, 0.2, 0.1])
+
+
+def series(label, values, reference="richardson", sizes=SIZES3):
+    names = [f"run{k}" for k in range(len(sizes))]
+    return make_series(label, "q_[m]", names, list(sizes), list(values), reference)
+
+
+@pytest.mark.parametrize(
+    ("reference", "runs", "checked"),
+    [("richardson", 3, False), ("richardson", 4, True), (2.0, 2, False), (2.0, 3, True)],
+)
+def test_as_many_runs_as_numbers_check_nothing(reference, runs, checked):
+    h = H[:runs]
+    assert series("", 2.0 + h**2, reference, h).is_checked is checked
+
+
+def test_orders_against_the_finest_of_three_runs_are_not_checked():
+    assert not series("", 2.0 + SIZES3**2, "finest").is_checked
+    assert series("", 2.0 + H**2, "finest", H).is_checked
+
+
+def test_series_share_the_limit_of_the_one_that_is_nearest_to_it():
+    """As three series were seen, with limits of 27.75, 27.58 and 26.56 and an order of 0.36."""
+    fine = series("quadratic", 27.58 + 0.1 * SIZES3**3)
+    coarse = series("linear", 27.75 + 3.0 * SIZES3**1.6)
+    slow = series("tetrahedra", 26.56 + 2.0 * SIZES3**0.36)
+    best, notes = choose_reference([coarse, fine, slow])
+    assert best is fine
+    assert notes[0].startswith("runs of 'tetrahedra' follow an order of 0.36: too coarse")
+    assert "the limit of 'tetrahedra' by itself, 26.56, is 3.7 % off that of 'quad" in notes[1]
+    assert len(notes) == 2
+
+
+def test_series_without_a_limit_give_no_reference():
+    assert choose_reference([series("", [1.0, 2.0, 1.0])]) == (None, [])
+    slow = series("", 26.56 + 2.0 * SIZES3**0.36)
+    best, (note,) = choose_reference([slow])
+    assert best is None and note.startswith("runs of the series follow an order of 0.36")
+
+
+def test_a_study_compares_all_series_with_one_limit(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text("")
+    study = Study.parse(
+        {
+            "case": str(path),
+            "grid": {"time.step": [0.4, 0.2, 0.1], "mesh.degree": [1, 2]},
+            "convergence": {"key": "time.step", "quantity": "q", "reference": "richardson"},
+        }
+    )
+    result = StudyResult(plan(study))
+    for run in result.runs:
+        h, degree = run.value("time.step"), run.value("mesh.degree")
+        result.results[run.name] = {"q_[m]": 3.0 + (h**2 if degree == 1 else 0.1 * h**3)}
+    find_orders(study, result)
+    linear, quadratic = result.series
+    assert linear.reference == quadratic.reference == pytest.approx(3.0)
+    assert linear.source == quadratic.label and not quadratic.source
+    assert linear.is_checked and not quadratic.is_checked
+    assert (linear.order, quadratic.order) == pytest.approx((2.0, 3.0), abs=1e-6)
+    assert result.notes == []
 
 
 def test_table_for_people_shows_what_there_is():

@@ -64,6 +64,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         names += _draw_curve(study, result, out)
     if not options.quiet:
         _print_orders(result.series)
+        for note in result.notes:
+            print(f"note: {note}")
         _print_drifts(study, result)
         done, total = len(result.results), len(result.runs)
         print(f"{done} of {total} runs finished; results {out}/: {', '.join(names)}", flush=True)
@@ -97,10 +99,17 @@ def _print_orders(series: list[Any]) -> None:
             print(s.label)
         print("\n".join(format_lines(report(s))))
         if not np.isfinite(s.order):
-            print("observed order: undetermined, the errors follow no power of the size\n")
+            known = np.isfinite(s.reference)
+            why = "the errors follow no power of the size" if known else "no runs point to a limit"
+            print(f"observed order: undetermined, {why}\n")
             continue
         note = ", the finest run, whose own error makes the order too high" if s.finest else ""
-        print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}\n")
+        if s.source:
+            note = f", the limit of {s.source!r}"
+        elif s.own_limit:
+            note = ", its own limit"
+        unchecked = "" if s.is_checked else "; fitted, not checked: take more runs"
+        print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}{unchecked}\n")
 
 
 def _print_drifts(study: Any, result: Any) -> None:
