@@ -92,3 +92,48 @@ def test_table_that_cannot_be_written_is_one_sentence(out, capfd):
     printed = capfd.readouterr()
     assert printed.err == f"error: cannot write {out}/fatigue.csv: Is a directory\n"
     assert printed.out == ""
+
+
+def write_openfast(out, columns):
+    """A file such as runs write, with seven digits."""
+    names = list(columns)
+    rows = zip(*columns.values(), strict=True)
+    lines = ["", "by turbine_fenicsx", "", "", "Description: a test", "", "\t".join(names)]
+    lines.append("\t".join("(s)" if name == "Time" else "(kN-m)" for name in names))
+    lines += ["\t".join(f"{x:.6E}" for x in row) for row in rows]
+    (out / "history.out").write_text("\n".join(lines) + "\n")
+
+
+def test_columns_of_both_files_are_taken(out, capfd):
+    h = history(n=601)
+    moment = 1e-3 * h["root_moment_1_y_[Nm]"][1:]
+    write_openfast(out, {"Time": h["time_[s]"][1:], "RootMyb1": moment, "TwrBsMyt": 2.0 * moment})
+    columns = ["root_moment_1_y_[Nm]", "RootMyb1", "RootMyb1_[kN-m]", "TwrBsMyt"]
+    assert main(["fatigue", str(out), "--columns", *columns]) == 0
+    head, *lines, _ = capfd.readouterr().out.splitlines()
+    assert head.split()[-8:] == ["equivalent,", "m", "=", "4", "equivalent,", "m", "=", "10"]
+    table = {line.split()[0]: line.split()[1:] for line in lines}
+    assert list(table) == columns
+    largest = [float(row[1]) for row in table.values()]
+    assert largest == pytest.approx([largest[0], *(largest[0] * x for x in (1e-3, 1e-3, 2e-3))])
+    assert table["RootMyb1"][2] == "-" and table["TwrBsMyt"][3] == "-"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text[:60], "holds no rows"),
+        (lambda text: text.replace("E+00", "E+0x"), "has a row that is not of numbers"),
+        (lambda text: text.replace("\n1.2", "\n1.3"), "has not the times of history.csv"),
+        (lambda text: None, "has no column 'RootMyb1'"),
+    ],
+)
+def test_a_broken_file_is_one_sentence(out, capfd, change, words):
+    t = history(n=601)["time_[s]"][1:]
+    write_openfast(out, {"Time": t, "RootMyb1": np.sin(t)})
+    path = out / "history.out"
+    text = change(path.read_text())
+    path.unlink() if text is None else path.write_text(text)
+    assert main(["fatigue", str(out), "--columns", "RootMyb1"]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith("error: ") and words in line

@@ -9,3 +9,6 @@ OPENFAST_SIGNS = {"yaw": -1.0, "rotor": 1.0, "pitch_1": -1.0, "pitch_2": 1.0, "p
 """Joint coordinate to the factor that makes it an angle of OpenFAST. The rotor's angle is positive
 about the shaft, downwind; yaw about the upward vertical; pitch of all blades about the span from
 tip to root, to feather. The paper counts some the other way."""
+
+OPENFAST_HEAD = 8
+"""Lines of ``history.out`` before the first row: free text, the fifth the title; names, units."""

@@ -22,8 +22,11 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.mode_tables import format_rows
 from turbine_fenicsx.postprocessing.output_folder import TimeSeries
 
-SLOPE, FREQUENCY = 10.0, 1.0
-"""Of laminates with glass fibres [-]; of the cycles that damage is expressed in [Hz]."""
+GLASS_SLOPE, STEEL_SLOPE, FREQUENCY = 10.0, 4.0, 1.0
+"""Slopes for laminates with glass fibres and for steel [-]; frequency of equivalent cycles [Hz]."""
+
+STEEL = ("tower", "Twr", "YawBr", "LSS", "HSS", "Rot")
+"""Beginnings of columns of parts that are of steel: tower, bearings and shafts."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def equivalent_range(
 def find_fatigue(
     series: TimeSeries,
     columns: Sequence[str] = (),
-    slopes: Sequence[float] = (SLOPE,),
+    slopes: Sequence[float] = (),
     frequency: float = FREQUENCY,
     start: float = 0.0,
 ) -> list[Fatigue]:
@@ -83,12 +86,13 @@ def find_fatigue(
     Args:
         series: The run.
         columns: Their names; empty for moments of roots and tower base, and strain gauges.
-        slopes: Slopes of S-N curves [-].
+        slopes: Slopes of S-N curves [-]; empty for 4 of parts of steel and 10 of all others.
         frequency: Of the equivalent cycles [Hz].
         start: Time before which nothing counts [s].
 
     Raises:
-        InputError: if the run has no such column, or no step after the start.
+        InputError: if the run has no such column, no step after the start, times that do not rise,
+            or a number that is not finite.
         ImportError: with a sentence, if the library is missing.
     """
     chosen = list(columns) or list_loads(series)
@@ -98,20 +102,44 @@ def find_fatigue(
             "columns of its history.csv"
         )
     time, found = series[names.TIME], []
+    _check_times(series.name, time)
+    # loads are means over steps, and before the first step there are none
+    there = (time >= start) & (np.arange(len(time)) > 0)
     for column in chosen:
         values = series[column]
-        # loads are means over steps, and before the first step there are none
-        there = np.isfinite(values) & (time >= start) & (np.arange(len(time)) > 0)
+        wrong = np.flatnonzero(there & ~np.isfinite(values))
+        if len(wrong):
+            raise InputError(
+                f"column {column!r} has {len(wrong)} entries that are not finite, first "
+                f"{values[wrong[0]]:g} at t = {time[wrong[0]]:g} s"
+            )
         if np.count_nonzero(there) < 2:
             raise InputError(
                 f"column {column!r} has fewer than two numbers from t = {start:g} s on"
             )
         duration = float(np.ptp(time[there]))
         ranges, counts = count_cycles(values[there])
-        equivalent = {m: equivalent_range(ranges, counts, m, frequency * duration) for m in slopes}
+        cycles = frequency * duration
+        own = slopes or (find_slope(column),)
+        equivalent = {m: equivalent_range(ranges, counts, m, cycles) for m in own}
         largest = float(np.max(ranges, initial=0.0))
         found.append(Fatigue(column, float(counts.sum()), largest, equivalent))
     return found
+
+
+def _check_times(name: str, time: NDArray[np.float64]) -> None:
+    """Raise an InputError for times that do not rise."""
+    back = np.flatnonzero(~(np.diff(time) > 0.0))
+    if len(back):
+        k = int(back[0])
+        raise InputError(
+            f"times of the run {name!r} do not rise: {time[k + 1]:g} s comes after {time[k]:g} s"
+        )
+
+
+def find_slope(column: str) -> float:
+    """Slope of the S-N curve for what a column is about: steel, or else glass fibre."""
+    return STEEL_SLOPE if column.startswith(STEEL) else GLASS_SLOPE
 
 
 def list_loads(series: TimeSeries) -> list[str]:
@@ -124,14 +152,20 @@ def list_loads(series: TimeSeries) -> list[str]:
 
 def format_fatigue(found: Sequence[Fatigue]) -> str:
     """``fatigue.csv``: one line for each column; numbers read back exactly."""
+    slopes = list_slopes(found)
     return format_rows(
         [
             {
                 "column": each.column,
                 "cycles": each.cycles,
                 "largest_range": each.largest,
-                **{f"equivalent_range_slope_{m:g}": x for m, x in each.equivalent.items()},
+                **{f"equivalent_range_slope_{m:g}": each.equivalent.get(m, "") for m in slopes},
             }
             for each in found
         ]
     )
+
+
+def list_slopes(found: Sequence[Fatigue]) -> list[float]:
+    """All slopes of some columns, rising."""
+    return sorted({m for each in found for m in each.equivalent})

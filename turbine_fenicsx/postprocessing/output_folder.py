@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
+from turbine_fenicsx.postprocessing.conventions import OPENFAST_HEAD
 from turbine_fenicsx.postprocessing.names import TIME, Family
 from turbine_fenicsx.postprocessing.parts import Parts
 
@@ -100,6 +101,45 @@ def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeS
     if not np.isfinite(series[TIME]).all():
         raise InputError(f"{path}: a row has no time")
     return series
+
+
+def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeSeries:
+    """A run with columns of its ``history.out``, without the initial state.
+
+    Args:
+        series: The run, from ``history.csv``.
+        path: ``history.out``.
+        wanted: Names of columns of either file; those of ``history.out`` with or without the unit.
+
+    Raises:
+        InputError: if a column is in neither file, they do not have the same times, or the file
+            cannot be read.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not text"
+        raise InputError(f"cannot read {str(path)!r}: {reason}") from None
+    if len(lines) <= OPENFAST_HEAD:
+        raise InputError(f"{path} holds no rows")
+    names, units = (lines[OPENFAST_HEAD - k].split() for k in (2, 1))
+    try:
+        rows = [line.split() for line in lines[OPENFAST_HEAD:]]
+        table = np.array([[float(x) for x in row] for row in rows if len(row) == len(names)])
+    except ValueError as error:
+        raise InputError(f"{path} has a row that is not of numbers: {error}") from None
+    n = min(len(table), len(series[TIME]) - 1)  # there is no row of the initial state
+    time = series[TIME][1 : n + 1]
+    if n < 1 or len(units) != len(names) or not np.allclose(table[:n, 0], time, rtol=1e-6):
+        raise InputError(f"{path} has not the times of history.csv")
+    columns = {TIME: time}
+    for name in wanted:
+        for k, (short, unit) in enumerate(zip(names, units, strict=True)):
+            if name in (short, f"{short}_[{unit.strip('()')}]"):
+                columns[name] = table[:n, k]
+        if name in series.columns:
+            columns[name] = series[name][1 : n + 1]
+    return TimeSeries(series.name, columns)
 
 
 def read_histories(folders: Sequence[str | os.PathLike[str]]) -> list[TimeSeries]:

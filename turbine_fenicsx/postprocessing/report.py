@@ -16,7 +16,13 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
-from turbine_fenicsx.postprocessing.fatigue import FREQUENCY, SLOPE, find_fatigue, list_loads
+from turbine_fenicsx.postprocessing.fatigue import (
+    FREQUENCY,
+    GLASS_SLOPE,
+    STEEL_SLOPE,
+    find_fatigue,
+    list_loads,
+)
 from turbine_fenicsx.postprocessing.output_folder import (
     TimeSeries,
     need_folder,
@@ -160,12 +166,13 @@ def _format_fatigue(history: TimeSeries) -> str:
         return ""
     try:
         found = find_fatigue(history)
-    except ImportError as error:
+    except (ImportError, InputError) as error:
         return format_note(f"Fatigue is left out: {error}.")
-    ranges = {each.column: each.equivalent[SLOPE] for each in found}
+    ranges = {each.column: next(iter(each.equivalent.values())) for each in found}
     return (
-        f"<p>Ranges whose cycles of {FREQUENCY:g} Hz would do the same damage, for a slope of "
-        f"{SLOPE:g} of the S-N curve.</p>\n{format_tables({'': ranges})}"
+        f"<p>Ranges whose cycles of {FREQUENCY:g} Hz would do the same damage. Slopes of the S-N "
+        f"curve are {STEEL_SLOPE:g} for the tower, {GLASS_SLOPE:g} for blades.</p>\n"
+        f"{format_tables({'': ranges})}"
     )
 
 

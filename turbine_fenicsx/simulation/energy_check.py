@@ -10,6 +10,9 @@ into one factor of a hundred.
 Forces of stiff bodies are not better than their round-off, and steps end there, which no
 tolerance can improve. Up to 4e-8 of the energy was lost like this, in a very stiff and viscous
 block; what loses more than `ROUND_OFF` is hidden by it. A hundred random cases stayed below 2e-9.
+
+Positions are not better than their round-off either, which grows with the distance from the origin.
+Bodies that rest far away have no energy but the work of their weight along it.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelWarning
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
@@ -33,6 +37,9 @@ ROUND_OFF = 1e-7
 
 LARGEST_SHARE = 1e-3
 """Maximum error of the balance relative to the largest energy, at any tolerance."""
+
+POSITION_ROUND_OFF = 100.0 * float(np.finfo(float).eps)
+"""Round-off of positions in a run, relative to the largest."""
 
 REST_SPEED = 1e-5
 """Speed below which a body is at rest and its energy is noise [m/s]."""
@@ -51,11 +58,12 @@ class EnergyWatch:
     """The worst energy error of a run and its largest energy, to be judged when it is over."""
 
     def __init__(self) -> None:
-        self.worst = self.largest = 0.0
+        self.worst = self.largest = self.reach = 0.0
 
     def take(self, snapshot: Snapshot) -> None:
         """Look at a state; works and losses count too, as they may exceed what is stored."""
         b = snapshot.balance
+        self.reach = max(self.reach, float(np.abs(snapshot.state.q).max(initial=0.0)))
         stored = (b.total, b.kinetic, b.strain, b.potential, b.spring)
         moved = (np.abs(snapshot.works).sum(), np.abs(snapshot.dissipated).sum())
         self.worst = max(self.worst, abs(snapshot.energy_error))
@@ -75,6 +83,7 @@ class EnergyWatch:
         masses = [float(body.mass) for body in system.rigid_bodies]
         masses += [float(system.comm.allreduce(m.nodal_mass.sum())) for m in system.flexible_models]
         allowed = allowed_energy_error(self.largest, min(masses, default=0.0), steps, tolerance)
+        allowed += weight_round_off(system.gravity, sum(masses), self.reach)
         if self.worst > allowed:
             text = describe_imbalance(self.worst, allowed, self.largest)
             on_rank0(system.comm, lambda: warnings.warn(text, ModelWarning, stacklevel=5))
@@ -91,6 +100,17 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
     """
     share = min(max(ROUND_OFF, FACTOR * steps * tolerance), LARGEST_SHARE)
     return share * energy + mass * REST_SPEED**2
+
+
+def weight_round_off(gravity: Array, mass: float, reach: float) -> float:
+    """Work of the weight along the round-off of positions [J].
+
+    Args:
+        gravity: Acceleration of gravity, shape (3,) [m/s^2].
+        mass: Of all bodies [kg].
+        reach: Largest coordinate of a position [m].
+    """
+    return mass * float(np.linalg.norm(gravity)) * POSITION_ROUND_OFF * reach
 
 
 def judge_energy(summary: dict[str, Any]) -> str:
@@ -111,10 +131,17 @@ def judge_energy(summary: dict[str, Any]) -> str:
 
 def describe_imbalance(error: float, allowed: float, largest: float) -> str:
     """The sentence about a balance that is wrong [J]."""
-    shares = [f"{100.0 * part / max(largest, 1e-300):.2g} %" for part in (error, allowed)]
+    shares = [write_share(part / max(largest, 1e-300)) for part in (error, allowed)]
     return (
-        f"the energy balance is wrong by {error:.2g} J, {shares[0]} of the largest energy, where "
-        f"tolerance and round-off explain {shares[1]}: do not trust this run; solver.tolerance is "
-        "too large, a law or a force of your own is wrong, or constants are so far apart "
-        "(stiffness, viscosity, masses) that round-off hides the motion"
+        f"the energy balance is wrong by {error:.2g} J, {shares[0]} the largest energy, where "
+        f"tolerance and round-off explain {shares[1]} it: do not trust this run; "
+        "solver.tolerance is too large, a law or a force of your own is wrong, or constants are so "
+        "far apart (stiffness, viscosity, masses) that round-off hides the motion"
     )
+
+
+def write_share(share: float) -> str:
+    """A part of something in per cent, with two digits that count and without an exponent."""
+    if share >= 10.0:
+        return f"{share:.2g} times" if share < 1e3 else "more than a thousand times"
+    return f"{np.format_float_positional(100.0 * share, 2, fractional=False, trim='-')} % of"

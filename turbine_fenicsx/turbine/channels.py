@@ -13,8 +13,8 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.component import Channels, Turbine
 
 CONVENTIONS = (
-    "Azimuth is 0 when blade 2 points up, 120 deg when blade 1 does (AzimB1Up = 120 deg); RotSpeed "
-    "is the mean of the step that ends at the time of the row, loads are those of the last two"
+    "Azimuth is 0 when blade 1 points up (AzimB1Up = 0); RotSpeed is the mean of the step that "
+    "ends at the time of the row, loads are those of the last two"
 )
 """Line in the head of ``history.out``."""
 

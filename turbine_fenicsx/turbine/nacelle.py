@@ -20,6 +20,7 @@ from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.case.parameters import Inertia
 from turbine_fenicsx.turbine.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.rotor_plan import AZIMUTHS
 from turbine_fenicsx.turbine.surfaces import hub_surface, nacelle_surface
 
 YAW, ROTOR = "yaw", "rotor"
@@ -47,7 +48,8 @@ class Nacelle(Component):
     def channels(self, turbine: Turbine) -> Channels:
         """Azimuth [0, 360), rotor speed and yaw for OpenFAST's readers.
 
-        Azimuth and speed count positive about the shaft, downwind; the nacelle's yaw about the
+        The azimuth is that of blade 1, 0 where it points up. Azimuth and speed count positive about
+        the shaft, downwind; the nacelle's yaw about the
         upward vertical, opposite to the paper's.
         """
         coordinates = turbine.system.joint_coordinate_names
@@ -58,6 +60,7 @@ class Nacelle(Component):
                 float(OPENFAST_SIGNS[name] * np.degrees(s.state.joint_coordinates[k]))
                 for name, k in ((ROTOR, rotor), (YAW, yaw))
             )
+            azimuth += np.degrees(AZIMUTHS[0])
             return [azimuth % 360.0, float(s.state.joint_rates[rotor]) * 30.0 / np.pi, heading]
 
         columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")

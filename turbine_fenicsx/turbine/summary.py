@@ -11,7 +11,11 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.versions import list_versions
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.conventions import BLADES, HUB
-from turbine_fenicsx.simulation.energy_check import Conserving, allowed_energy_error
+from turbine_fenicsx.simulation.energy_check import (
+    Conserving,
+    allowed_energy_error,
+    weight_round_off,
+)
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.time_stepping.newton import NewtonStepper
@@ -147,12 +151,12 @@ def summarise(
     last = statistics.last
     assert last is not None
     mass = list_masses(turbine)
-    allowed = {}
     stepper = simulation.stepper
     tolerance = stepper.energy_tolerance if isinstance(stepper, Conserving) else None
+    allowed = {}
     if tolerance is not None:
-        allowed[names.ALLOWED_ENERGY_ERROR] = allowed_energy_error(
-            statistics.largest_energy, min(mass.values()), statistics.steps, tolerance
+        allowed[names.ALLOWED_ENERGY_ERROR] = _find_allowed_error(
+            turbine, statistics, list(mass.values()), tolerance
         )
     factors = stepper.factors if isinstance(stepper, NewtonStepper) else (0, 0)
     return {
@@ -185,6 +189,17 @@ def summarise(
         "time_per_step_[s]": seconds / steps_now,
         "time_per_step_by_part_[s]": {name: t / steps_now for name, t in parts.items()},
     }
+
+
+def _find_allowed_error(
+    turbine: Turbine, statistics: Statistics, masses: list[float], tolerance: float
+) -> float:
+    """Largest error of the energy balance that tolerance and round-off explain [J]."""
+    assert statistics.last is not None
+    reach = float(np.abs(statistics.last.state.q).max(initial=0.0))
+    energy, steps = statistics.largest_energy, statistics.steps
+    allowed = allowed_energy_error(energy, min(masses), steps, tolerance)
+    return allowed + weight_round_off(turbine.system.gravity, sum(masses), reach)
 
 
 def _mesh_sizes(turbine: Turbine) -> dict[str, dict[str, float] | None]:

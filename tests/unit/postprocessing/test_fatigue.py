@@ -75,13 +75,40 @@ def test_a_load_that_rests_does_no_damage():
     assert (found.largest, found.equivalent) == (0.0, {10.0: 0.0})
 
 
-def test_what_is_before_the_start_or_without_a_number_does_not_count():
+def test_what_is_before_the_start_does_not_count():
     run = sine()
     run[MOMENT][:300] = 1e3
-    run[MOMENT][1000] = np.nan  # 10 s times 50 points a second is at 20 s
+    run[MOMENT][200] = np.nan
     (found,) = find_fatigue(run, start=6.0)
     assert found.largest == pytest.approx(6.0, rel=1e-9)
     assert found.cycles == pytest.approx(47.0, abs=1.0)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_what_is_no_number_is_told(value):
+    run = sine()
+    run[MOMENT][1000:1003] = value  # 50 points a second
+    with pytest.raises(InputError, match=rf"has 3 entries .* first {value:g} at t = 20 s"):
+        find_fatigue(run)
+    find_fatigue(run, start=21.0)
+
+
+def test_times_out_of_order_are_told():
+    run = sine()
+    run["time_[s]"][1000] = 3.0
+    with pytest.raises(InputError, match=r"'run' do not rise: 3 s comes after 19.98 s"):
+        find_fatigue(run)
+
+
+def test_steel_and_glass_fibre_have_slopes_of_their_own():
+    run = sine()
+    run.columns["tower_base_moment_x_[Nm]"] = run[MOMENT]
+    run.columns["TwrBsMxt"] = run[MOMENT]
+    found = find_fatigue(run, [MOMENT, "tower_base_moment_x_[Nm]", "TwrBsMxt"])
+    assert [list(each.equivalent) for each in found] == [[10.0], [4.0], [4.0]]
+    rows = list(csv.DictReader(io.StringIO(format_fatigue(found))))
+    assert rows[0]["equivalent_range_slope_4"] == "" == rows[1]["equivalent_range_slope_10"]
+    assert float(rows[1]["equivalent_range_slope_4"]) == found[1].equivalent[4.0]
 
 
 def test_moments_of_roots_and_tower_and_gauges_are_chosen():

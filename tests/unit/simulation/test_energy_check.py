@@ -8,12 +8,18 @@ import pytest
 from turbine_fenicsx import (
     EnergyMomentum,
     GeneralisedAlpha,
+    Gravity,
     ModelWarning,
     MultibodySystem,
     RigidBody,
     Simulation,
 )
-from turbine_fenicsx.simulation.energy_check import allowed_energy_error, judge_energy
+from turbine_fenicsx.simulation.energy_check import (
+    EnergyWatch,
+    allowed_energy_error,
+    judge_energy,
+    write_share,
+)
 from turbine_fenicsx.time_stepping.discrete_gradients import mean_stress
 
 
@@ -47,6 +53,34 @@ def test_a_hundredth_of_the_energy_is_never_explained(tolerance):
     found = checked(3.3e4, tolerance=tolerance)
     assert "wrong by 3.3e+04 J, 3.3 % of the largest energy" in found
     assert "do not trust this run" in found
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (1.0, "100 % of"),
+        (1e-7, "0.00001 % of"),
+        (0.0333, "3.3 % of"),
+        (12.3, "12 times"),
+        (1e9, "more than a thousand times"),
+    ],
+)
+def test_shares_are_written_as_people_do(share, text):
+    assert write_share(share) == text
+
+
+@pytest.mark.parametrize("reach", [1.0, 1e5])
+def test_round_off_of_positions_far_away_is_no_fault(comm, reach):
+    """Two bodies at rest: their energies are the work of their weight along a round-off."""
+    bodies = [RigidBody(name, 10.0, (1.0, 1.0, 1.0)) for name in "ab"]
+    system = MultibodySystem(comm, [*bodies, Gravity()])
+    watch = EnergyWatch()
+    watch.worst = watch.largest = 1e-8
+    watch.reach = reach
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        watch.warn(system, EnergyMomentum(system), 10)
+    assert len(caught) == (reach == 1.0 and comm.rank == 0)
 
 
 def test_no_number_is_a_fault():

@@ -1,9 +1,10 @@
 """Count the load cycles of a run and find its damage-equivalent loads.
 
 By the rainflow method (ASTM E1049-85), from history.csv: moments of the blade roots and of the
-tower base, and strain gauges, or the columns that are named. The equivalent range does in cycles of
-one frequency, over the duration of the run, the damage of all cycles counted. Prints a table and
-writes it into OUT/fatigue.csv. Needs rainflow: pip install 'turbine-fenicsx[fatigue]'.
+tower base, and strain gauges, or the columns of history.csv and history.out that are named. The
+equivalent range does in cycles of one frequency, over the duration of the run, the damage of all
+cycles counted. Prints a table and writes it into OUT/fatigue.csv. Needs rainflow: pip install
+'turbine-fenicsx[fatigue]'.
 """
 
 from __future__ import annotations
@@ -27,16 +28,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="COLUMN",
         nargs="+",
         default=[],
-        help="columns of history.csv, for example 'root_moment_1_y_[Nm]'; default: moments of "
-        "roots and tower base, strain gauges",
+        help="columns of history.csv or history.out, for example 'root_moment_1_y_[Nm]' or "
+        "RootMyb1; default: moments of roots and tower base, strain gauges",
     )
     parser.add_argument(
         "--slope",
         metavar="M",
         type=float,
         nargs="+",
-        default=[10.0],
-        help="slopes of S-N curves, 4 for steel; default: 10, for laminates with glass fibres",
+        default=[],
+        help="slopes of S-N curves; default: 4 for tower and shafts, of steel, 10 for all others, "
+        "for laminates with glass fibres",
     )
     parser.add_argument(
         "--frequency",
@@ -69,7 +71,7 @@ def _write(options: argparse.Namespace) -> list[str]:
     from turbine_fenicsx.foundation.errors import FileError, InputError
     from turbine_fenicsx.foundation.files import replace_file
     from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
-    from turbine_fenicsx.postprocessing.output_folder import read_histories
+    from turbine_fenicsx.postprocessing.output_folder import add_openfast, read_histories
 
     for slope in options.slope:
         if not 1.0 <= slope <= 100.0:
@@ -77,6 +79,9 @@ def _write(options: argparse.Namespace) -> list[str]:
     if not 0.0 < options.frequency < float("inf"):
         raise InputError(f"--frequency {options.frequency:g}: must be greater than 0")
     (series,) = read_histories([options.folder])
+    other = Path(options.folder) / "history.out"
+    if any(column not in series.columns for column in options.columns) and other.exists():
+        series = add_openfast(series, other, options.columns)
     try:
         found = find_fatigue(
             series, options.columns, options.slope, options.frequency, options.start
@@ -90,11 +95,14 @@ def _write(options: argparse.Namespace) -> list[str]:
 
 def _format_table(found: Sequence[Fatigue]) -> list[str]:
     """Lines for people."""
+    from turbine_fenicsx.postprocessing.fatigue import list_slopes
+
     head = ["column", "cycles", "largest range"]
-    head += [f"equivalent, m = {m:g}" for m in found[0].equivalent]
+    slopes = list_slopes(found)
+    head += [f"equivalent, m = {m:g}" for m in slopes]
     rows = [
         [each.column, f"{each.cycles:g}", f"{each.largest:.4g}"]
-        + [f"{x:.4g}" for x in each.equivalent.values()]
+        + [f"{each.equivalent[m]:.4g}" if m in each.equivalent else "-" for m in slopes]
         for each in found
     ]
     first, *widths = [max(map(len, cells)) for cells in zip(head, *rows, strict=True)]

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from turbine_fenicsx import __version__
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.postprocessing.conventions import OPENFAST_HEAD
 from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import (
@@ -19,9 +20,6 @@ from turbine_fenicsx.simulation.observers.history import (
 )
 from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
-
-HEAD = 8
-"""Lines before the first row: free text, its fifth line the title; then names, then units."""
 
 _WIDTH = 14
 
@@ -66,7 +64,7 @@ class OpenFastOutput:
             _format_line(names),
             _format_line([f"({unit})" for unit in units]),
         ]
-        assert len(self._head) == HEAD
+        assert len(self._head) == OPENFAST_HEAD
         self._width = len(columns)
         self._file: RowFile | None = None
 
@@ -96,7 +94,7 @@ class OpenFastOutput:
     def save(self) -> RestartData:
         """Bring the rows to the disk; their number, that of the columns, memories. Collective."""
         assert self._file is not None
-        data = RestartData({"rows": self._file.sync() - HEAD, "columns": self._width})
+        data = RestartData({"rows": self._file.sync() - OPENFAST_HEAD, "columns": self._width})
         data.add("memory", save_channels(self._channels))
         return data
 
@@ -126,7 +124,7 @@ def read_out_rows(path: str | os.PathLike[str], width: int) -> list[str]:
     Raises:
         FileError: if the file is there but cannot be read.
     """
-    return read_rows(path, HEAD, width, "\t")
+    return read_rows(path, OPENFAST_HEAD, width, "\t")
 
 
 def _last_time(time: float) -> float:
