@@ -140,6 +140,20 @@ def cell_centres(points: Array, cells: IntArray, reference: ReferenceCell) -> Ar
     return np.concatenate(centres)
 
 
+def cell_moments(points: Array, cells: IntArray, reference: ReferenceCell) -> Array:
+    """Return the integral of x x^T over each cell, shape (n_cells, 3, 3) [m^5].
+
+    The arguments are those of `scaled_jacobian`.
+    """
+    at, weights = reference.quadrature()
+    shapes, first, moments = reference.shape_functions(at), 0, []
+    for j in _jacobians(points, cells, reference, at):
+        x = shapes @ points[cells[first : first + len(j)]]
+        moments.append(np.einsum("cq,cqi,cqj->cij", np.linalg.det(j) * weights, x, x))
+        first += len(j)
+    return np.concatenate(moments)
+
+
 def examine(
     points: Array,
     cells: IntArray,

@@ -12,6 +12,7 @@ from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.case.parameters import Inertia
 
 ROOTS = ("root_1", "root_2", "root_3")
 """Physical surfaces of a mesh of blades that move with the hub."""
@@ -54,6 +55,15 @@ class BladeSurface(Protocol):
 
 class BladePlan(Protocol):
     """Blades of one kind. Positions are along a1, a2, a3 from the rotor centre."""
+
+    def find_inertia(self) -> Inertia | None:
+        """Mass, centre of mass and tensor of inertia of one in its axes a1, a2, a3.
+
+        The centre counts from the rotor centre. None if the case has those of rigid blades.
+        """
+
+    def rings(self, stations: int, around: int) -> Array:
+        """Points of the skin for pictures, shape (stations, around, 3) [m]."""
 
     @property
     def hub_radius(self) -> float:

@@ -37,6 +37,23 @@ BODY = "blades"
 """Name of the flexible body of all blades."""
 
 
+ROOT_LOADS = tuple(
+    family(blade=k, axis=axis)
+    for k in range(1, len(ROOTS) + 1)
+    for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
+    for axis in "xyz"
+)
+"""Columns of ``history.csv`` with the loads of the blades on what carries them."""
+
+OPENFAST_ROOTS = tuple(
+    f"Root{kind}{axis}b{k}_[{unit}]"
+    for k in range(1, len(ROOTS) + 1)
+    for kind, unit in (("F", "kN"), ("M", "kN-m"))
+    for axis in "xyz"
+)
+"""Columns of ``history.out`` with these."""
+
+
 @dataclass(frozen=True)
 class FlexibleBlades(Component):
     """The mesh of the blades as one flexible body, and a coupling of each root."""
@@ -77,33 +94,23 @@ class FlexibleBlades(Component):
             followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
         loads, tips = Reactions(system, reactions), Tips(system, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
-        columns = [
-            family(blade=k, axis=axis)
-            for k in numbers
-            for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
-            for axis in "xyz"
-        ]
         gauges = make_gauges(turbine, turbine.part(BODY))
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]
-        roots = [
-            f"Root{kind}{axis}b{k}_[{unit}]"
-            for k in numbers
-            for kind, unit in (("F", "kN"), ("M", "kN-m"))
-            for axis in "xyz"
-        ]
         return Channels(
             history=[
                 tip_channel(tips),
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
-                Channel(tuple(columns), lambda s: loads.mean_at(s).ravel().tolist(), loads),
+                Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],
             openfast=[
                 Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
-                Channel(tuple(roots), lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads),
+                Channel(
+                    OPENFAST_ROOTS, lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads
+                ),
             ],
         )
 

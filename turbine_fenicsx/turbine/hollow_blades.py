@@ -24,12 +24,13 @@ from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.hollow_block import HollowBlock
 from turbine_fenicsx.meshing.hollow_cells import HEXAHEDRON
 from turbine_fenicsx.meshing.model import MeshArrays
-from turbine_fenicsx.meshing.quality import cell_centres, cell_volumes
+from turbine_fenicsx.meshing.quality import cell_centres, cell_moments, cell_volumes
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.parameters import Inertia
 from turbine_fenicsx.turbine.case.tables import MaterialCase
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.wall_cells import WallCells
@@ -75,6 +76,23 @@ class HollowBlades:
         blade = on_rank0(comm, lambda: load_turbine(file).blade)
         blade = replace(blade, hub_radius=b.hub_radius, closed_tip=m.tip == "closed")
         return cls(blade, m.span, m.around, b.layup == "laminate", case.material, m.file)
+
+    def find_inertia(self) -> Inertia:
+        """Mass, centre of mass from the rotor centre, and tensor of inertia of one."""
+        solids = self.block.points, self.block.cells, self.block.reference
+        density = self.table.density
+        masses = density * cell_volumes(*solids)
+        mass = float(masses.sum())
+        centre = masses @ cell_centres(*solids) / mass
+        E = np.einsum("c,cij->ij", density, cell_moments(*solids)) - mass * np.outer(centre, centre)
+        J = np.trace(E) * np.eye(3) - E
+        a1, a2, a3 = (tuple(row) for row in J.tolist())
+        return Inertia(mass, (0.0, 0.0, 0.0), tuple(centre.tolist()), (a1, a2, a3))
+
+    def rings(self, stations: int, around: int) -> Array:
+        """Points of the outer surface for pictures, shape (stations, around, 3) [m]."""
+        s = np.linspace(0.0, 1.0, stations)[:, None]
+        return self.shape.surface(s, np.linspace(0.0, 1.0, around, endpoint=False)[None, :])
 
     @property
     def hub_radius(self) -> float:

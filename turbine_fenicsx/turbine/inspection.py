@@ -76,6 +76,22 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     return Inspection(mistakes, tuple(warnings), "\n".join([str(report), unknowns, *made]))
 
 
+def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:
+    """Mass and centre of mass of a rigid blade, in a line. Collective.
+
+    Raises:
+        InputError: if the layup of a file cannot be meshed.
+    """
+    plan = plan_rotor(case, comm)
+    inertia = on_rank0(comm, plan.blades.find_inertia)
+    if inertia is None:
+        return ["rigid turbine, no mesh of blades"]
+    return [
+        f"rigid blades with the inertia of their layup: mass of a blade {inertia.mass / 1e3:.6g} "
+        f"t, centre of mass {inertia.centre[0] - plan.blades.hub_radius:.4g} m from the root"
+    ]
+
+
 def describe_tower(case: Case) -> list[str]:
     """Lines on size, unknowns, mass and quality of the tower, if it is flexible."""
     if not case.tower.flexible:

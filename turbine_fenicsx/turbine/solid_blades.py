@@ -69,6 +69,19 @@ class SolidBlades:
             m.file is None or bool({"chord", "thickness"} & b.model_fields_set),
         )
 
+    def find_inertia(self) -> None:
+        """The case has those of rigid blades."""
+        return None
+
+    def rings(self, stations: int, around: int) -> Array:
+        """Points of elliptic sections for pictures, shape (stations, around, 3) [m]."""
+        blade, s = self.geometry, np.linspace(0.0, 1.0, stations)[:, None]
+        angle = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
+        across = 0.5 * blade.chord_at(s) * np.cos(angle)
+        through = 0.5 * blade.thickness_at(s) * np.sin(angle)
+        span = np.broadcast_to(blade.hub_radius + s * blade.length, across.shape)
+        return blade.turn(np.stack([span, across, through], axis=-1))
+
     @property
     def hub_radius(self) -> float:
         """Distance of the root from the rotor centre [m]."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.meshing.blade import BladeGeometry, RotorLayout
+from turbine_fenicsx.meshing.blade import RotorLayout
 
 
 def tube(rings: Array, closed_ends: bool = True) -> tuple[Array, npt.NDArray[np.int64]]:
@@ -70,24 +70,3 @@ def hub_surface(body: RigidBody, layout: RotorLayout, radius: float, part: int) 
         for p, a in zip(polar, length, strict=True)
     ]
     return RigidSurface(body, *tube(np.array(rings)), part)
-
-
-def blade_surface(
-    body: RigidBody, blade: BladeGeometry, layout: RotorLayout, number: int, part: int
-) -> RigidSurface:
-    """Skin of a rigid blade with elliptic sections.
-
-    Args:
-        body: The rigid blade.
-        blade: Its shape.
-        layout: Where the blades stand.
-        number: Number of the blade, from 1.
-        part: Number of the part.
-    """
-    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    s = np.linspace(0.0, 1.0, 25)[:, None]
-    across = 0.5 * blade.chord_at(s) * np.cos(angle)
-    through = 0.5 * blade.thickness_at(s) * np.sin(angle)
-    span = np.broadcast_to(blade.hub_radius + s * blade.length, across.shape)
-    rings = blade.turn(np.stack([span, across, through], axis=-1))
-    return RigidSurface(body, *tube(layout.place(rings, number)), part)

@@ -58,8 +58,8 @@ def rows():
     return [c for channel in found for c in channel.columns], np.array(rows), R
 
 
-def test_the_rigid_turbine_has_angles_only(rows):
-    assert rows[0] == COLUMNS
+def test_the_rigid_turbine_has_angles_and_root_loads(rows):
+    assert [c for c in rows[0] if not c.startswith("Root")] == COLUMNS
 
 
 def test_azimuth_and_speed_count_clockwise_seen_from_upwind(rows):
@@ -68,7 +68,8 @@ def test_azimuth_and_speed_count_clockwise_seen_from_upwind(rows):
     relative = np.array([nacelle.T @ hub for nacelle, hub in R[:, :2]])
     azimuth = [angle(r, E3) for r in relative]
     assert azimuth[-1] > 1.0
-    assert np.allclose(values[:, 0], azimuth, rtol=0, atol=1e-10)
+    # blade 2 is up at first, and blade 1 at 240 degrees
+    assert np.allclose(values[:, 0], np.add(azimuth, 240.0), rtol=0, atol=1e-10)
     speed = np.diff(azimuth) / 360.0 / (0.02 / 60.0)
     assert np.allclose(values[1:, 1], speed, rtol=0, atol=1e-8)
 
@@ -82,12 +83,12 @@ def test_nacelle_yaw_counts_counter_clockwise_seen_from_above(rows):
 
 def test_pitch_counts_towards_feather(rows):
     """The leading edge, at -y, turns upwind, to -x: negative about the outward span."""
-    _, values, R = rows
+    names, values, R = rows
     layout = plan_rotor(Case.parse({})).layout
     for k in (1, 2, 3):
         x, y, span = blade_axes(layout, k)
         relative = np.array([r[1].T @ r[1 + k] for r in R])
-        pitch = values[:, 2 + k]
+        pitch = values[:, names.index(f"BldPitch{k}_[deg]")]
         assert np.max(np.abs(pitch)) > 0.1
         assert np.allclose(pitch, [-angle(r, span) for r in relative], rtol=0, atol=1e-10)
         last = relative[-1] @ -y
@@ -104,7 +105,7 @@ def test_a_rotor_that_turns_backwards_has_azimuths_below_360():
     turbine = SimpleNamespace(system=system)
     channels = [c for part in (Nacelle(), Pitch()) for c in part.channels(turbine).openfast]
     values = [x for channel in channels for x in channel.values(SimpleNamespace(state=state))]
-    assert np.allclose(values, [360.0 - np.degrees(0.5), -30.0, -np.degrees(0.1), 0, 0, 0])
+    assert np.allclose(values, [240.0 - np.degrees(0.5), -30.0, -np.degrees(0.1), 0, 0, 0])
 
 
 def test_frame_of_the_upright_blade():

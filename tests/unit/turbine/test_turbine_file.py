@@ -139,11 +139,6 @@ def test_keys_that_contradict_the_file_are_refused(folder, tables, sentence):
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_rigid_blades_and_files_exclude_each_other(folder):
-    with pytest.raises(InputError, match=r'turbine.model = "rigid": expected "hybrid"'):
-        parse(folder, {"model": "rigid"})
-
-
 def test_a_layup_needs_a_file():
     with pytest.raises(InputError, match=r'material.law = "windio": expected turbine.file'):
         Case.parse({"material": {"law": "windio"}})

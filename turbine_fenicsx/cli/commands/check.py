@@ -24,7 +24,11 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.turbine.case.case import Draft
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
     from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-    from turbine_fenicsx.turbine.inspection import describe_tower, inspect_mesh
+    from turbine_fenicsx.turbine.inspection import (
+        describe_rigid_blades,
+        describe_tower,
+        inspect_mesh,
+    )
 
     draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
     case = draft.case
@@ -50,7 +54,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_aerodynamics(case))))
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_bearings(case))))
     if not hybrid:
-        _print(comm, "rigid turbine, no mesh of blades")
+        _print(comm, "\n".join(describe_rigid_blades(case, comm)))
     else:
         found = own or inspect_mesh(case, comm)
         if found.mistakes:

@@ -103,7 +103,8 @@ def _check_clearance(case: Tables) -> str:
 def _check_size(case: Tables) -> str:
     """The mesh of a blade has not absurdly many elements."""
     m, b = case.mesh, case.blade
-    if case.turbine.model == "rigid" or m.file:
+    rigid = case.turbine.model == "rigid" and case.turbine.file is None
+    if rigid or m.file:
         return ""
     key, value = ("size", f"{m.size:g}") if m.size else ("elements", quote(list(m.elements)))
     keys = f"mesh.{key} = {value}"
@@ -273,7 +274,12 @@ def find_unused_keys(case: Tables) -> UnusedKeys:
     """
     m, law = case.mesh, case.material.law
     if case.turbine.model == "rigid":
-        yield "", ("mesh", "material"), 'with turbine.model = "rigid"'
+        if case.turbine.file is None:
+            yield "", ("mesh", "material"), 'with turbine.model = "rigid"'
+        else:  # a mesh gives their inertia
+            yield "", ("material",), 'with turbine.model = "rigid"'
+            yield "mesh", ("file",), 'with turbine.model = "rigid"'
+            yield "turbine", ("blade", "blade_arm"), "beside turbine.file"
         yield "output", ("gauges",), 'with turbine.model = "rigid"'
         yield "blade", ("damping",), 'with turbine.model = "rigid"'
     else:

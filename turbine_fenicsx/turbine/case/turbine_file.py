@@ -90,6 +90,7 @@ def tabulate_file(
     tower: bool,
     wind: bool = False,
     generator: GeneratorShaft | None = None,
+    rigid: bool = False,
 ) -> dict[str, Any]:
     """Keys of a case that a file gives, as nested tables.
 
@@ -98,6 +99,7 @@ def tabulate_file(
         tower: Whether its tower is wanted.
         wind: Whether there is a wind, which blows at the height of the hub.
         generator: What a controller acts on; None without one.
+        rigid: Whether its blades are rigid bodies.
     """
     nacelle, hub = turbine.nacelle, turbine.hub
     assert nacelle
@@ -111,8 +113,9 @@ def tabulate_file(
             **{key: _tabulate_part(part) for key, part in parts if part},
         },
         "blade": {"hub_radius": hub.radius, "length": turbine.blade.length},
-        "material": {"law": "windio"},
     }
+    if not rigid:
+        found["material"] = {"law": "windio"}
     if wind and turbine.hub_height:
         found["wind"] = {"hub_height": turbine.hub_height}
     if tower and turbine.tower:
@@ -132,6 +135,8 @@ def tabulate_file(
             found["tower"]["top_mass"] = turbine.yaw.mass
     if generator is not None:
         found.update(design_control(turbine, generator).tables)
+        if rigid:
+            del found["pitch"]["bearings"]  # rigid blades have them always
     return found
 
 
@@ -189,18 +194,19 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
     wind = isinstance(blows, Mapping) and ("speed" in blows or "file" in blows)
     turbine = load_turbine(name)
     _require_parts(turbine, data["turbine"], Path(name).name)
-    below = tabulate_file(turbine, tower, wind, find_generator(data, turbine))
+    rigid = data["turbine"].get("model") == "rigid"
+    below = tabulate_file(turbine, tower, wind, find_generator(data, turbine), rigid)
     for part in ("nacelle", "hub"):
         table = data["turbine"].get(part)
         if isinstance(table, Mapping) and "euler" in table and part in below["turbine"]:
             del below["turbine"][part]["inertia"]
-    found = _merge(_merge(_find_defaults(data, turbine, tower), below), data)
+    found = _merge(_merge(_find_defaults(data, turbine, tower, rigid), below), data)
     found["turbine"]["file"] = name
     return found
 
 
 def _find_defaults(
-    data: Mapping[str, Any], turbine: WindIOTurbine, tower: bool
+    data: Mapping[str, Any], turbine: WindIOTurbine, tower: bool, rigid: bool
 ) -> dict[str, dict[str, Any]]:
     """Defaults of a turbine of a file, as far as the case has no other."""
     material = data.get("material")
@@ -214,7 +220,9 @@ def _find_defaults(
             del found[name]
         elif time > 0.0:
             found[name] = {"damping": {"stiffness_time": time}}
-    if viscous:
+    if rigid:
+        found["pitch"] = {"drive": "prescribed"}  # else the blades would turn freely
+    if viscous or rigid:
         found.pop("blade", None)
     if not tower:
         found.pop("tower", None)
@@ -243,7 +251,9 @@ def list_origins(case: Tables) -> tuple[list[str], list[str]]:
     turbine = load_turbine(case.turbine.file)
     taken: list[str] = []
     overridden: list[str] = []
-    tables = tabulate_file(turbine, case.tower.flexible, case.wind.blows, _find_shaft(case))
+    rigid = case.turbine.model == "rigid"
+    shaft = _find_shaft(case)
+    tables = tabulate_file(turbine, case.tower.flexible, case.wind.blows, shaft, rigid)
     for key, value in _flatten(tables):
         mine: Any = case
         for name in key.split("."):
@@ -329,13 +339,6 @@ def _check_law(case: Tables) -> str:
     return f'material.law = "{law}": expected "windio" or none beside turbine.file'
 
 
-def _check_model(case: Tables) -> str:
-    """Blades of a file are flexible."""
-    if case.turbine.file is None or case.turbine.model == "hybrid":
-        return ""
-    return 'turbine.model = "rigid": expected "hybrid" beside turbine.file'
-
-
 def _check_controller(case: Tables) -> str:
     """The built-in controller knows the turbine that it is for."""
     shaft, control = _find_shaft(case), case.control
@@ -351,7 +354,6 @@ def _check_controller(case: Tables) -> str:
 
 
 FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
-    (("turbine.model", "turbine.file"), _check_model),
     *(
         (
             (f"{table}.{key}", "turbine.file"),

@@ -86,9 +86,11 @@ def _doubt_lean(case: Tables) -> Iterator[str]:
 
 def _doubt_mass(case: Tables) -> Iterator[str]:
     """The blades weigh about what blades do; those of a file are looked at with their mesh."""
+    if case.turbine.file is not None:
+        return
     if case.turbine.model == "rigid":
         yield from find_mass_warning(case.turbine.blade.mass, case.blade.length)
-    elif case.mesh.file is None and case.turbine.file is None:
+    elif case.mesh.file is None:
         blade = case.blade.geometry()
         yield from find_mass_warning(blade.volume * case.material.density, blade.length)
 
