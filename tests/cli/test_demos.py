@@ -41,19 +41,16 @@ LAST_COLUMNS = [
     "krylov_iterations",
     "wall_time_[s]",
 ]
-RIGID_COLUMNS = ["angle_pitch_1_[rad]", "angle_pitch_2_[rad]", "angle_pitch_3_[rad]"]
+ROOT_COLUMNS = [
+    f"root_{load}_{k}_{axis}_[{unit}]"
+    for k in (1, 2, 3)
+    for load, unit in (("force", "N"), ("moment", "Nm"))
+    for axis in "xyz"
+]
+RIGID_COLUMNS = [*(f"angle_pitch_{k}_[rad]" for k in (1, 2, 3)), *ROOT_COLUMNS]
 TIP_COLUMNS = ["tip_deflection_1_[m]", "tip_deflection_2_[m]", "tip_deflection_3_[m]"]
 PART_COLUMNS = [f"tip_{way}_{k}_[m]" for k in (1, 2, 3) for way in ("flap", "edge")]
-HYBRID_COLUMNS = (
-    TIP_COLUMNS
-    + PART_COLUMNS
-    + [
-        f"root_{load}_{k}_{axis}_[{unit}]"
-        for k in (1, 2, 3)
-        for load, unit in (("force", "N"), ("moment", "Nm"))
-        for axis in "xyz"
-    ]
-)
+HYBRID_COLUMNS = [*TIP_COLUMNS, *PART_COLUMNS, *ROOT_COLUMNS]
 
 
 @pytest.fixture(scope="module")

@@ -96,11 +96,13 @@ def test_ranks_agree(runs):
             assert worst <= 1e-9 * scale, (ranks, kind, worst / scale)
 
 
-def test_the_rigid_turbine_has_angles_only(command_line, demo, tmp_path):
+def test_the_rigid_turbine_has_angles_and_root_loads(command_line, demo, tmp_path):
     settings = ("time.end=0.04", "output.fields_every=0")
     result = command_line("run", demo("rigid.toml"), "-o", tmp_path, "--set", *settings)
     assert result.returncode == 0, result.stderr
-    assert list(read(tmp_path)[0]) == ["Time", *ANGLES]
+    names = list(read(tmp_path)[0])
+    assert [n for n in names if not n.startswith("Root")] == ["Time", *ANGLES]
+    assert len(names) == 1 + len(ANGLES) + 18
 
 
 def test_a_file_that_cannot_be_written_is_refused(command_line, demo, tmp_path):

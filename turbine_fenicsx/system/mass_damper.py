@@ -15,6 +15,7 @@ Forces and moments add up to zero; the power is -alpha sum_a m_a |v_a - v_root(x
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from petsc4py import PETSc
@@ -27,30 +28,30 @@ from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.rotations import skew, skew_rows
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.rotations import cross_rows, skew, skew_rows
+from turbine_fenicsx.foundation.types import Array, IntArray
 
 LEAST_WIDTH = 1e-6
 """Least distance of the third node of a frame from the line through the others, relative to that of
 these two."""
 
 
-class Frame(NamedTuple):
-    """How the surface that holds a part moves.
+class Frames(NamedTuple):
+    """How the surfaces that hold n parts move; velocities at x are offset + spin x.
 
     Attributes:
-        middle: c, shape (3,) [m].
-        arms: r_k, shape (3, 3) [m].
-        inverse: J^-1, shape (3, 3) [1/m^2].
-        velocity: v_c, shape (3,) [m/s].
-        spin: Matrix of omega x, shape (3, 3) [1/s].
+        middle: c, shape (n, 3) [m].
+        arms: r_k, shape (n, 3, 3) [m].
+        inverse: J^-1, shape (n, 3, 3) [1/m^2].
+        spin: Matrices of omega x, shape (n, 3, 3) [1/s].
+        offset: v_c - omega x c, shape (n, 3) [m/s].
     """
 
     middle: Array
     arms: Array
     inverse: Array
-    velocity: Array
     spin: Array
+    offset: Array
 
 
 class MassDamper:
@@ -72,11 +73,12 @@ class MassDamper:
         self._comm, self._X = space.mesh.comm, positions
         self._first = space.dofmap.index_map.local_range[0]
         every = np.arange(len(positions))
-        self._parts = [
+        parts = [
             every if part.cells is None else nodes_of_cells(space, part.cells)
             for part in damping.held
         ]
-        self._weights = [damping.mass * masses[nodes][:, None] for nodes in self._parts]
+        self._weights = [damping.mass * masses[nodes][:, None] for nodes in parts]
+        self._parts = [_as_slice(nodes) for nodes in parts]
         frames = [self._choose_frame(space, damping.name, part) for part in damping.held]
         self._numbers = np.array(frames, dtype=np.int64)  # global numbers of the nodes k
         local = self._numbers - self._first
@@ -94,32 +96,36 @@ class MassDamper:
         """
         x, v, forces = self._X + u.reshape(-1, 3), v.reshape(-1, 3), out.reshape(-1, 3)
         frames = self._find_frames(x, v)
-        sums = np.zeros((len(frames), 4, 3))
-        for k, (nodes, weights, frame) in enumerate(
-            zip(self._parts, self._weights, frames, strict=True)
-        ):
-            d = x[nodes] - frame.middle
-            f = -factor * weights * (v[nodes] - frame.velocity - d @ frame.spin.T)
+        sums = np.empty((len(self._parts), 4, 3))
+        for k, (nodes, f) in enumerate(self._find_forces(frames, x, v)):
+            f *= factor
             forces[nodes] += f
-            sums[k, 0], sums[k, 1:] = f.sum(axis=0), d.T @ f
+            sums[k, 0], sums[k, 1:] = f.sum(axis=0), x[nodes].T @ f
         sums = sum_over_ranks(self._comm, sums)
-        reactions = np.empty((len(frames), 3, 3))
-        for k, frame in enumerate(frames):
-            A = sums[k, 1:]
-            T = np.array([A[1, 2] - A[2, 1], A[2, 0] - A[0, 2], A[0, 1] - A[1, 0]])
-            reactions[k] = -sums[k, 0] / 3.0 - frame.arms @ skew(frame.inverse @ T).T
+        F, T = sums[:, 0], _axial(sums[:, 1:]) - cross_rows(frames.middle, sums[:, 0])
+        turns = skew_rows((frames.inverse @ T[:, :, None])[:, :, 0])
+        reactions = -F[:, None] / 3.0 - frames.arms @ turns.transpose(0, 2, 1)
         np.add.at(forces, self._local, reactions[self._mine])
 
     def power(self, u: Array, v: Array) -> float:
         """This rank's part of the power that it takes out [W]; arguments as of `add_forces`."""
         x, v = self._X + u.reshape(-1, 3), v.reshape(-1, 3)
-        total = 0.0
-        for nodes, weights, frame in zip(
-            self._parts, self._weights, self._find_frames(x, v), strict=True
-        ):
-            d = x[nodes] - frame.middle
-            total += float(np.sum(weights * (v[nodes] - frame.velocity - d @ frame.spin.T) ** 2))
-        return total
+        parts = self._find_forces(self._find_frames(x, v), x, v)
+        powers = [
+            np.sum(f * f / weights) for (_, f), weights in zip(parts, self._weights, strict=True)
+        ]
+        return float(np.sum(powers))
+
+    def _find_forces(
+        self, frames: Frames, x: Array, v: Array
+    ) -> Iterator[tuple[slice | IntArray, Array]]:
+        """Nodes of each part, and the forces on them [N]."""
+        for k, (nodes, weights) in enumerate(zip(self._parts, self._weights, strict=True)):
+            f = x[nodes] @ frames.spin[k].T
+            f += frames.offset[k]
+            f -= v[nodes]
+            f *= weights
+            yield nodes, f
 
     def matrix(self, u: Array) -> PETSc.Mat:
         """New matrix of minus the forces per velocity, symmetric [N s/m].
@@ -133,14 +139,16 @@ class MassDamper:
         x = self._X + u.reshape(-1, 3)
         rows, columns, values = [], [], []
         frames = self._find_frames(x, np.zeros_like(x))
-        for nodes, weights, frame, numbers in zip(
-            self._parts, self._weights, frames, self._numbers, strict=True
+        every = np.arange(len(x))
+        for k, (part, weights, numbers) in enumerate(
+            zip(self._parts, self._weights, self._numbers, strict=True)
         ):
+            nodes = every[part]
             dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
             root = np.sqrt(np.repeat(weights, 3))
             of_frame = (3 * numbers[:, None] + np.arange(3)).ravel()
-            d = skew_rows(x[nodes] - frame.middle)
-            turns = np.hstack([frame.inverse @ skew(r) for r in frame.arms])
+            d = skew_rows(x[nodes] - frames.middle[k])
+            turns = np.hstack([frames.inverse[k] @ skew(r) for r in frames.arms[k]])
             Q = (d @ turns - np.tile(np.eye(3) / 3.0, 3)).reshape(len(dofs), 9)
             rows += [dofs, np.repeat(dofs, 9)]
             columns += [3 * self._first + dofs, np.tile(of_frame, len(dofs))]
@@ -154,21 +162,20 @@ class MassDamper:
         root_of_D.destroy()
         return D
 
-    def _find_frames(self, x: Array, v: Array) -> list[Frame]:
+    def _find_frames(self, x: Array, v: Array) -> Frames:
         """How the surfaces move, for positions and velocities of the owned nodes."""
         values = np.zeros((2, *self._mine.shape, 3))
         values[0, self._mine], values[1, self._mine] = x[self._local], v[self._local]
-        values = sum_over_ranks(self._comm, values)
-        found = []
-        for points, velocities in zip(*values, strict=True):
-            middle = points.mean(axis=0)
-            r = points - middle
-            inverse = np.linalg.inv(np.sum(r * r) * np.eye(3) - r.T @ r)
-            A = r.T @ velocities
-            moment = np.array([A[1, 2] - A[2, 1], A[2, 0] - A[0, 2], A[0, 1] - A[1, 0]])
-            spin = skew(inverse @ moment)
-            found.append(Frame(middle, r, inverse, velocities.mean(axis=0), spin))
-        return found
+        points, velocities = sum_over_ranks(self._comm, values)
+        middle = points.mean(axis=1)
+        r = points - middle[:, None]
+        J = -r.transpose(0, 2, 1) @ r
+        J += np.einsum("nki,nki->n", r, r)[:, None, None] * np.eye(3)
+        inverse = np.linalg.inv(J)
+        moments = _axial(r.transpose(0, 2, 1) @ velocities)
+        spin = skew_rows((inverse @ moments[:, :, None])[:, :, 0])
+        offset = velocities.mean(axis=1) - (spin @ middle[:, :, None])[:, :, 0]
+        return Frames(middle, r, inverse, spin, offset)
 
     def _choose_frame(self, space: Any, name: str, part: HeldPart) -> list[int]:
         """Global numbers of three nodes of a surface that are far from each other."""
@@ -189,3 +196,15 @@ class MassDamper:
         if widths[c] <= LEAST_WIDTH * length:
             raise ModelError(f"the nodes of a surface of {name!r} must not lie on a line")
         return [int(numbers[k]) for k in (a, b, c)]
+
+
+def _axial(A: Array) -> Array:
+    """Sums of x x f for sums A of the dyads x f^T, shape (n, 3) for (n, 3, 3)."""
+    return np.stack([A[:, j, k] - A[:, k, j] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1)
+
+
+def _as_slice(nodes: IntArray) -> slice | IntArray:
+    """Nodes that follow each other as a slice, which copies nothing."""
+    if len(nodes) and nodes[-1] - nodes[0] + 1 == len(nodes):
+        return slice(int(nodes[0]), int(nodes[-1]) + 1)
+    return nodes

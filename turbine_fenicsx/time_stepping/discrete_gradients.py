@@ -34,9 +34,14 @@ about this in the worst of a thousand for a half.
 """
 
 
+def mean_strain(F: Any, D: Any) -> Any:
+    """C_bar."""
+    return F.T * F + 0.25 * D.T * D
+
+
 def mean_stress(energy: Energy, F: Any, D: Any) -> Any:
     """S(C_bar); for W quadratic in C this is (S_n + S_{n+1})/2 and an exact discrete gradient."""
-    return second_piola_kirchhoff(energy, F.T * F + 0.25 * D.T * D)
+    return second_piola_kirchhoff(energy, mean_strain(F, D))
 
 
 def general_stress(energy: Energy, F: Any, D: Any) -> Any:

@@ -14,6 +14,8 @@ not negative; momenta are conserved for any symmetric S_dis.
 
 from __future__ import annotations
 
+from typing import Any
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -23,13 +25,14 @@ from dolfinx import fem
 from turbine_fenicsx import _compat
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.base import stress_at_rest
+from turbine_fenicsx.materials.base import second_piola_kirchhoff, stress_at_rest
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,
+    mean_strain,
 )
 from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
@@ -65,17 +68,14 @@ class FlexibleStep:
         self._half_dt2 = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self._dt = fem.Constant(mesh, PETSc.ScalarType(1.0))
         self._gravity = fem.Constant(mesh, np.zeros(3, dtype=PETSc.ScalarType))
-        self._compile(
-            stress or discrete_gradient_stress(model.body.material.quadratic),
-            numerical_dissipation,
-        )
+        self._compile(stress, numerical_dissipation)
         self.tangent = _compat.create_matrix(self._tangent)
         self._half_dt2.value = 1.0
         self._round_off = self._force_round_off()  # its tangents also fix the sparsity
         self._masses = np.repeat(np.abs(model.nodal_mass), 3)
         self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
 
-    def _compile(self, stress: AlgorithmicStress, chi: float) -> None:
+    def _compile(self, stress: AlgorithmicStress | None, chi: float) -> None:
         """Compile the forms."""
         model = self.model
         w, delta = ufl.TestFunction(model.space), ufl.TrialFunction(model.space)
@@ -86,9 +86,7 @@ class FlexibleStep:
             S_chi = stress_at_rest(model.energy, strain_rate(F_mid, D))
             more["numerical dissipation"] = 0.5 * model.parameter(chi) * S_chi
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, more)
-        S = stress(model.energy, F_mid, D)
-        for S_dis in self.midpoint.stresses.values():
-            S += S_dis
+        S = self._sum_stresses(stress, F_mid, D, chi)
         # momenta of the flexible body, eqs (55), (57)
         inertia = self._du - self._dt_v - h * self._gravity
         R = model.density * ufl.dot(inertia, w) * model.dx_mass
@@ -98,6 +96,25 @@ class FlexibleStep:
             R -= h * integral
         self._residual = LinearForm(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
+
+    def _sum_stresses(
+        self, stress: AlgorithmicStress | None, F_mid: Any, D: Any, chi: float
+    ) -> Any:
+        """S_alg + S_dis. Of a quadratic law all parts with D_0 are one, S of C + 2 c dE."""
+        model, dissipating = self.model, dict(self.midpoint.stresses)
+        quadratic = model.body.material.quadratic
+        dE, c = strain_rate(F_mid, D), ufl.as_ufl(0.0)
+        if stress is None and quadratic:
+            if model.damping is not None:
+                del dissipating["structural damping"]
+                c += model.parameter(model.damping.stiffness) / self._dt
+            if chi:
+                del dissipating["numerical dissipation"]
+                c += 0.5 * model.parameter(chi)
+            S = second_piola_kirchhoff(model.energy, mean_strain(F_mid, D) + 2.0 * c * dE)
+        else:
+            S = (stress or discrete_gradient_stress(quadratic))(model.energy, F_mid, D)
+        return S + sum(dissipating.values(), ufl.zero(3, 3))
 
     def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
