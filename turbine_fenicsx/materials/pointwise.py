@@ -86,12 +86,13 @@ class CellMiddles:
     def __init__(self, mesh: Any, cells: Sequence[int]) -> None:
         self._cells = np.asarray(cells, dtype=np.int32)
         kind, nodes = _compat.cell_name(mesh), _compat.nodes_of_cells(mesh)[self._cells]
-        degree = 1 if nodes.shape[1] in (4, 8) else 2
         middle = np.full((1, 3), 0.5 if kind == "hexahedron" else 0.25)
-        N, dN = _compat.shape_functions(kind, degree, middle)
+        shapes = (_compat.shape_functions(kind, degree, middle) for degree in (1, 2))
+        self._shapes = {len(N[0]): (N[0], dN[0]) for N, dN in shapes}
+        N, dN = self._shapes[nodes.shape[1]]
         X = mesh.geometry.x[nodes]
-        self._points: Array = np.einsum("a,nai->ni", N[0], X)
-        self._jacobians: Array = np.einsum("aj,nai->nij", dN[0], X)
+        self._points: Array = np.einsum("a,nai->ni", N, X)
+        self._jacobians: Array = np.einsum("aj,nai->nij", dN, X)
 
     def evaluate(self, expressions: Sequence[Expr], given: Mapping[Any, Array]) -> Array:
         """Values of scalar expressions.
@@ -139,8 +140,7 @@ class CellMiddles:
         if isinstance(node, fem.Constant):
             return np.asarray(node.value, dtype=float)[None, None]
         if isinstance(node, fem.Function):
-            shape = (len(self._cells), *node.ufl_shape)
-            return node.eval(self._points, self._cells).reshape(shape)[:, None]
+            return self._interpolate(node)[:, None]
         if isinstance(node, ufl.classes.Zero):
             return np.zeros((1, 1, *node.ufl_shape))
         if isinstance(node, ufl.classes.ScalarValue):
@@ -152,3 +152,13 @@ class CellMiddles:
         if name == "Jacobian":
             return self._jacobians[:, None]
         raise UnknownExpression(name)
+
+    def _interpolate(self, field: fem.Function) -> Array:
+        """Values of a field of cells or of Lagrange's functions, shape (cells, ...)."""
+        dofs = _compat.dofs_of_cells(field.function_space)[self._cells]
+        if dofs.shape[1] != 1 and dofs.shape[1] not in self._shapes:
+            raise UnknownExpression(f"a field with {dofs.shape[1]} values in a cell")
+        values = field.x.array.reshape(-1, field.function_space.dofmap.bs)[dofs]
+        N = self._shapes[dofs.shape[1]][0] if dofs.shape[1] > 1 else np.ones(1)
+        found: Array = np.einsum("a,nai->ni", N, values)
+        return found.reshape(len(dofs), *field.ufl_shape)

@@ -18,6 +18,7 @@ from turbine_fenicsx import (
     Simulation,
     StVenantKirchhoff,
     TransverselyIsotropic,
+    _compat,
     check_material,
     squared_stretches,
 )
@@ -164,6 +165,20 @@ def test_a_start_that_turns_cells_inside_out_is_refused(comm, where):
     else:
         with pytest.raises(ModelError, match="displacement of 'block' turns 8 cells inside out"):
             MultibodySystem(comm, [body])
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_fields_have_their_values_in_the_middle_of_cells(comm, degree):
+    cells = mesh.create_box(
+        comm, [[0, 0, 0], [2.0, 1.0, 1e-7]], [3, 2, 1], mesh.CellType.hexahedron
+    )
+    if not cells.topology.index_map(3).size_local:
+        return
+    x = ufl.SpatialCoordinate(cells)
+    field = fem.Function(_compat.cellwise_space(cells, (), degree))
+    field.interpolate(lambda X: 1.0 + 2.0 * X[0] - X[1])
+    values = CellMiddles(cells, [0]).evaluate([field, x[0], x[1]], {})[0, 0]
+    assert values[0] == pytest.approx(1.0 + 2.0 * values[1] - values[2], rel=1e-12)
 
 
 # --- principal stretches
