@@ -105,13 +105,13 @@ def held_modes(
         model: The body.
         nodes: Owned nodes of the part, shape (n,).
         held: Those of them that do not move.
-        count: Number of modes.
+        count: Number of modes; fewer come if the part has not as many.
         load: Forces on the nodes that prestress it [N].
         spin: Matrix S of a rotation omega x, which adds M S^2 to the stiffness, shape (3, 3).
         rider: What sits at its end.
 
     Raises:
-        ModelError: if the part has fewer modes.
+        ModelError: if no node of the part can move.
 
     Note:
         Collective.
@@ -240,8 +240,9 @@ def _solve(K: sparse.csr_matrix, forces: Array) -> Array:
 
 def _find(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Array, Array]:
     """The lowest squares of angular frequencies, and their vectors in columns."""
-    if not count < K.shape[0]:
-        raise ModelError(f"{count} modes, but the part has {K.shape[0]} free coordinates")
+    count = min(count, K.shape[0] - 1)  # more are not found by iteration
+    if count < 1:
+        raise ModelError("a part without free nodes has no modes")
     with one_thread():
         ksp, inverse = _factor(K)
         start = np.random.default_rng(0).standard_normal(K.shape[0])

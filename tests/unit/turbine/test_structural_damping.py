@@ -169,6 +169,13 @@ def test_what_stands_on_the_tower_counts(comm):
     assert found[1].mass > 1.2 * found[0].mass
 
 
+def test_the_coarsest_tower_is_damped(comm):
+    tables = TOWER | {"tower": TOWER["tower"] | {"elements": [3, 1, 1], "degree": 1}}
+    tables["tower"]["damping"] = {"fore_aft_1": "1 %"}
+    (damping,) = (p for p in find_parts(comm, tables) if isinstance(p, RayleighDamping))
+    assert damping.stiffness > 0.0 == damping.mass
+
+
 # --- what cannot be
 
 
