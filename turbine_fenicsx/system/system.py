@@ -110,9 +110,10 @@ class MultibodySystem:
         )
         self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
+        sentences = [*numbering.warnings, *find_far_points(found)]
         if comm.rank == 0:
-            for warning in (*numbering.warnings, *find_far_points(found)):
-                log.warning(warning)
+            for sentence in sentences:
+                log.warning(sentence)
         for body in self.flexible_bodies:
             _check_law(body)
         self.flexible_models = tuple(
