@@ -28,6 +28,7 @@ NOISE = (
     "work_of_motion_of_yaw_[J]",
     "constraint_error_[-]",
     "newton_iterations",
+    "krylov_iterations",
     "wall_time_[s]",
 )
 """Columns of round-off, of what it decides (residuals of 1.3e-10 to 1e-10) and of the clock."""
