@@ -62,14 +62,15 @@ def check_material(material: Material, mesh: Any, name: str = "") -> list[str]:
     """
     who = f"law {type(material).__name__}" + (f" of {name!r}" if name else "")
     count = mesh.topology.index_map(3).size_local
-    warnings, error = [], None
+    warnings: list[str] = []
+    error: Exception | None = None
     if count:
         try:
             cells = sorted({0, count // 2, count - 1})
             warnings = _check(who, material, mesh, CellMiddles(mesh, cells))
         except UnknownExpression as unknown:
             log.info("%s is not checked: it depends on %s", who, unknown)
-        except ModelError as problem:  # the other ranks must hear of it
+        except Exception as problem:  # the other ranks must hear of it, whatever it is
             error = problem
     raise_together(mesh.comm, error)
     return list(dict.fromkeys(w for each in mesh.comm.allgather(warnings) for w in each))

@@ -112,14 +112,15 @@ def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeS
         wanted: Names of columns of either file; those of ``history.out`` with or without the unit.
 
     Raises:
-        InputError: if a column is in neither file, they do not have the same times, or the file
-            cannot be read.
+        InputError: if the files do not have the same times, or ``history.out`` cannot be read.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text"
-        raise InputError(f"cannot read {str(path)!r}: {reason}") from None
+        with TextIOWrapper(open_regular(path), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+    except OSError as error:
+        raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not text") from None
     if len(lines) <= OPENFAST_HEAD:
         raise InputError(f"{path} holds no rows")
     names, units = (lines[OPENFAST_HEAD - k].split() for k in (2, 1))

@@ -67,7 +67,7 @@ def _damp_blades(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) ->
     )
     if not wanted.ratios:
         return damping
-    model = FlexibleModel(body)
+    system, model = _make_system(assembly, damping, held[:1])
     nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
     root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
     layout, speed = assembly.rotor.layout, assembly.case.blade.damping.speed
@@ -78,9 +78,9 @@ def _damp_blades(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) ->
     model.momentum(arms, load)
     modes = held_modes(model, nodes, root, COUNT, load=load, spin=spin)
     axes = blade_axes(layout, 1)
-    sections = _cut(assembly, body, nodes, axes)
+    sections = _cut(system, nodes, axes)
     named = _name(modes, [BLADE_WAYS[_find_way(sections, nodes, mode)] for mode in modes])
-    return _meet(damping, replace(damping, held=held[:1]), model, wanted, named, "blade")
+    return _meet(damping, model, wanted, named, "blade")
 
 
 def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> RayleighDamping:
@@ -94,7 +94,7 @@ def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> 
     )
     if not wanted.ratios:
         return damping
-    model = FlexibleModel(body)
+    system, model = _make_system(assembly, damping, damping.held)
     nodes = np.arange(model.n_owned)
     foot, top = (nodes_of_facets(model.space, mesh.facets(name)) for name in (BOTTOM, TOP))
     gravity = -assembly.case.loads.gravity * np.asarray(E2)
@@ -102,18 +102,26 @@ def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> 
     weight = model.new_vector()
     weight.array[:] = (model.nodal_mass[:, None] * gravity).ravel()
     modes = held_modes(model, nodes, foot, COUNT, load=weight, rider=rider)
-    sections = _cut(assembly, body, nodes, AXES)
+    sections = _cut(system, nodes, AXES)
     ways = []
     for mode in modes:
         shape = sections.motion(mode.shape)
         ways.append(name_tower(shape, shape / sections.roots, sections.stations)[0].way)
-    return _meet(damping, damping, model, wanted, _name(modes, ways), "tower")
+    return _meet(damping, model, wanted, _name(modes, ways), "tower")
 
 
-def _cut(assembly: Assembly, body: FlexibleBody, nodes: IntArray, axes: Array) -> CrossSections:
-    """Cross-sections of a part."""
-    system = MultibodySystem(assembly.comm, [body])
-    piece = Piece(body.name, 0, nodes)
+def _make_system(
+    assembly: Assembly, damping: RayleighDamping, held: Sequence[HeldPart]
+) -> tuple[MultibodySystem, FlexibleModel]:
+    """The body alone, with a mass coefficient of one for what `held` holds; its model."""
+    unit = replace(damping, stiffness=0.0, mass=1.0, held=held)
+    system = MultibodySystem(assembly.comm, [damping.flexible, unit])
+    return system, system.flexible_models[0]
+
+
+def _cut(system: MultibodySystem, nodes: IntArray, axes: Array) -> CrossSections:
+    """Cross-sections of a part of the only body of a system."""
+    piece = Piece(system.flexible_bodies[0].name, 0, nodes)
     state = system.initial_state()
     found = CrossSections(system, state, piece, axes, axes[2])
     state.destroy()
@@ -137,7 +145,6 @@ def _name(modes: Sequence[HeldMode], ways: Sequence[str]) -> dict[str, HeldMode]
 
 def _meet(
     damping: RayleighDamping,
-    of_part: RayleighDamping,
     model: FlexibleModel,
     wanted: DampingCase,
     named: Mapping[str, HeldMode],
@@ -145,15 +152,13 @@ def _meet(
 ) -> RayleighDamping:
     """The damping with coefficients that meet the ratios.
 
-    A mode u of modal mass 1 has the ratio (beta u^T K(0) u + alpha u^T Q^T W Q u)/(2 w), with the
-    masses W relative to the root as of `MassDamper`.
+    A mode u of modal mass 1 has the ratio (beta u^T K(0) u + alpha u^T Q^T W Q u)/(2 w). The model
+    has the masses W relative to the root, as of `MassDamper` with alpha = 1.
 
     Raises:
         ModelError: if there is no such mode, or no coefficients meet the ratios.
     """
-    keys, rows = list(wanted.ratios), []
-    unit = replace(of_part, stiffness=0.0, mass=1.0)
-    damper = FlexibleModel(model.body, (), unit).mass_damper
+    keys, rows, damper = list(wanted.ratios), [], model.mass_damper
     assert damper is not None
     for key in keys:
         if key not in named:

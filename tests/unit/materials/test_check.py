@@ -122,12 +122,6 @@ def test_wrong_laws_are_refused_when_a_body_is_bound(comm, law, words):
         (lambda C, p: ufl.tr(strain(C)) ** 2, "no stiffness at rest against some strain"),
         (
             lambda C, p: (
-                NEO_HOOKE.strain_energy(C, p) + 1e-9 * ufl.sqrt(0.01 - strain(C)[0, 0] ** 2)
-            ),
-            None,
-        ),
-        (
-            lambda C, p: (
                 NEO_HOOKE.strain_energy(C, p) - ufl.ln(1.0 - (20.0 * strain(C)[0, 1]) ** 2)
             ),
             "is not finite at strains of 0.1",
@@ -141,8 +135,8 @@ def test_suspicious_laws_are_warned_of_once(comm, energy, words):
         MultibodySystem(comm, [body])
         MultibodySystem(comm, [body])
     texts = [str(w.message) for w in found if w.category is ModelWarning]
-    if words and comm.rank == 0:
-        (text,) = texts
+    assert len(texts) == (comm.rank == 0)
+    for text in texts:
         assert text.startswith("law Own of 'block' ") and words in text
 
 
