@@ -32,7 +32,7 @@ from turbine_fenicsx.analysis.turning_frame import TurningFrame
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 
@@ -113,7 +113,7 @@ def _weight(j: int, blades: int) -> float:
     return float(2.0 / blades * np.sin(2.0 * np.pi * j / blades))
 
 
-def _shift_body(model: FlexibleModel, arms: Array, R: Array, blades: int) -> PETSc.Mat:
+def _shift_body(model: BodyModel, arms: Array, R: Array, blades: int) -> PETSc.Mat:
     """C of a flexible body.
 
     Args:
@@ -122,7 +122,7 @@ def _shift_body(model: FlexibleModel, arms: Array, R: Array, blades: int) -> PET
         R: The rotation.
         blades: N.
     """
-    comm = model.body.mesh.comm
+    comm = model.comm
     everywhere = np.concatenate(comm.allgather(arms))
     reach = np.max(np.linalg.norm(everywhere, axis=1))
     far, sources = cKDTree(everywhere).query(arms @ R)

@@ -18,14 +18,14 @@ import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import BorderedSolver, FlatVectors, blocks_of
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
 def count_degrees_of_freedom(system: MultibodySystem) -> int:
     """Number of coordinates of a system minus that of independent constraints."""
-    sizes = (3 * m.space.dofmap.index_map.size_global for m in system.flexible_models)
+    sizes = (3 * m.size_global for m in system.flexible_models)
     held = (c.C.getSize()[0] for c in system.coupling_blocks)
     model = system.rigid_model
     return int(sum(sizes) - sum(held)) + 2 * (model.n_q + model.n_T) - model.size
@@ -128,10 +128,10 @@ class LinearSystem:
                 matrix.destroy()
 
 
-def zero_matrix(model: FlexibleModel) -> PETSc.Mat:
+def zero_matrix(model: BodyModel) -> PETSc.Mat:
     """Matrix without entries, shaped like the stiffness of a body."""
     n = (3 * model.n_owned, None)
-    matrix = PETSc.Mat().createAIJ((n, n), nnz=0, comm=model.body.mesh.comm)
+    matrix = PETSc.Mat().createAIJ((n, n), nnz=0, comm=model.comm)
     matrix.setUp()
     matrix.assemble()
     return matrix

@@ -13,7 +13,7 @@ from turbine_fenicsx.analysis.mode import Motion
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import IntArray
-from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -96,7 +96,7 @@ class ModalSums:
 
     def _pair_bodies(
         self, a: Motion, b: Motion
-    ) -> zip[tuple[FlexibleModel, PETSc.Vec, PETSc.Vec, PETSc.Vec]]:
+    ) -> zip[tuple[BodyModel, PETSc.Vec, PETSc.Vec, PETSc.Vec]]:
         """Each flexible body with its two motions and a vector for a product."""
         return zip(self._system.flexible_models, a.u, b.u, self._products, strict=True)
 

@@ -20,7 +20,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
@@ -67,14 +67,15 @@ class TurningFrame:
         return self.speed * skew(self.axis)
 
     def body_arms(self, body: int, u: PETSc.Vec) -> Array:
-        """Positions x - a of the owned nodes of a flexible body, shape (n_owned, 3) [m].
+        """Positions x - h a of the owned nodes of a flexible body, shape (n_owned, 3) [m].
 
         Args:
             body: Its number.
             u: Its displacement.
         """
-        X = self.system.flexible_models[body].positions
-        return np.asarray(X + u.array_r.reshape(-1, 3) - self.point)
+        model = self.system.flexible_models[body]
+        x = model.positions + u.array_r.reshape(-1, 3)
+        return np.asarray(x - model.is_point[:, None] * self.point)
 
     def rigid_arms(self, q: Array) -> Array:
         """Centres of mass x - a, and directors, of all rigid bodies, shape (bodies, 4, 3)."""
@@ -134,22 +135,22 @@ class TurningFrame:
         Velocities stay as they are. Multipliers become those whose forces are nearest to the
         turned ones.
         """
-        R_T, model = rotation_about(self.axis, angle).T, self.system.rigid_model
-        D = model.constraint_jacobian(state.q, state.joint_coordinates)
-        forces = np.split(state.multipliers @ D, [model.n_q])
+        R_T, rigid = rotation_about(self.axis, angle).T, self.system.rigid_model
+        D = rigid.constraint_jacobian(state.q, state.joint_coordinates)
+        forces = np.split(state.multipliers @ D, [rigid.n_q])
         forces[0] = self._turned(forces[0], forces[0].reshape(-1, 4, 3) @ R_T)
         positions = self.rigid_arms(state.q) @ R_T
         positions[:, 0] += self.point
         state.q = self._turned(state.q, positions)
         state.joint_coordinates = state.joint_coordinates.copy()
         state.joint_coordinates[self.coordinate] += angle
-        D = model.constraint_jacobian(state.q, state.joint_coordinates)
+        D = rigid.constraint_jacobian(state.q, state.joint_coordinates)
         state.multipliers = np.linalg.lstsq(D.T, np.concatenate(forces), rcond=None)[0]
         for body, turns in enumerate(self.flexible_turns):
             if turns:
-                u, X = state.u[body], self.system.flexible_models[body].positions
-                x = self.point + self.body_arms(body, u) @ R_T
-                u.array[:] = (x - X).ravel()
+                u, model = state.u[body], self.system.flexible_models[body]
+                x = model.is_point[:, None] * self.point + self.body_arms(body, u) @ R_T
+                u.array[:] = (x - model.positions).ravel()
                 held = state.coupling[body]
                 held.array[:] = (held.array_r.reshape(-1, 3) @ R_T).ravel()
 
@@ -232,7 +233,7 @@ def _second_side(system: MultibodySystem, joint: Joint) -> set[int]:
 
 
 def _connected(
-    start: RigidBody | FlexibleBody | None, pairs: Iterable[tuple[Any, Any]]
+    start: RigidBody | DeformableBody | None, pairs: Iterable[tuple[Any, Any]]
 ) -> set[int]:
     """Identities of what pairs of bodies connect with one of them; None is the ground."""
     neighbours: dict[int, list[Any]] = {}

@@ -123,6 +123,20 @@ class RigidBody:
         """Diagonal of the mass matrix, shape (12,) [kg, kg m^2], eq. (7)."""
         return np.repeat([self.mass, *self.euler], 3)
 
+    def weights_of(self, positions: Array, is_point: Array) -> Array:
+        """Weights (h, xi_1, xi_2, xi_3) of phi and the directors for nodes that move with the body.
+
+        Args:
+            positions: Initial values X of the nodes, shape (n, 3).
+            is_point: h of each, 1 for a point x = phi + sum xi_i d_i, 0 for a vector sum xi_i d_i.
+
+        Returns:
+            Shape (n, 4).
+        """
+        h = is_point[:, None]
+        arms = positions - h * np.asarray(self.position, dtype=float)
+        return np.hstack([h, arms @ np.asarray(self.directors, dtype=float)])
+
     def body_coordinates(self, point: npt.ArrayLike) -> Array:
         """Constant coordinates xi_i of a point in the body frame, x = phi + sum xi_i d_i.
 

@@ -26,8 +26,8 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.base import DirectSolver
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.nested_blocks import NestedBlocks
 
 
@@ -160,14 +160,14 @@ class BodyElimination:
 
     def __init__(
         self,
-        flexible: FlexibleModel,
+        flexible: BodyModel,
         tangent: PETSc.Mat,
         coupling: CouplingBlock,
         make_solver: Callable[[PETSc.Mat, PETSc.IS], FreeSolver],
     ) -> None:
         """Find the free nodes and allocate the columns."""
         self.columns = coupling.columns
-        self._A, self._B, self._comm = tangent, coupling.B_local, flexible.body.mesh.comm
+        self._A, self._B, self._comm = tangent, coupling.B_local, flexible.comm
         self._contact = coupling.dofs
         self._free = np.setdiff1d(np.arange(3 * flexible.n_owned), self._contact)
         first = tangent.getOwnershipRange()[0]
@@ -181,7 +181,7 @@ class BodyElimination:
         self._x_I, self._b_I = self._A_II.createVecs()
         self._u, self._c = self._A_c.createVecs()
         self._b_contact = np.zeros(self._contact.size)
-        self._start = coupling.rigid_extension(flexible.positions)
+        self._start = coupling.rigid_extension(flexible)
         self._Z = np.zeros_like(self._start)
         self.schur: Array = np.zeros((self.columns.size,) * 2)
 

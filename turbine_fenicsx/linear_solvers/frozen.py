@@ -31,6 +31,7 @@ from turbine_fenicsx.linear_solvers.frames import NodeFrames, turn
 from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
 
 log = logging.getLogger(__name__)
 
@@ -53,7 +54,7 @@ class FrozenElimination:
         system = step.system
         self._step = step
         self._bodies = [
-            _TurningBody(m, A, c, make_solver)
+            _TurningBody(on_mesh(m, "frozen factors"), A, c, make_solver)
             for m, A, c in zip(
                 system.flexible_models, step.tangents, system.coupling_blocks, strict=True
             )

@@ -16,6 +16,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.factor import to_petsc
 from turbine_fenicsx.linear_solvers.substructures import find_shared_nodes
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
 ENTRY, FACTOR_ENTRY = 12.0, 8.0
@@ -44,7 +45,9 @@ def check_memory(system: MultibodySystem, linear_solver: str, shared: bool) -> N
     Raises:
         InputError: on all ranks, if the memory is too small.
     """
-    models, available = system.flexible_models, machine_memory(system.comm)
+    large = [model for model in system.flexible_models if not model.is_small]
+    models = [on_mesh(model, "factors") for model in large]
+    available = machine_memory(system.comm)
     # a row has at least the nodes of one cell; where not even these fit, the graph may not either
     rows = [(m.n_owned, _compat.dofs_of_cells(m.space).shape[1]) for m in models]
     least = np.array([3.0 * sum(n for n, _ in rows), 9.0 * sum(n * width for n, width in rows)])

@@ -81,7 +81,8 @@ class EnergyWatch:
         if tolerance is None:
             return
         masses = [float(body.mass) for body in system.rigid_bodies]
-        masses += [float(system.comm.allreduce(m.nodal_mass.sum())) for m in system.flexible_models]
+        own = [float(m.nodal_mass @ m.is_point) for m in system.flexible_models]
+        masses += [float(mass) for mass in system.comm.allreduce(np.array(own))]
         allowed = allowed_energy_error(self.largest, min(masses, default=0.0), steps, tolerance)
         allowed += weight_round_off(system.gravity, sum(masses), self.reach)
         if self.worst > allowed:

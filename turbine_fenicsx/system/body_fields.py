@@ -18,6 +18,7 @@ from turbine_fenicsx.materials.kinematics import (
     green_lagrange,
     right_cauchy_green,
 )
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -49,7 +50,7 @@ class BodyFields:
     def __init__(self, system: MultibodySystem, body: FlexibleBody, degree: int = 0) -> None:
         check_among_parts("flexible body", body, system.flexible_bodies)
         self._index = system.flexible_bodies.index(body)
-        self._model = system.flexible_models[self._index]
+        self._model = on_mesh(system.flexible_models[self._index], "fields")
         space = _compat.cellwise_space(body.mesh, (3, 3), degree)
         self.displacement = fem.Function(self._model.space, name="displacement")
         self.strain, self.stress = (fem.Function(space, name=n) for n in ("strain", "stress"))

@@ -6,7 +6,8 @@ body frame, and
     Phi = phi + sum_i xi_i d_i - (X + u) = 0,
 
 three equations with one Lagrange multiplier each. Phi is linear; its gradients are C = -S, where S
-selects the contact nodes, and B = [I, xi_i I], twelve columns of the carrying body.
+selects the contact nodes, and B = [I, xi_i I], twelve columns of the carrying body. A node that is
+a vector leaves out phi: B = [h I, xi_i I] with h = 0.
 """
 
 from __future__ import annotations
@@ -20,12 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.facets import check_facets
-from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.body_model import BodyModel
 
 
 class CouplingBlock:
@@ -51,14 +50,14 @@ class CouplingBlock:
 
     def __init__(
         self,
-        block: FlexibleModel,
+        block: BodyModel,
         couplings: Sequence[Coupling],
         first_coordinate: Mapping[RigidBody, int],
         rigid_size: int,
     ) -> None:
-        comm = block.body.mesh.comm
+        comm = block.comm
         self.couplings = tuple(couplings)
-        found = [_find_contact_nodes(block, c) for c in couplings]
+        found = [block.contact_nodes(c) for c in couplings]
         counts = comm.allreduce(np.array([n.size for n in found]))
         for coupling, count in zip(couplings, counts, strict=True):
             if count == 0:
@@ -78,12 +77,12 @@ class CouplingBlock:
         self.carriers = tuple(dict.fromkeys(c.rigid for c in couplings if c.rigid is not None))
         starts = [first_coordinate[body] for body in self.carriers]
         self.columns = np.concatenate([np.zeros(0, np.int64), *(s + np.arange(12) for s in starts)])
-        self._weigh_carriers(block.positions)
+        self._weigh_carriers(block)
         self.dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
         layout_c = (self.dofs.size, None)
         layout_u = (3 * block.n_owned, None)
         layout_r = (rigid_size if comm.rank == 0 else 0, rigid_size)
-        first_dof = 3 * block.space.dofmap.index_map.local_range[0]
+        first_dof = 3 * (comm.scan(block.n_owned) - block.n_owned)
         self.C = _make_matrix(
             comm,
             (layout_c, layout_u),
@@ -100,36 +99,35 @@ class CouplingBlock:
             self.B_local[rows_used, columns_used],
         )
 
-    def _weigh_carriers(self, positions: Array) -> None:
+    def _weigh_carriers(self, block: BodyModel) -> None:
         """B of the owned rows, and what the gap starts from, -X with a parent body."""
         self._offset = np.zeros((self.nodes.size, 3))
         self.B_local = np.zeros((self.nodes.size, 3, 4 * len(self.carriers), 3))
         for coupling, rows in zip(self.couplings, self.slices, strict=True):
             if coupling.rigid is not None:
-                X = positions[self.nodes[rows]]
-                xi = coupling.rigid.body_coordinates(X)
+                nodes = self.nodes[rows]
+                X = block.positions[nodes]
                 self._offset[rows] = -X
                 slots = 4 * self.carriers.index(coupling.rigid) + np.arange(4)
-                weights = np.column_stack([np.ones(len(X)), xi])
+                weights = coupling.rigid.weights_of(X, block.is_point[nodes])
                 for c in range(3):
                     self.B_local[rows, c, slots, c] = weights
         self.B_local = self.B_local.reshape(3 * self.nodes.size, self.columns.size)
 
-    def rigid_extension(self, positions: Array) -> Array:
+    def rigid_extension(self, block: BodyModel) -> Array:
         """Motion of all owned nodes with the parent bodies, equal to B at the contact nodes.
 
         With one parent body (and no ground) the whole body moves with it; with several, only the
         contact nodes move.
 
         Args:
-            positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
+            block: The body.
 
         Returns: Shape (3 n_owned, 12 parents).
         """
-        Y = np.zeros((positions.size, self.columns.size))
+        Y = np.zeros((3 * block.n_owned, self.columns.size))
         if len(self.carriers) == 1 and all(c.rigid is not None for c in self.couplings):
-            xi = self.carriers[0].body_coordinates(positions)
-            weights = np.column_stack([np.ones(len(xi)), xi])
+            weights = self.carriers[0].weights_of(block.positions, block.is_point)
             Y[:] = np.einsum("ns,ij->nisj", weights, np.eye(3)).reshape(Y.shape)
         Y[self.dofs] = self.B_local
         return Y
@@ -155,9 +153,3 @@ def _make_matrix(
     matrix = PETSc.Mat().createAIJ(layout, csr=csr, comm=comm)
     matrix.assemble()
     return matrix
-
-
-def _find_contact_nodes(block: FlexibleModel, coupling: Coupling) -> npt.NDArray[np.int64]:
-    """Owned nodes on the facets of a coupling, sorted."""
-    facets = check_facets(coupling.name, block.body.mesh, coupling.facets)
-    return nodes_of_facets(block.space, facets)

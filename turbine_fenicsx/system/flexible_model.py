@@ -21,30 +21,34 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.nearest_node import nearest_node
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import SurfaceForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import MassDamper
+from turbine_fenicsx.system.own_fields import check_cells, evaluate_field
 from turbine_fenicsx.system.weak_form import WeakForm
 
 BodyForce: TypeAlias = SurfaceForce | NodeForce | SectionLoads
 """A force on a flexible body."""
 
 
-class FlexibleModel(WeakForm):
+class FlexibleModel(WeakForm, BodyModel):
     """Function space, mass, energy, stress and forces of a flexible body.
 
     Args:
@@ -54,14 +58,13 @@ class FlexibleModel(WeakForm):
 
     Attributes:
         forces: Those on surfaces, then those on nodes, then those on sections.
-        n_owned: Number of nodes owned by this rank.
-        positions: Initial positions X of the owned nodes, shape (n_owned, 3) [m].
-        local_positions: Those of the owned nodes, then of the ghosts.
-        nodal_mass: int rho phi_a dV of the owned nodes, shape (n_owned,) [kg].
+        local_positions: Initial positions X of the owned nodes, then of the ghosts [m].
         nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_time`.
-        section_loads: Loads on sections.
         mass_damper: Its part in proportion to the mass; None if there is none.
     """
+
+    body: FlexibleBody
+    is_small = False
 
     def __init__(
         self,
@@ -74,25 +77,27 @@ class FlexibleModel(WeakForm):
         surface_forces = [x for x in forces if not isinstance(x, NodeForce | SectionLoads)]
         self.forces: tuple[BodyForce, ...] = (*surface_forces, *node_forces, *section_loads)
         super().__init__(body, surface_forces, damping)
-        mesh, V, index_map = body.mesh, self.space, self.space.dofmap.index_map
-        self.n_owned = index_map.size_local
+        V, index_map = self.space, self.space.dofmap.index_map
+        self.comm = body.mesh.comm
+        self.n_owned, self.size_global = index_map.size_local, index_map.size_global
         self._work = PETSc.Vec().createGhost(
             index_map.ghosts.astype(PETSc.IntType),
-            size=(3 * self.n_owned, 3 * index_map.size_global),
+            size=(3 * self.n_owned, 3 * self.size_global),
             bsize=3,
-            comm=mesh.comm,
+            comm=self.comm,
         )
         self._x = fem.Function(V)
         self._x.interpolate(lambda x: x)
         self.local_positions = self._x.x.array.reshape(-1, 3).copy()
         self.positions = self.local_positions[: self.n_owned]
+        self.is_point = np.ones(self.n_owned)
         self._node_forces = [
             (force, self._node_at(force.point), force.force) for force in node_forces
         ]
         self.nodal_forces: list[tuple[slice, Array]] = []
         self.section_loads = tuple(
             BoundSectionLoads(
-                mesh.comm,
+                self.comm,
                 self.positions,
                 [self.find_areas(loads.name, line.facets) for line in loads.lines],
                 loads,
@@ -104,6 +109,7 @@ class FlexibleModel(WeakForm):
         ones.set(1.0)
         self.momentum(ones, ones)
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
+        self.weights = np.abs(self.nodal_mass)
         ones.destroy()
         self.mass_damper = self._make_mass_damper()
 
@@ -117,7 +123,7 @@ class FlexibleModel(WeakForm):
         matrix.destroy()
         diagonal.destroy()
         ends = np.array([self.nodal_mass.sum(), masses.sum()])
-        mass, size = sum_over_ranks(self.body.mesh.comm, ends)
+        mass, size = sum_over_ranks(self.comm, ends)
         return MassDamper(self.space, self.positions, mass / size * masses, self.damping)
 
     def _compile(self) -> None:
@@ -148,13 +154,15 @@ class FlexibleModel(WeakForm):
 
     def new_vector(self) -> PETSc.Vec:
         """New distributed vector of nodal values without ghosts, zero."""
-        vector = PETSc.Vec().createMPI(
-            (3 * self.n_owned, 3 * self.space.dofmap.index_map.size_global),
-            bsize=3,
-            comm=self.body.mesh.comm,
-        )
+        size = (3 * self.n_owned, 3 * self.size_global)
+        vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
         vector.set(0.0)
         return vector
+
+    def contact_nodes(self, coupling: Coupling) -> IntArray:
+        """Owned nodes on the facets of a coupling, sorted."""
+        facets = check_facets(coupling.name, self.body.mesh, coupling.facets)
+        return nodes_of_facets(self.space, facets)
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""
@@ -162,12 +170,7 @@ class FlexibleModel(WeakForm):
         self.assemble(self._momentum, p)
 
     def mass_matrix(self, tensor: npt.ArrayLike | None = None) -> PETSc.Mat:
-        """New consistent mass matrix M [kg]. Collective.
-
-        Args:
-            tensor: A tensor A of shape (3, 3) that multiplies all accelerations a, as in
-                int rho w.A a dV; the unit tensor if None.
-        """
+        """New consistent mass matrix M [kg]."""
         A = np.eye(3) if tensor is None else np.asarray(tensor, dtype=float)
         form = self.mass_form(A)
         full = _compat.create_matrix(form)
@@ -177,23 +180,11 @@ class FlexibleModel(WeakForm):
         return matrix
 
     def add_mass(self, tensor: npt.ArrayLike, out: PETSc.Mat) -> None:
-        """Add the consistent mass matrix with a tensor, as of `mass_matrix`, to out. Collective.
-
-        Args:
-            tensor: The tensor A, shape (3, 3).
-            out: Matrix such as of `new_stiffness`.
-        """
+        """Add the consistent mass matrix with a tensor, as of `mass_matrix`, to out."""
         _compat.assemble_matrix(out, self.mass_form(np.asarray(tensor, dtype=float)), add=True)
 
     def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
-        """Forces [N] that the nodes lack for equilibrium, stresses minus applied forces, into out.
-
-        Args:
-            u: Displacement.
-            gravity: Acceleration of gravity, shape (3,) [m/s^2].
-            time: Time of the forces [s].
-            out: Vector of nodal values.
-        """
+        """Forces [N] that the nodes lack for equilibrium, into out."""
         self.set_time(time)
         self.copy_to(self._u, u)
         self.assemble(self.static_forms.forces, out)
@@ -205,7 +196,7 @@ class FlexibleModel(WeakForm):
             loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
 
     def new_stiffness(self) -> PETSc.Mat:
-        """New matrix for `assemble_stiffness`. Collective."""
+        """New matrix for `assemble_stiffness`."""
         return _compat.create_matrix(self.static_forms.stiffness)
 
     @property
@@ -214,21 +205,13 @@ class FlexibleModel(WeakForm):
         return not self.surface.forces
 
     def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
-        """Derivative K of the forces at rest with respect to u [N/m], into out. Collective."""
+        """Derivative K of the forces at rest with respect to u [N/m], into out."""
         self.set_time(time)
         self.copy_to(self._u, u)
         _compat.assemble_matrix(out, self.static_forms.stiffness)
 
     def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
-        """Derivative D of the forces with respect to the velocity at rest [N s/m]. Collective.
-
-        Args:
-            u: Displacement.
-            time: Time of the forces [s].
-
-        Returns:
-            A new matrix; None if no force depends on the velocity.
-        """
+        """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
         damper = self.mass_damper
         if self.damping_form is None:
             return None if damper is None else damper.matrix(u.array_r)
@@ -244,20 +227,40 @@ class FlexibleModel(WeakForm):
         return matrix
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
-        """This rank's part of the energies and momenta of a motion. Collective.
-
-        Args:
-            u: Displacement.
-            v: Velocity.
-
-        Returns:
-            Kinetic energy [J], linear [kg m/s] and angular momentum [kg m^2/s], and strain energy
-            [J], shape (8,).
-        """
+        """This rank's part of the energies and momenta of a motion."""
         self.copy_to(self._u, u)
         self.copy_to(self._v, v)
         self._x.x.array[:] = self.local_positions.ravel() + self._u.x.array
         return self._sums.sums()
+
+    def surface_energy(self, u: PETSc.Vec, time: float) -> float:
+        """This rank's part of the energy of forces on the surface [J]."""
+        return self.surface.energy(u.array_r, time)
+
+    @property
+    def has_surface_energy(self) -> bool:
+        """Whether forces on the surface, such as contact, have an energy."""
+        return any(self.surface.has_energy)
+
+    def initial_displacement(self) -> Array:
+        """Displacements that the body starts with, shape (n_owned, 3) [m]."""
+        if self.body.displacement is None:
+            return np.zeros_like(self.positions)
+        found = self._evaluate("displacement", self.body.displacement)
+        u = self.new_vector()
+        u.array[:] = found.ravel()
+        check_cells(self.body, self.space, self.local_positions, self.nodal_values(u))
+        u.destroy()
+        return found
+
+    def initial_velocity(self) -> Array | None:
+        """Velocities of the body's own field, shape (n_owned, 3) [m/s]; None if it has none."""
+        field = self.body.velocity
+        return None if field is None else self._evaluate("velocity", field)
+
+    def _evaluate(self, what: str, field: Any) -> Array:
+        """Values of a field of the body at the owned nodes."""
+        return evaluate_field(self.comm, f"{what} of {self.body.name!r}", self.positions, field)
 
     def strain_energy(self, u: PETSc.Vec) -> float:
         """This rank's part of the strain energy [J]. Collective."""
@@ -290,7 +293,7 @@ class FlexibleModel(WeakForm):
         Returns:
             Sums at the owned nodes, shape (n_owned, 3).
         """
-        if self.body.mesh.comm.size == 1:
+        if self.comm.size == 1:
             return values
         with self._work.localForm() as local:
             local.array[:] = values.ravel()
@@ -372,5 +375,5 @@ class FlexibleModel(WeakForm):
 
     def _node_at(self, point: Any) -> slice:
         """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
-        node = nearest_node(self.body.mesh.comm, self.positions, point)
+        node = nearest_node(self.comm, self.positions, point)
         return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)

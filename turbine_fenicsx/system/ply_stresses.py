@@ -23,6 +23,7 @@ from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
 from turbine_fenicsx.materials.wall_axes import wall_frame
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 from turbine_fenicsx.system.cell_numbers import PointValues
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -70,7 +71,7 @@ class PlyStresses:
         raise_together(body.mesh.comm, error)
         self.body, self.table = body, PlyTable(laminates)
         self._index = system.flexible_bodies.index(body)
-        self._model = system.flexible_models[self._index]
+        self._model = on_mesh(system.flexible_models[self._index], "stresses of plies")
         self._u = fem.Function(self._model.space)
         a1, a2, _ = wall_frame(body.mesh)
         E = green_lagrange(right_cauchy_green(deformation_gradient(self._u)))

@@ -25,8 +25,8 @@ from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.rigid import Rigid
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.initial_fields import initial_velocity
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -181,10 +181,9 @@ def _mass_matrix(system: MultibodySystem) -> Array:
     return M
 
 
-def _carried_mass(block: FlexibleModel, coupling: CouplingBlock) -> Array:
+def _carried_mass(block: BodyModel, coupling: CouplingBlock) -> Array:
     """Mass of a flexible body that moves with its first parent body, shape (4, 4). Collective."""
-    xi = coupling.carriers[0].body_coordinates(block.positions)
-    weights = np.column_stack([np.ones(len(xi)), xi])
+    weights = coupling.carriers[0].weights_of(block.positions, block.is_point)
     field, momentum = block.new_vector(), block.new_vector()
     mass = np.zeros((4, 4))
     for k in range(4):
@@ -193,7 +192,7 @@ def _carried_mass(block: FlexibleModel, coupling: CouplingBlock) -> Array:
         mass[k] = momentum.array_r[0::3] @ weights
     for vector in (field, momentum):
         vector.destroy()
-    return np.asarray(block.body.mesh.comm.allreduce(mass))
+    return np.asarray(block.comm.allreduce(mass))
 
 
 def _find_nearest(M: Array, A: Array, b: Array, v0: Array) -> Array:

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum, has_energy
@@ -24,8 +24,8 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.check import check_material
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.far_points import find_far_points
-from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.initial_fields import initial_displacement, initial_velocity
+from turbine_fenicsx.system.make_model import make_model
 from turbine_fenicsx.system.numbering import number_parts
 from turbine_fenicsx.system.parts import number_names, sort_parts
 from turbine_fenicsx.system.state import State
@@ -33,7 +33,7 @@ from turbine_fenicsx.system.state import State
 log = logging.getLogger(__name__)
 
 
-_CHECKED: WeakSet[FlexibleBody] = WeakSet()
+_CHECKED: WeakSet[DeformableBody] = WeakSet()
 """Bodies whose law was checked already."""
 
 
@@ -117,7 +117,7 @@ class MultibodySystem:
         for body in self.flexible_bodies:
             _check_law(body)
         self.flexible_models = tuple(
-            FlexibleModel(
+            make_model(
                 b,
                 [x for x in found.on_bodies if x.flexible is b],
                 next((x for x in found.dampings if x.flexible is b), None),
@@ -237,7 +237,7 @@ class MultibodySystem:
             x = block.positions + u.array_r.reshape(-1, 3)
             partial[:8] += block.integrals(u, v)
             partial[8] -= block.nodal_mass @ (x @ g)
-            partial[9] += block.surface.energy(u.array_r, state.time)
+            partial[9] += block.surface_energy(u, state.time)
         total = sum_over_ranks(self.comm, partial) if self.flexible_models else partial
         p = self.rigid_model.masses * state.q_dot
         q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
@@ -263,7 +263,7 @@ class MultibodySystem:
         return largest_of_ranks(self.comm, worst)
 
 
-def _check_law(body: FlexibleBody) -> None:
+def _check_law(body: DeformableBody) -> None:
     """Check the law of a body once, and warn on one rank. Collective."""
     if body not in _CHECKED:
         for warning in check_material(body.material, body.mesh, body.name):

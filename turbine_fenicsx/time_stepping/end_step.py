@@ -25,6 +25,7 @@ from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -179,7 +180,7 @@ class FlexibleEnd:
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, {})
         self.tangent = _compat.create_matrix(self._tangent)
         self._round_off = self._estimate_round_off()
-        self._masses = np.repeat(np.abs(model.nodal_mass), 3)
+        self._masses = np.repeat(model.weights, 3)
         self._fixed_terms, self.round_off, self._end = np.zeros_like(self._masses), 0.0, 0.0
 
     def begin(self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, times: StepTimes) -> None:
@@ -255,7 +256,8 @@ class EndStep(NestedStep):
 
     def __init__(self, system: MultibodySystem) -> None:
         gravity = system.gravity
-        self._flexible = tuple(FlexibleEnd(model, gravity) for model in system.flexible_models)
+        models = [on_mesh(model, "steps of the Newmark family") for model in system.flexible_models]
+        self._flexible = tuple(FlexibleEnd(model, gravity) for model in models)
         super().__init__(system, self._flexible, RigidEnd(system.rigid_model))
         self._weight = system.gravity_force(gravity)
         self._ends = np.cumsum([3 * model.n_owned for model in system.flexible_models])

@@ -17,7 +17,7 @@ from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.discrete_gradients import AlgorithmicStress
-from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
+from turbine_fenicsx.time_stepping.make_step import make_step
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.newton import NewtonStepper, SolverOptions
 from turbine_fenicsx.time_stepping.rigid_step import RigidData, RigidStep
@@ -52,7 +52,7 @@ class EnergyMomentumStep(NestedStep):
         if angle_form not in FORMS:
             raise ModelError(f"angle_form must be one of {sorted(FORMS)}, got {angle_form!r}")
         self._flexible = tuple(
-            FlexibleStep(model, stress, numerical_dissipation) for model in system.flexible_models
+            make_step(model, stress, numerical_dissipation) for model in system.flexible_models
         )
         self.rigid = RigidStep(system.rigid_model, FORMS[angle_form])
         super().__init__(system, self._flexible, self.rigid)

@@ -72,7 +72,7 @@ class FlexibleStep:
         self.tangent = _compat.create_matrix(self._tangent)
         self._half_dt2.value = 1.0
         self._round_off = self._force_round_off()  # its tangents also fix the sparsity
-        self._masses = np.repeat(np.abs(model.nodal_mass), 3)
+        self._masses = np.repeat(model.weights, 3)
         self._fixed_terms, self.round_off = np.zeros_like(self._masses), 0.0
 
     def _compile(self, stress: AlgorithmicStress | None, chi: float) -> None:

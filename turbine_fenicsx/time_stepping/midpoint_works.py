@@ -49,6 +49,11 @@ class MidpointWorks:
         losses = [ufl.inner(S, dE) * model.dx_stress for S in self.stresses.values()]
         self._losses = [_compat.compile_form(loss) for loss in losses]
 
+    @property
+    def losses(self) -> tuple[str, ...]:
+        """Names of what dissipates."""
+        return tuple(self.stresses)
+
     def begin(self, times: StepTimes) -> None:
         """A step begins from u_n."""
         self._times = times

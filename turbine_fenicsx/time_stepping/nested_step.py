@@ -28,7 +28,20 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks, StepStart
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
+
+
+class BodyWorks(Protocol):
+    """Works of forces on a flexible body in a step, and what dissipates in it.
+
+    Attributes:
+        losses: Names of what dissipates.
+    """
+
+    @property
+    def losses(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """This rank's part of the work of each force, and of each of the losses [J]."""
 
 
 class BodyStep(Protocol):
@@ -37,12 +50,14 @@ class BodyStep(Protocol):
     Attributes:
         tangent: Matrix that `assemble_tangent` fills.
         round_off: This rank's sum of the squares of the round-off of the residual.
-        midpoint: Works of forces, and what dissipates in this body.
+        midpoint: Works of forces, and what dissipates.
     """
 
     tangent: PETSc.Mat
     round_off: float
-    midpoint: MidpointWorks
+
+    @property
+    def midpoint(self) -> BodyWorks: ...  # noqa: D102
 
     def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
         """Assemble R_u for the increment du into R."""
@@ -117,7 +132,7 @@ class NestedStep(StepBlocks):
             *(
                 f"{name} of {model.body.name}"
                 for model, body in zip(system.flexible_models, bodies, strict=True)
-                for name in body.midpoint.stresses
+                for name in body.midpoint.losses
             ),
         )
         self._gaps: tuple[Array, ...] = ()
@@ -189,7 +204,7 @@ class NestedStep(StepBlocks):
     def mass_weights(self) -> Array:
         """Masses that belong to this rank's entries of X, zero for multipliers and angles."""
         system = self.system
-        weights = [np.repeat(np.abs(m.nodal_mass), 3) for m in system.flexible_models]
+        weights = [np.repeat(m.weights, 3) for m in system.flexible_models]
         weights += [np.zeros(c.dofs.size) for c in system.coupling_blocks]
         rigid = np.zeros(self.n_r)
         if self.n_r:

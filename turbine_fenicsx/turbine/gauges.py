@@ -10,6 +10,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.turbine.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.case.gauges import PLACES, GaugeCase
@@ -37,7 +38,8 @@ def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
         return None
     shape, skin = rotor.blades.shape, None
     if shape is None:
-        skin = Skin(next(model for model in turbine.system.flexible_models if model.body is body))
+        model = next(model for model in turbine.system.flexible_models if model.body is body)
+        skin = Skin(on_mesh(model, "gauges"))
     found = []
     for name, case in cases.items():
         station, frame = case.find_station(rotor.blades.length), rotor.layout.frame(case.blade)

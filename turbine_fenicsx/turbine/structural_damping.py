@@ -22,6 +22,7 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.postprocessing.conventions import BLADES, TOWER
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.damping import DampingCase
@@ -116,7 +117,7 @@ def _make_system(
     """The body alone, with a mass coefficient of one for what `held` holds; its model."""
     unit = replace(damping, stiffness=0.0, mass=1.0, held=held)
     system = MultibodySystem(assembly.comm, [damping.flexible, unit])
-    return system, system.flexible_models[0]
+    return system, on_mesh(system.flexible_models[0], "ratios of damping")
 
 
 def _cut(system: MultibodySystem, nodes: IntArray, axes: Array) -> CrossSections:

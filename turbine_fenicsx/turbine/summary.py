@@ -85,7 +85,8 @@ def list_masses(turbine: Turbine) -> dict[str, float]:
     system = turbine.system
     found = {body.name: float(body.mass) for body in system.rigid_bodies}
     for block in system.flexible_models:
-        found[block.body.name] = float(system.comm.allreduce(block.nodal_mass.sum()))
+        own = float(block.nodal_mass @ block.is_point)
+        found[block.body.name] = float(system.comm.allreduce(own))
     return found
 
 
@@ -119,9 +120,7 @@ def count_unknowns(turbine: Turbine) -> dict[str, int]:
     """Numbers of unknowns of each block."""
     system, rigid = turbine.system, turbine.system.rigid_model
     return {
-        "displacements": sum(
-            3 * f.space.dofmap.index_map.size_global for f in system.flexible_models
-        ),
+        "displacements": sum(3 * f.size_global for f in system.flexible_models),
         "coupling_multipliers": sum(c.C.getSize()[0] for c in system.coupling_blocks),
         "rigid_coordinates": rigid.n_q,
         "joint_angles": rigid.n_T,

@@ -2,7 +2,6 @@
 
 import re
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
-from turbine_fenicsx.system.initial_fields import initial_velocity
+from turbine_fenicsx.system.own_fields import evaluate_field
 from turbine_fenicsx.system.system import MultibodySystem
 
 pytestmark = pytest.mark.parallel
@@ -116,9 +115,7 @@ def test_a_velocity_field_of_a_rank_with_three_nodes_is_not_mistaken(comm):
     """Of three points both conventions have the same shape."""
 
     def values(velocity):
-        body = FlexibleBody("b", box(comm), SVK, 1.0, velocity=velocity)
-        block = SimpleNamespace(body=body, positions=np.arange(9.0).reshape(3, 3))
-        return initial_velocity(block, None, np.zeros(0), np.zeros((3, 3)))
+        return evaluate_field(comm, "velocity of 'b'", np.arange(9.0).reshape(3, 3), velocity)
 
     assert np.array_equal(values(lambda x: x), np.arange(9.0).reshape(3, 3))
     with pytest.raises(ValueError, match=r"shape \(4, 3\) .*; it has shape \(3, 4\)"):

@@ -120,7 +120,7 @@ def test_every_node_hangs_on_the_carrier_of_its_own_coupling(comm, machine):
 def test_rigid_extension_moves_contact_nodes_with_their_carriers(machine, carriers):
     """And with a single carrier, all nodes."""
     m, block, coupling = coupled(machine, carriers=carriers)
-    Y = coupling.rigid_extension(block.positions)
+    Y = coupling.rigid_extension(block)
     assert Y.shape == (3 * block.n_owned, 12 * len([c for c in carriers if c]))
     assert np.array_equal(Y[coupling.dofs], coupling.B_local)
     rest = np.delete(Y, coupling.dofs, axis=0)

@@ -21,6 +21,7 @@ from turbine_fenicsx.postprocessing.parts import Part, Parts
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
 VTK_ORDER = {"hexahedron": [0, 1, 3, 2, 4, 5, 7, 6], "tetrahedron": [0, 1, 2, 3]}
@@ -61,7 +62,7 @@ class FieldGrid:
         comm = self.comm
         if surfaces is None:
             surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
-        self.bodies = [BodyGrid(block) for block in system.flexible_models]
+        self.bodies = [BodyGrid(on_mesh(block, "fields")) for block in system.flexible_models]
         if parts is None:
             free = 1 + max((surface.part for surface in surfaces), default=-1)
             parts = [np.full(b.n_cells, free + k) for k, b in enumerate(self.bodies)]

@@ -25,6 +25,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -89,7 +90,8 @@ class Gauges:
             mine = [g for g, gauge in enumerate(self.gauges) if gauge.body is model.body]
             if not mine:
                 continue
-            skin, (first, end) = Skin(model), model.space.dofmap.index_map.local_range
+            block = on_mesh(model, "gauges")
+            skin, (first, end) = Skin(block), block.space.dofmap.index_map.local_range
             rows, columns, values = [], [], []
             for g in mine:
                 nodes, weights, self._directions[g] = _place(self.gauges[g], skin)

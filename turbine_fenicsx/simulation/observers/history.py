@@ -255,7 +255,7 @@ def work_channel(stepper: Stepper) -> Channel:
     """
     system = stepper.system
     springs = any(e.kind == "conservative" for e in system.motion_forces) or any(
-        any(model.surface.has_energy) for model in system.flexible_models
+        model.has_surface_energy for model in system.flexible_models
     )
     gravity = [isinstance(force, Gravity) for force in system.prescribed_forces]
     places = [k for k in range(len(system.work_names)) if not (k < len(gravity) and gravity[k])]

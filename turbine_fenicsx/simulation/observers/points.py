@@ -26,6 +26,7 @@ from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -87,10 +88,11 @@ class Points:
         self._start = X.copy()
         self._start[self._rigid] = 0.0
         self._flexible = []
-        for block in system.flexible_models:
-            mine = [k for k, p in enumerate(self.points) if p.body is block.body]
+        for model in system.flexible_models:
+            mine = [k for k, p in enumerate(self.points) if p.body is model.body]
             names = [self.points[k].name for k in mine]
-            self._flexible.append((mine, _shape_functions(block, X[mine], names)))
+            N = _shape_functions(on_mesh(model, "points"), X[mine], names) if mine else None
+            self._flexible.append((mine, N))
 
     def at(self, snapshot: Snapshot) -> Array:
         """Positions [m] and velocities [m/s] at a snapshot, shape (n, 2, 3), equal on all ranks.
@@ -112,7 +114,7 @@ class Points:
         """Contribution of this rank, shape (n, 2, 3); rank 0 adds what all ranks know."""
         found = np.zeros((len(self.points), 2, 3))
         for k, (rows, N) in enumerate(self._flexible):
-            if rows:
+            if N is not None:
                 found[rows, 0] = N @ state.u[k].array_r.reshape(-1, 3)
                 found[rows, 1] = N @ state.v[k].array_r.reshape(-1, 3)
         if self._comm.rank == 0:

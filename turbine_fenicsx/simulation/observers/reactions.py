@@ -73,12 +73,13 @@ class Reactions(StepLoads):
             index = system.flexible_bodies.index(coupling.flexible)
             block = system.coupling_blocks[index]
             rows = block.slices[block.couplings.index(coupling)]
-            X = system.flexible_models[index].positions[block.nodes[rows]]
-            arms, R = X - np.asarray(reaction.point, dtype=float), np.eye(3)
+            model, nodes = system.flexible_models[index], block.nodes[rows]
+            h, R = model.is_point[nodes][:, None], np.eye(3)
+            arms = model.positions[nodes] - h * np.asarray(reaction.point, dtype=float)
             if coupling.rigid is not None:
                 R = np.asarray(coupling.rigid.directors, dtype=float)
                 self._slots[k] = system.rigid_bodies.index(coupling.rigid)
-            weights = np.column_stack([np.ones(len(X)), arms @ R])
+            weights = np.hstack([h, arms @ R])
             self._where.append((index, rows, np.ascontiguousarray(weights.T)))
         self._comm = system.comm
 

@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -69,7 +70,7 @@ class Tips:
             if tip.carrier is not None:
                 check_among_parts("body", tip.carrier, system.rigid_bodies, whose)
             index = system.flexible_bodies.index(tip.body)
-            block = system.flexible_models[index]
+            block = on_mesh(system.flexible_models[index], "tips")
             node = nearest_node(comm, block.positions, tip.point)
             if node is not None:
                 X, axes, R = block.positions[node], np.eye(3), np.eye(3)
@@ -107,11 +108,12 @@ def tip_channel(tips: Tips) -> Channel:
 
 def stress_channel(system: MultibodySystem) -> Channel:
     """Largest norm of the Cauchy stress at any cell centre. Collective."""
+    blocks = [on_mesh(model, "stresses") for model in system.flexible_models]
 
     def values(s: Snapshot) -> list[float]:
         norms = (
             np.max(block.cauchy_stress_norm(u), initial=0.0)
-            for block, u in zip(system.flexible_models, s.state.u, strict=True)
+            for block, u in zip(blocks, s.state.u, strict=True)
         )
         return [largest_of_ranks(system.comm, float(max(norms, default=0.0)))]
 

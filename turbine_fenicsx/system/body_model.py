@@ -1,0 +1,178 @@
+"""The interface of a body that deforms, however it is discretised.
+
+Its motion is that of n nodes with initial values X_k and displacements u_k, each a vector in space.
+A node is a point (h_k = 1) or a vector (h_k = 0): a rigid motion x -> t + R x takes it to
+
+    h_k t + R X_k.
+
+The nodes of a mesh are points.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, Protocol
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
+
+
+class BodyModel(Protocol):
+    """Mass, energy and forces of a body as functions of its nodes, without a time step.
+
+    Vectors of nodal values are distributed, with three numbers for each node.
+
+    Attributes:
+        body: The body.
+        comm: Communicator of its nodes.
+        forces: The forces on it, in the order of their works.
+        n_owned: Number of nodes owned by this rank.
+        size_global: Number of nodes of all ranks.
+        positions: Initial values X of the owned nodes, shape (n_owned, 3) [m].
+        is_point: h of the owned nodes, 1 or 0, shape (n_owned,).
+        nodal_mass: int rho phi_k dV of the owned nodes with their functions phi_k, shape
+            (n_owned,) [kg]; negative for some.
+        weights: Positive masses of the owned nodes, to measure motions, shape (n_owned,) [kg].
+        section_loads: Loads on its sections.
+        is_small: Whether its tangent is small and dense, so that every iteration has a new one.
+    """
+
+    body: DeformableBody
+    comm: MPI.Intracomm
+    forces: tuple[Any, ...]
+    n_owned: int
+    size_global: int
+    positions: Array
+    is_point: Array
+    nodal_mass: Array
+    weights: Array
+    section_loads: tuple[BoundSectionLoads, ...]
+    is_small: bool
+
+    @property
+    @abstractmethod
+    def is_viscous(self) -> bool:
+        """Whether a stress depends on the strain rate."""
+
+    @property
+    @abstractmethod
+    def is_conservative(self) -> bool:
+        """Whether the stiffness K is symmetric for certain."""
+
+    @property
+    @abstractmethod
+    def has_surface_energy(self) -> bool:
+        """Whether forces on the surface, such as contact, have an energy."""
+
+    @abstractmethod
+    def new_vector(self) -> PETSc.Vec:
+        """New distributed vector of nodal values without ghosts, zero. Collective."""
+
+    @abstractmethod
+    def contact_nodes(self, coupling: Coupling) -> IntArray:
+        """Owned nodes that a coupling of the body holds, sorted. Collective."""
+
+    @abstractmethod
+    def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
+        """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p. Collective."""
+
+    @abstractmethod
+    def mass_matrix(self, tensor: npt.ArrayLike | None = None) -> PETSc.Mat:
+        """New consistent mass matrix M [kg]. Collective.
+
+        Args:
+            tensor: A tensor A of shape (3, 3) that multiplies all accelerations a, as in
+                int rho w.A a dV; the unit tensor if None.
+        """
+
+    @abstractmethod
+    def add_mass(self, tensor: npt.ArrayLike, out: PETSc.Mat) -> None:
+        """Add the consistent mass matrix with a tensor, as of `mass_matrix`, to out. Collective.
+
+        Args:
+            tensor: The tensor A, shape (3, 3).
+            out: Matrix such as of `new_stiffness`.
+        """
+
+    @abstractmethod
+    def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
+        """Forces [N] that the nodes lack for equilibrium, stresses minus applied forces, into out.
+
+        Args:
+            u: Displacement.
+            gravity: Acceleration of gravity, shape (3,) [m/s^2].
+            time: Time of the forces [s].
+            out: Vector of nodal values.
+
+        Note:
+            Collective.
+        """
+
+    @abstractmethod
+    def new_stiffness(self) -> PETSc.Mat:
+        """New matrix for `assemble_stiffness`. Collective."""
+
+    @abstractmethod
+    def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
+        """Derivative K of the forces at rest with respect to u [N/m], into out. Collective."""
+
+    @abstractmethod
+    def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
+        """Derivative D of the forces with respect to the velocity at rest [N s/m]. Collective.
+
+        Args:
+            u: Displacement.
+            time: Time of the forces [s].
+
+        Returns:
+            A new matrix; None if no force depends on the velocity.
+        """
+
+    @abstractmethod
+    def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
+        """This rank's part of the energies and momenta of a motion. Collective.
+
+        Args:
+            u: Displacement.
+            v: Velocity.
+
+        Returns:
+            Kinetic energy [J], linear [kg m/s] and angular momentum [kg m^2/s], and strain energy
+            [J], shape (8,).
+        """
+
+    @abstractmethod
+    def surface_energy(self, u: PETSc.Vec, time: float) -> float:
+        """This rank's part of the energy of forces on the surface [J]. Collective.
+
+        Args:
+            u: Displacement.
+            time: Time of the forces [s].
+        """
+
+    @abstractmethod
+    def initial_displacement(self) -> Array:
+        """Displacements that the body starts with, shape (n_owned, 3) [m]. Collective.
+
+        Raises:
+            ModelError: if they have another shape, are not finite or turn cells inside out, on all
+                ranks.
+        """
+
+    @abstractmethod
+    def initial_velocity(self) -> Array | None:
+        """Velocities of the body's own field, shape (n_owned, 3) [m/s]; None if it has none.
+
+        Raises:
+            ModelError: if they have another shape or are not finite, on all ranks.
+
+        Note:
+            Collective.
+        """
