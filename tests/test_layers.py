@@ -16,7 +16,7 @@ LAYERS = [
     {"materials", "bodies", "joints", "forces", "meshing", "windio", "postprocessing"},
     {"system"},
     {"linear_solvers"},
-    {"time_stepping", "analysis"},
+    {"time_stepping", "analysis", "reduction"},
     {"simulation"},
     {"wind", "control"},
     {"turbine"},

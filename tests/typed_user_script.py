@@ -233,6 +233,19 @@ def strain(system: tfx.MultibodySystem, body: tfx.FlexibleBody) -> tfx.Channel:
     return assert_type(tfx.gauge_channel(gauges), tfx.Channel)
 
 
+def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
+    """Two equal reduced beams on the ground, bent by their weight."""
+    body, foot = beam(comm)
+    held = tfx.MultibodySystem(comm, [body, tfx.Coupling("clamp", body, foot, None)])
+    made = assert_type(tfx.reduce_body(held, body, modes=2, functions=9), tfx.ReducedBasis)
+    tfx.write_basis(file, made)
+    basis = assert_type(tfx.read_basis(file, body), tfx.ReducedBasis)
+    places = [assert_type(tfx.Placement((x, 0.0, 0.0)), tfx.Placement) for x in (0.0, 1.0)]
+    beams = assert_type(tfx.ReducedBody("beams", body, basis, places), tfx.ReducedBody)
+    clamps = [tfx.Coupling(f"clamp {k}", beams, foot, None, copy=k) for k in range(2)]
+    return tfx.equilibrium(tfx.MultibodySystem(comm, [beams, *clamps, tfx.Gravity()]))
+
+
 def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     """A soft beam on a swinging arm."""
     body, foot = beam(comm)
@@ -326,6 +339,7 @@ def main(folder: Path) -> None:
     print(Drag("drag", body, foot).name, duration(tfx.StepTimes.from_start(0.0, 0.1)))
     case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
+    print(reduced(comm, folder / "beam.npz").time)
     turbine(comm, folder)
     print(tfx.read_run(folder / "out").shape)
     print(assert_type(tfx.system_matrices(tfx.MultibodySystem(comm, [a])), tfx.SystemMatrices))

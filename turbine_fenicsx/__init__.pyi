@@ -15,6 +15,9 @@ from turbine_fenicsx.analysis.turning import turning_equilibrium as turning_equi
 from turbine_fenicsx.analysis.turning_modes import turning_modes as turning_modes
 from turbine_fenicsx.bodies.coupling import Coupling as Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody as FlexibleBody
+from turbine_fenicsx.bodies.reduced_body import Placement as Placement
+from turbine_fenicsx.bodies.reduced_body import ReducedBasis as ReducedBasis
+from turbine_fenicsx.bodies.reduced_body import ReducedBody as ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody as RigidBody
 from turbine_fenicsx.forces.follower_force import FollowerForce as FollowerForce
 from turbine_fenicsx.forces.force import StepTimes as StepTimes
@@ -75,6 +78,9 @@ from turbine_fenicsx.materials.transversely_isotropic import (
 )
 from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
 from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
+from turbine_fenicsx.reduction.basis_file import read_basis as read_basis
+from turbine_fenicsx.reduction.basis_file import write_basis as write_basis
+from turbine_fenicsx.reduction.reduce_body import reduce_body as reduce_body
 from turbine_fenicsx.simulation.checkpoint import Checkpoints as Checkpoints
 from turbine_fenicsx.simulation.observer import Observer as Observer
 from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver

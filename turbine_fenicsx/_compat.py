@@ -125,20 +125,9 @@ def interpolation_points(space: Any) -> npt.NDArray[np.float64]:
     return found
 
 
-def shape_derivatives(cell: str, degree: int, exact: int) -> tuple[Any, Any]:
-    """Derivatives of Lagrange shape functions at the points of a quadrature.
-
-    Args:
-        cell: "hexahedron" or "tetrahedron".
-        degree: Of the shape functions.
-        exact: Degree that the quadrature integrates exactly.
-
-    Returns:
-        Factors of the points, shape (points,), and derivatives with respect to the coordinates of
-        the reference cell, shape (points, nodes, 3).
-    """
-    points, factors = basix.make_quadrature(getattr(basix.CellType, cell), exact)
-    return factors, shape_functions(cell, degree, points)[1]
+def quadrature(cell: str, exact: int) -> tuple[Any, Any]:
+    """Points of the reference cell, shape (n, 3), and weights that integrate a degree exactly."""
+    return basix.make_quadrature(getattr(basix.CellType, cell), exact)  # type: ignore[no-any-return]
 
 
 def shape_functions(cell: str, degree: int, points: npt.NDArray[np.float64]) -> tuple[Any, Any]:

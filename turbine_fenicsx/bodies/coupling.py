@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.errors import ModelError
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,9 +22,21 @@ class Coupling:
         flexible: The flexible body.
         facets: Facets of the surface, indices local to this rank (ghosts allowed).
         rigid: The carrying rigid body, None for the ground.
+        copy: Number of the copy of a reduced body that is held, see `ReducedBody`.
+
+    Raises:
+        ModelError: for a copy of a body that has none.
     """
 
     name: str
-    flexible: FlexibleBody
+    flexible: DeformableBody
     facets: npt.NDArray[np.int32]
     rigid: RigidBody | None
+    copy: int = 0
+
+    def __post_init__(self) -> None:
+        if self.copy and isinstance(self.flexible, FlexibleBody):
+            raise ModelError(
+                f"copy of {self.name!r} must be 0, as {self.flexible.name!r} has no copies, got "
+                f"{self.copy}"
+            )

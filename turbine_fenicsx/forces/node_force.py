@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.forces.time_functions import ALWAYS
 from turbine_fenicsx.foundation.checks import check_function, check_vectors
 
@@ -32,7 +32,7 @@ class NodeForce:
     """
 
     name: str
-    flexible: FlexibleBody
+    flexible: DeformableBody
     _: KW_ONLY
     point: npt.ArrayLike
     force: npt.ArrayLike

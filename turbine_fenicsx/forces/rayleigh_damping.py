@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 
@@ -52,7 +52,7 @@ class RayleighDamping:
     """
 
     name: str
-    flexible: FlexibleBody
+    flexible: DeformableBody
     _: KW_ONLY
     stiffness: float
     mass: float = 0.0

@@ -17,14 +17,14 @@ from turbine_fenicsx.linear_solvers.substructures import free_factor
 def make_quasi_newton(
     make_solver: Callable[..., FreeSolver], step: StepBlocks, prefix: str
 ) -> LinearSolver:
-    """Frozen elimination improved by Broyden's method; without flexible bodies exact anyway.
+    """Frozen elimination improved by Broyden's method; exact if all bodies are rigid or small.
 
     Args:
         make_solver: A `SolverMaker` that takes the options prefix, too.
         step: The step whose tangent is solved with.
         prefix: Options prefix.
     """
-    if not step.system.flexible_bodies:
+    if all(model.is_small for model in step.system.flexible_models):
         return Elimination(step, prefix)
     return QuasiNewton(step, FrozenElimination(step, partial(make_solver, prefix=f"{prefix}free_")))
 

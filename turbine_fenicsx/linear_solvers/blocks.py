@@ -48,6 +48,10 @@ class StepBlocks(NestedBlocks):
         """Assemble A_uu of a body at t_n, where nothing moves and it is symmetric."""
 
     @abstractmethod
+    def update_body_tangent(self, body: int, x: PETSc.Vec) -> None:
+        """Assemble only A_uu of a body at X."""
+
+    @abstractmethod
     def update_rigid_tangent(self, x: PETSc.Vec) -> None:
         """Assemble only the rigid block K_r of the tangent at X."""
 

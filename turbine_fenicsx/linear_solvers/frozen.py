@@ -10,6 +10,8 @@ so that the factor of A serves for all later steps. Rotations of contact nodes a
 parent body, R_l for forces and R_r for motions of both: then P, Z and the Schur complement just
 turn, and the coupling stays exact. `QuasiNewton` makes up for what the deformation changes beyond
 that.
+
+A body with a small dense tangent has no frames: its tangent is that of the first guess of a step.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks
-from turbine_fenicsx.linear_solvers.elimination import BodyElimination, ReducedEquations
+from turbine_fenicsx.linear_solvers.body_elimination import BodyElimination
+from turbine_fenicsx.linear_solvers.dense_elimination import DenseElimination
+from turbine_fenicsx.linear_solvers.elimination import EliminatedBody, ReducedEquations
 from turbine_fenicsx.linear_solvers.factor import FreeSolver
 from turbine_fenicsx.linear_solvers.frames import NodeFrames, turn
 from turbine_fenicsx.linear_solvers.substructures import Substructures
@@ -53,25 +57,31 @@ class FrozenElimination:
         """Nothing is factorised yet."""
         system = step.system
         self._step = step
-        self._bodies = [
-            _TurningBody(on_mesh(m, "frozen factors"), A, c, make_solver)
-            for m, A, c in zip(
-                system.flexible_models, step.tangents, system.coupling_blocks, strict=True
-            )
-        ]
-        self._reduced = ReducedEquations(step, self._bodies)
+        self._turning: dict[int, _TurningBody] = {}
+        self._small: dict[int, DenseElimination] = {}
+        for k, (m, A, c) in enumerate(
+            zip(system.flexible_models, step.tangents, system.coupling_blocks, strict=True)
+        ):
+            if m.is_small:
+                self._small[k] = DenseElimination(m, A, c)
+            else:
+                self._turning[k] = _TurningBody(on_mesh(m, "frozen factors"), A, c, make_solver)
+        bodies: dict[int, EliminatedBody] = {**self._turning, **self._small}
+        self._reduced = ReducedEquations(step, [bodies[k] for k in sorted(bodies)])
         self._dt = 0.0
         self._factorised_at = RestartData()
 
     @property
     def krylov_iterations(self) -> int:
         """Krylov iterations for the free nodes of all bodies so far."""
-        return sum(body.solver.iterations for body in self._bodies)
+        return sum(body.solver.iterations for body in self._turning.values())
 
     @property
     def factors(self) -> tuple[int, int]:
         """Number of factors, and of the components of bodies that they serve."""
-        factors, components = np.sum([body.solver.factors for body in self._bodies], axis=0)
+        factors, components = np.sum(
+            [body.solver.factors for body in self._turning.values()], axis=0
+        )
         return int(factors), int(components)
 
     def begin(self) -> bool:
@@ -81,12 +91,16 @@ class FrozenElimination:
         if new:
             self.refresh()
         increments = self._step.split(self._step.x)[0]
-        for body, u, du in zip(self._bodies, start.state.u, increments, strict=True):
-            body.turn_to(u, du, self._carrier_rotations(body.coupling, parts), parts)
+        for k, body in self._turning.items():
+            carriers = self._carrier_rotations(body.coupling, parts)
+            body.turn_to(start.state.u[k], increments[k], carriers, parts)
         return new
 
     def update(self, x: PETSc.Vec) -> None:
         """Form the reduced matrix on rank 0: exact rigid block, turned Schur complements."""
+        for k, small in self._small.items():
+            self._step.update_body_tangent(k, x)
+            small.factorise()
         self._step.update_rigid_tangent(x)
         self._reduced.update()
 
@@ -110,9 +124,9 @@ class FrozenElimination:
         self._factorised_at = RestartData(
             {"dt": self._dt}, {"q": state.q.copy()}, {"u": displacements}
         )
-        for k, (body, u) in enumerate(zip(self._bodies, state.u, strict=True)):
+        for k, body in self._turning.items():
             self._step.assemble_at_rest(k)
-            body.factorise(u, self._carrier_rotations(body.coupling, (0.0,))[0])
+            body.factorise(state.u[k], self._carrier_rotations(body.coupling, (0.0,))[0])
         log.info("components of bodies: %d, factors: %d", *self.factors[::-1])
 
     def save(self) -> RestartData:
@@ -132,7 +146,7 @@ class FrozenElimination:
 
     def destroy(self) -> None:
         """Free all PETSc objects."""
-        for body in self._bodies:
+        for body in self._turning.values():
             body.destroy()
 
     def _carrier_rotations(self, coupling: CouplingBlock, parts: tuple[float, ...]) -> Array:

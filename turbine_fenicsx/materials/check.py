@@ -14,7 +14,7 @@ from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material, Viscous
 from turbine_fenicsx.materials.cell_fields import parameters_on
-from turbine_fenicsx.materials.pointwise import CellMiddles, UnknownExpression, write_out
+from turbine_fenicsx.materials.pointwise import CellPoints, UnknownExpression, write_out
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +67,7 @@ def check_material(material: Material, mesh: Any, name: str = "") -> list[str]:
     if count:
         try:
             cells = sorted({0, count // 2, count - 1})
-            warnings = _check(who, material, mesh, CellMiddles(mesh, cells))
+            warnings = _check(who, material, mesh, CellPoints(mesh, np.array(cells)))
         except UnknownExpression as unknown:
             log.info("%s is not checked: it depends on %s", who, unknown)
         except Exception as problem:  # the other ranks must hear of it, whatever it is
@@ -76,7 +76,7 @@ def check_material(material: Material, mesh: Any, name: str = "") -> list[str]:
     return list(dict.fromkeys(w for each in mesh.comm.allgather(warnings) for w in each))
 
 
-def _check(who: str, material: Material, mesh: Any, middles: CellMiddles) -> list[str]:
+def _check(who: str, material: Material, mesh: Any, middles: CellPoints) -> list[str]:
     """Check a law on this rank; the warnings."""
     parameter = parameters_on(mesh, who)
     C = fem.Constant(mesh, np.eye(3))
@@ -162,7 +162,7 @@ def _check_quadratic(who: str, energy: Callable[[Array], Array], size: float) ->
         )
 
 
-def _check_viscosity(who: str, material: Viscous, mesh: Any, middles: CellMiddles) -> None:
+def _check_viscosity(who: str, material: Viscous, mesh: Any, middles: CellPoints) -> None:
     """Check that the viscous stress is symmetric and takes energy."""
     rate = fem.Constant(mesh, np.zeros((3, 3)))
     stress = material.viscous_stress(rate, parameters_on(mesh, who))

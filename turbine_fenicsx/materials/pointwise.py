@@ -21,7 +21,7 @@ from ufl.corealg.multifunction import MultiFunction
 from ufl.corealg.traversal import unique_post_traversal
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 
 _RULES: dict[str, Callable[..., Any]] = {
     "Sum": np.add,
@@ -75,24 +75,31 @@ def write_out(expression: Expr) -> Expr:
     return expand_indices(map_expr_dag(_WithoutVariables(), expand_derivatives(expression)))
 
 
-class CellMiddles:
-    """The middles of some cells, where expressions are evaluated.
+class CellPoints:
+    """The same point of some cells, where expressions are evaluated.
 
     Args:
         mesh: The mesh.
         cells: Local cells, shape (n,).
+        point: The point of the reference cell, shape (3,); its middle if None.
+
+    Attributes:
+        points: The points in space, shape (n, 3) [m].
+        jacobians: Derivatives of the points with respect to that of the reference cell, shape
+            (n, 3, 3).
     """
 
-    def __init__(self, mesh: Any, cells: Sequence[int]) -> None:
+    def __init__(self, mesh: Any, cells: IntArray, point: Array | None = None) -> None:
         self._cells = np.asarray(cells, dtype=np.int32)
         kind, nodes = _compat.cell_name(mesh), _compat.nodes_of_cells(mesh)[self._cells]
-        middle = np.full((1, 3), 0.5 if kind == "hexahedron" else 0.25)
-        shapes = (_compat.shape_functions(kind, degree, middle) for degree in (1, 2))
+        middle = np.full(3, 0.5 if kind == "hexahedron" else 0.25)
+        at = (middle if point is None else point)[None]
+        shapes = (_compat.shape_functions(kind, degree, at) for degree in (1, 2))
         self._shapes = {len(N[0]): (N[0], dN[0]) for N, dN in shapes}
         N, dN = self._shapes[nodes.shape[1]]
         X = mesh.geometry.x[nodes]
-        self._points: Array = np.einsum("a,nai->ni", N, X)
-        self._jacobians: Array = np.einsum("aj,nai->nij", dN, X)
+        self.points: Array = np.einsum("a,nai->ni", N, X)
+        self.jacobians: Array = np.einsum("aj,nai->nij", dN, X)
 
     def evaluate(self, expressions: Sequence[Expr], given: Mapping[Any, Array]) -> Array:
         """Values of scalar expressions.
@@ -148,9 +155,9 @@ class CellMiddles:
         if name == "Identity":
             return np.eye(3)[None, None]
         if name == "SpatialCoordinate":
-            return self._points[:, None]
+            return self.points[:, None]
         if name == "Jacobian":
-            return self._jacobians[:, None]
+            return self.jacobians[:, None]
         raise UnknownExpression(name)
 
     def _interpolate(self, field: fem.Function) -> Array:

@@ -41,7 +41,8 @@ class BodyModel(Protocol):
             (n_owned,) [kg]; negative for some.
         weights: Positive masses of the owned nodes, to measure motions, shape (n_owned,) [kg].
         section_loads: Loads on its sections.
-        is_small: Whether its tangent is small and dense, so that every iteration has a new one.
+        dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
+            every iteration has a new one; 0 for a large, sparse tangent.
     """
 
     body: DeformableBody
@@ -54,7 +55,12 @@ class BodyModel(Protocol):
     nodal_mass: Array
     weights: Array
     section_loads: tuple[BoundSectionLoads, ...]
-    is_small: bool
+    dense_block: int
+
+    @property
+    def is_small(self) -> bool:
+        """Whether its tangent is small and dense."""
+        return self.dense_block > 0
 
     @property
     @abstractmethod

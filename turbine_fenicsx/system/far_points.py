@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.parts import Parts
@@ -45,13 +43,10 @@ def find_far_points(parts: Parts) -> list[str]:
     return found
 
 
-def _measure(body: RigidBody | FlexibleBody, parts: Parts) -> tuple[Array, float]:
+def _measure(body: RigidBody | DeformableBody, parts: Parts) -> tuple[Array, float]:
     """Centre of a body, shape (3,), and its radius: of its mesh, or of gyration and joints [m]."""
-    if isinstance(body, FlexibleBody):
-        x = np.asarray(body.mesh.geometry.x)
-        low, high = np.min(x, axis=0, initial=np.inf), np.max(x, axis=0, initial=-np.inf)
-        body.mesh.comm.Allreduce(MPI.IN_PLACE, low, MPI.MIN)
-        body.mesh.comm.Allreduce(MPI.IN_PLACE, high, MPI.MAX)
+    if not isinstance(body, RigidBody):
+        low, high = body.find_bounds()
         return 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     centre = np.asarray(body.position)
     points = [np.asarray(j.point) for j in parts.joints if body in j.bodies and hasattr(j, "point")]

@@ -64,7 +64,7 @@ class FlexibleModel(WeakForm, BodyModel):
     """
 
     body: FlexibleBody
-    is_small = False
+    dense_block = 0
 
     def __init__(
         self,

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
+from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.system.body_model import BodyModel
-from turbine_fenicsx.system.flexible_model import BodyForce, FlexibleModel
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.reduced_model import ReducedModel
 
 
 def make_model(
-    body: DeformableBody, forces: Sequence[BodyForce], damping: RayleighDamping | None
+    body: DeformableBody,
+    forces: Sequence[Any],
+    damping: RayleighDamping | None,
+    couplings: Sequence[Coupling],
 ) -> BodyModel:
     """The model of a body. Collective.
 
@@ -20,7 +27,13 @@ def make_model(
         body: The body.
         forces: The forces on it.
         damping: Its Rayleigh damping; None is none.
+        couplings: What holds it.
+
+    Raises:
+        ModelError: for forces that a reduced body cannot have.
     """
+    if isinstance(body, ReducedBody):
+        return ReducedModel(body, forces, damping, couplings)
     return FlexibleModel(body, forces, damping)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.force import Force
 from turbine_fenicsx.forces.node_force import NodeForce
@@ -30,7 +30,7 @@ class Parts:
     """
 
     rigid_bodies: tuple[RigidBody, ...]
-    flexible_bodies: tuple[FlexibleBody, ...]
+    flexible_bodies: tuple[DeformableBody, ...]
     couplings: tuple[Coupling, ...]
     joints: tuple[Joint, ...]
     relations: tuple[Relation, ...]
@@ -53,7 +53,7 @@ class Parts:
             _require(coupling.name, coupling.rigid, RigidBody, "a rigid body or the ground")
         attached: list[Any] = [*self.couplings, *self.on_bodies, *self.dampings]
         for part in attached:
-            _require(part.name, part.flexible, FlexibleBody, "a flexible body", or_none=False)
+            _require(part.name, part.flexible, DeformableBody, "a flexible body", or_none=False)
         damped = [damping.flexible.name for damping in self.dampings]
         twice = sorted({name for name in damped if damped.count(name) > 1})
         if twice:
@@ -80,9 +80,9 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
     Raises:
         TypeError: for a part of unknown kind.
     """
-    kinds = (RigidBody, FlexibleBody, Coupling, NodeForce, SectionLoads, RayleighDamping)
+    kinds = (RigidBody, DeformableBody, Coupling, NodeForce, SectionLoads, RayleighDamping)
     protocols = (Relation, Joint, Force, SurfaceForce, PrescribedForce)
-    groups: dict[type, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
+    groups: dict[Any, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
     for part in parts:
         kind = next((k for k in groups if isinstance(part, k)), None)
         if kind is None:
@@ -90,7 +90,7 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
         groups[kind].append(part)
     return Parts(
         rigid_bodies=tuple(groups[RigidBody]),
-        flexible_bodies=tuple(groups[FlexibleBody]),
+        flexible_bodies=tuple(groups[DeformableBody]),
         couplings=tuple(groups[Coupling]),
         joints=tuple(groups[Joint]),
         relations=tuple(groups[Relation]),
@@ -121,7 +121,7 @@ def _check_unique(parts: Iterable[Any]) -> None:
         raise ModelError(f"names must be unique, but {twice} occur more than once")
 
 
-def _require(name: str, body: Any, kind: type, words: str, or_none: bool = True) -> None:
+def _require(name: str, body: Any, kind: Any, words: str, or_none: bool = True) -> None:
     """Raise a TypeError unless a partner is of the right kind, or None where that is allowed."""
     if not isinstance(body, kind) and not (or_none and body is None):
         raise TypeError(f"{name!r} needs {words}, got {describe(body)}")

@@ -8,7 +8,21 @@ import ufl
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.materials.base import Sampled
+from turbine_fenicsx.materials.base import Quadrature, Sampled
+
+
+def stress_rule(body: FlexibleBody) -> Quadrature:
+    """Points and weights of the stress terms of a body on the reference cell."""
+    if isinstance(body.material, Sampled) and body.material.quadrature is not None:
+        return body.material.quadrature
+    return Quadrature(*_compat.quadrature(_compat.cell_name(body.mesh), _degrees(body)[1]))
+
+
+def _degrees(body: FlexibleBody) -> tuple[int, int]:
+    """Degrees of the usual rules for inertia and stress."""
+    p = body.degree
+    hexahedron = _compat.cell_name(body.mesh) == "hexahedron"
+    return (2 * p + 1, 2 * p + 1) if hexahedron else (2 * p, p)
 
 
 def make_measures(body: FlexibleBody) -> tuple[Any, Any]:
@@ -20,9 +34,7 @@ def make_measures(body: FlexibleBody) -> tuple[Any, Any]:
     the stress. Energy is conserved exactly for any choice, as energy and stress use the same
     points.
     """
-    p = body.degree
-    hexahedron = _compat.cell_name(body.mesh) == "hexahedron"
-    mass, stress = (2 * p + 1, 2 * p + 1) if hexahedron else (2 * p, p)
+    mass, stress = _degrees(body)
     data: dict[str, Any] = {"quadrature_degree": stress}
     if isinstance(body.material, Sampled) and body.material.quadrature is not None:
         points, weights = body.material.quadrature

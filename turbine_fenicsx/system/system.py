@@ -14,6 +14,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum, has_energy
@@ -121,6 +122,7 @@ class MultibodySystem:
                 b,
                 [x for x in found.on_bodies if x.flexible is b],
                 next((x for x in found.dampings if x.flexible is b), None),
+                [c for c in self.couplings if c.flexible is b],
             )
             for b in self.flexible_bodies
         )
@@ -264,8 +266,8 @@ class MultibodySystem:
 
 
 def _check_law(body: DeformableBody) -> None:
-    """Check the law of a body once, and warn on one rank. Collective."""
-    if body not in _CHECKED:
+    """Check the law of a body on a mesh once, and warn on one rank. Collective."""
+    if isinstance(body, FlexibleBody) and body not in _CHECKED:
         for warning in check_material(body.material, body.mesh, body.name):
             if body.mesh.comm.rank == 0:
                 warnings.warn(warning, ModelWarning, stacklevel=3)

@@ -29,6 +29,7 @@ from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.body_step import MemorylessStep
 from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
@@ -155,7 +156,7 @@ class RigidEnd:
         return data.y + dy - way, data.y + dy + way
 
 
-class FlexibleEnd:
+class FlexibleEnd(MemorylessStep):
     """Equations of motion of a flexible body at the end of a step.
 
     Attributes:

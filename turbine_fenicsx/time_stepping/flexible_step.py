@@ -29,6 +29,7 @@ from turbine_fenicsx.materials.base import second_piola_kirchhoff, stress_at_res
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
+from turbine_fenicsx.time_stepping.body_step import MemorylessStep
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,
@@ -38,7 +39,7 @@ from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smalles
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
 
 
-class FlexibleStep:
+class FlexibleStep(MemorylessStep):
     """Compiled forms of the step of a flexible body.
 
     Args:

@@ -24,49 +24,12 @@ import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks, StepStart
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-
-
-class BodyWorks(Protocol):
-    """Works of forces on a flexible body in a step, and what dissipates in it.
-
-    Attributes:
-        losses: Names of what dissipates.
-    """
-
-    @property
-    def losses(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
-        """This rank's part of the work of each force, and of each of the losses [J]."""
-
-
-class BodyStep(Protocol):
-    """A flexible body in a step.
-
-    Attributes:
-        tangent: Matrix that `assemble_tangent` fills.
-        round_off: This rank's sum of the squares of the round-off of the residual.
-        midpoint: Works of forces, and what dissipates.
-    """
-
-    tangent: PETSc.Mat
-    round_off: float
-
-    @property
-    def midpoint(self) -> BodyWorks: ...  # noqa: D102
-
-    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
-        """Assemble R_u for the increment du into R."""
-
-    def assemble_tangent(self, du: PETSc.Vec) -> None:
-        """Assemble the derivative of R_u into `tangent`."""
-
-    def term_scale(self, du: PETSc.Vec) -> float:
-        """This rank's sum of the squares of the largest terms of R_u."""
+from turbine_fenicsx.time_stepping.body_step import BodyStep
 
 
 class RigidPart(Protocol):
@@ -194,6 +157,27 @@ class NestedStep(StepBlocks):
         for body, increment in zip(self._bodies, du, strict=True):
             body.assemble_tangent(increment)
         self.update_rigid_tangent(x)
+
+    def begin_iteration(self) -> None:
+        """Newton's iteration begins from the guess in X."""
+        for body in self._bodies:
+            body.begin_iteration()
+
+    def save(self) -> RestartData:
+        """What later steps of the bodies depend on, apart from the state. Collective."""
+        data = RestartData()
+        for k, body in enumerate(self._bodies):
+            data.add(str(k), body.save())
+        return data
+
+    def restore(self, data: RestartData) -> None:
+        """Restore what was saved."""
+        for k, body in enumerate(self._bodies):
+            body.restore(data.part(str(k)))
+
+    def update_body_tangent(self, body: int, x: PETSc.Vec) -> None:
+        """Assemble only A_uu of a body at X."""
+        self._bodies[body].assemble_tangent(self.split(x)[0][body])
 
     def update_rigid_tangent(self, x: PETSc.Vec) -> None:
         """Assemble only the rigid block K_r of the tangent at X."""

@@ -106,8 +106,9 @@ class NewtonStepper:
         self.dissipation_names = step.dissipation_names
         self.linear_solver = options.linear_solver
         self._solvers = _LinearSolvers(step, options.prefix)
-        # without flexible bodies all but "monolithic" are the same
-        known = FALLBACKS if self.system.flexible_bodies else {}
+        # without large flexible bodies all but "monolithic" are the same
+        self._is_exact = all(model.is_small for model in self.system.flexible_models)
+        known = {} if self._is_exact else FALLBACKS
         exact = known.get(self.linear_solver, self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact)
         self.fallbacks, self.factors = 0, (0, 0)
@@ -161,6 +162,7 @@ class NewtonStepper:
             attempt, guess = waiting.pop(0)
             self._log_fallback(state.time, dt, failures, attempt)
             self._begin_at(attempt, guess)
+            self.step.begin_iteration()
             linear_solver = self._solvers.use(attempt.solver)
             with timing.event("linear set-up"):
                 linear_solver.begin()
@@ -216,11 +218,13 @@ class NewtonStepper:
     def _learns(self, attempt: Attempt) -> bool:
         """Whether the guess of an attempt is corrected by `GuessErrors`.
 
-        Exact tangents mostly end digits below the tolerance. From a better guess they would end
-        near it, which their energy balance would show.
+        Exact tangents of bodies on meshes mostly end digits below the tolerance. From a better
+        guess they would end near it, which their energy balance would show. Tangents of small
+        bodies take the stress as it is expected, which the guess does not change.
         """
+        models = self.system.flexible_models
         approximate = isinstance(self._solvers.use(attempt.solver), QuasiNewton)
-        return attempt.moves_on and approximate and bool(self.system.flexible_bodies)
+        return attempt.moves_on and bool(models) and (approximate or self._is_exact)
 
     def _log_fallback(
         self, time: float, dt: float, failures: list[Failure], attempt: Attempt
@@ -243,6 +247,7 @@ class NewtonStepper:
         data.add("linear", self._solvers.use(self.linear_solver).save())
         data.add("past", self._past.save())
         data.add("errors", self._errors.save())
+        data.add("bodies", self.step.save())
         for name, loads in self.system.section_loads.items():
             data.add(f"loads.{name}", loads.save())
         return data
@@ -255,6 +260,7 @@ class NewtonStepper:
             self._solvers.use(self.linear_solver).restore(data.part("linear"))
         self._past.restore(data.part("past"))
         self._errors.restore(data.part("errors"))
+        self.step.restore(data.part("bodies"))  # last, as a new factor begins steps
         for name, loads in self.system.section_loads.items():
             loads.restore(data.part(f"loads.{name}"))
 

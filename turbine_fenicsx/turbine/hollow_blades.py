@@ -194,7 +194,8 @@ class HollowBlades:
         ends there. Nor do cells of a trailing edge that is hardly wider than thick.
         """
         comm = mesh.mesh.comm
-        body = next(b for b in system.flexible_bodies if b.mesh is mesh.mesh)
+        bodies = (b for b in system.flexible_bodies if isinstance(b, FlexibleBody))
+        body = next(b for b in bodies if b.mesh is mesh.mesh)
         cells = WallCells.read(self.shape, mesh.cell_data)
         stresses = PlyStresses(system, body, cells.find_plies())
         closed = comm.allreduce(bool(cells.is_tip.any()), op=MPI.LOR)

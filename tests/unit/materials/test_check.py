@@ -22,7 +22,7 @@ from turbine_fenicsx import (
     check_material,
     squared_stretches,
 )
-from turbine_fenicsx.materials.pointwise import CellMiddles, write_out
+from turbine_fenicsx.materials.pointwise import CellPoints, write_out
 
 pytestmark = pytest.mark.parallel
 
@@ -171,7 +171,7 @@ def test_fields_have_their_values_in_the_middle_of_cells(comm, degree):
     x = ufl.SpatialCoordinate(cells)
     field = fem.Function(_compat.cellwise_space(cells, (), degree))
     field.interpolate(lambda X: 1.0 + 2.0 * X[0] - X[1])
-    values = CellMiddles(cells, [0]).evaluate([field, x[0], x[1]], {})[0, 0]
+    values = CellPoints(cells, [0]).evaluate([field, x[0], x[1]], {})[0, 0]
     assert values[0] == pytest.approx(1.0 + 2.0 * values[1] - values[2], rel=1e-12)
 
 
@@ -194,7 +194,7 @@ def test_squares_of_stretches_are_eigenvalues(comm, values):
         return
     given = np.array([rotate(values, rng) for _ in range(20)])
     wanted = [write_out(x) for x in squared_stretches(symbol)]
-    found = CellMiddles(cells, [0]).evaluate(wanted, {symbol: given})[0]
+    found = CellPoints(cells, [0]).evaluate(wanted, {symbol: given})[0]
     assert np.sort(found) == pytest.approx(np.tile(np.sort(values), (20, 1)), abs=1e-5)
     # a function of all three is exact to the square of that
     assert np.sum(found**1.5, axis=1) == pytest.approx(np.sum(np.array(values) ** 1.5), abs=1e-9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -24,7 +24,7 @@ def find_carriers(system: MultibodySystem) -> tuple[dict[RigidBody, int], dict[i
     """
     stands_on: dict[RigidBody | None, int] = {None: 0}
     roots: dict[int, int] = {}
-    carried: set[FlexibleBody] = set()
+    carried: set[DeformableBody] = set()
     bodies = iter(system.rigid_bodies)
     while True:
         _follow_joints(system, stands_on)

@@ -161,10 +161,18 @@ class BodyGrid:
     """Vertices and cells of one flexible body.
 
     Vertices are the nodes of a linear space, which for linear fields is that of the field itself.
+
+    Args:
+        block: The body.
+
+    Attributes:
+        body: The body.
+        n_points: Number of vertices that this rank owns.
+        n_cells: Number of cells that this rank owns.
     """
 
     def __init__(self, block: FlexibleModel) -> None:
-        self._block = block
+        self._block, self.body = block, block.body
         mesh = block.body.mesh
         self.kind = _compat.cell_name(mesh)
         vertex_space = block.space if block.body.degree == 1 else _compat.vector_space(mesh, 1)

@@ -60,8 +60,7 @@ class Fields(FieldSeries):
         self._more = tuple(more)
         super().__init__(path, every, end)
         self._grid = FieldGrid(system, surfaces, parts, names)
-        cells = [grid.n_cells for grid in self._grid.bodies]
-        self._bodies = tuple(zip(system.flexible_bodies, cells, strict=True))
+        self._bodies = tuple((grid.body, grid.n_cells) for grid in self._grid.bodies)
 
     def _open(self, path: Path, append: float | None) -> XdmfSeries:
         """Open the series on the grid of all parts."""

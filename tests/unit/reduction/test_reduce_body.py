@@ -1,0 +1,230 @@
+"""Claims about bases: functions, interfaces, what is refused; and their files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reduced_beams import (
+    COMM,
+    LAME,
+    SIZE,
+    beam,
+    clamped,
+    clamped_basis,
+    facets_at,
+    free_basis,
+)
+
+from turbine_fenicsx import (
+    Coupling,
+    FlexibleBody,
+    MultibodySystem,
+    NeoHooke,
+    ReducedBody,
+    StVenantKirchhoff,
+    equilibrium,
+    modes,
+    read_basis,
+    reduce_body,
+    write_basis,
+)
+from turbine_fenicsx.foundation.parallel import on_rank0
+
+pytestmark = pytest.mark.parallel
+
+
+def test_functions_are_zero_on_interfaces_and_orthonormal():
+    basis = clamped_basis()
+    free = basis.functions[:, 4:]
+    assert free.shape[1] == 18
+    assert np.max(np.abs(free[basis.surface_of == 0])) == 0.0
+    mass = basis.mass[4:, 4:] / basis.mass[0, 0]
+    assert np.allclose(mass, np.eye(18), atol=1e-10)
+    assert basis.mass[0, 0] == pytest.approx(1000.0 * np.prod(SIZE), rel=1e-12)
+
+
+def test_functions_of_a_free_body_are_none_of_its_affine_motions():
+    basis = free_basis()
+    assert np.allclose(basis.mass[:4, 4:], 0.0, atol=1e-9 * basis.mass[0, 0])
+    assert not np.any(basis.surface_of >= 0)
+
+
+def between_two(count=30):
+    """A beam held at both ends, and its basis."""
+    body = beam()
+    ends = [
+        Coupling(f"end {k}", body, facets_at(body, z), None) for k, z in enumerate((0.0, SIZE[2]))
+    ]
+    return body, ends, reduce_body(MultibodySystem(COMM, [body, *ends]), body, 2, count)
+
+
+def test_functions_of_two_interfaces_move_the_body_in_any_affine_way():
+    _, _, basis = between_two()
+    rng = np.random.default_rng(0)
+    A, t = rng.standard_normal((3, 3)), rng.standard_normal(3)
+    z = np.zeros((basis.functions.shape[1], 3))
+    for s, origin in enumerate(basis.origins):
+        z[4 * s], z[4 * s + 1 : 4 * s + 4] = t + A @ origin, A.T
+    assert np.allclose(basis.functions @ z, t + basis.points @ A.T, atol=1e-12)
+    assert np.max(np.abs(basis.strain_vectors @ (basis.vectors @ A.T))[3:]) < 1e-12
+
+
+def test_a_body_between_two_interfaces_bends_when_one_of_them_moves():
+    """Modes with the tip free need the static shapes; the tip is held by a light rigid body."""
+    from turbine_fenicsx import RigidBody
+
+    body, _, basis = between_two()
+
+    def system(b):
+        tip = RigidBody("tip", 5.0, (0.1, 0.1, 0.1), position=(0.0, 0.0, SIZE[2]))
+        root = Coupling("end 0", b, facets_at(body, 0.0), None)
+        return MultibodySystem(
+            COMM, [b, tip, root, Coupling("end 1", b, facets_at(body, SIZE[2]), tip)]
+        )
+
+    full, reduced = (modes(system(b), count=3) for b in (body, ReducedBody("r", body, basis)))
+    for a, b in zip(full.modes, reduced.modes, strict=True):
+        assert b.frequency == pytest.approx(a.frequency, rel=2e-3)
+
+
+def test_quadratic_tetrahedra_can_be_reduced():
+    from dolfinx import mesh
+
+    box = mesh.create_box(
+        COMM, [[-0.1, -0.1, 0.0], [0.1, 0.1, 2.0]], [1, 1, 5], mesh.CellType.tetrahedron
+    )
+    body = FlexibleBody("beam", box, StVenantKirchhoff(*LAME), 1000.0, degree=2)
+    basis = reduce_body(clamped(body), body, 2, 9)
+    full = modes(clamped(body), count=2)
+    reduced = modes(clamped(ReducedBody("r", body, basis)), count=2)
+    for a, b in zip(full.modes, reduced.modes, strict=True):
+        assert b.frequency == pytest.approx(a.frequency, rel=1e-8)
+
+
+def test_what_cannot_be_reduced_is_refused():
+    body = beam()
+    with pytest.raises(ValueError, match="flexible body 'beam' is not"):
+        reduce_body(MultibodySystem(COMM, []), body)
+    rubber = replace(body, material=NeoHooke(*LAME))
+    with pytest.raises(ValueError, match="law NeoHooke of 'beam' is not quadratic in the strain"):
+        reduce_body(MultibodySystem(COMM, [rubber]), rubber)
+    reduced = ReducedBody("r", body, clamped_basis())
+    with pytest.raises(ValueError, match="'r' is reduced already"):
+        reduce_body(MultibodySystem(COMM, [reduced]), reduced)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"modes": -1}, "modes must be a whole number, zero or more, got -1"),
+        ({"functions": 2.5}, "functions must be a whole number"),
+        ({"modes": 4, "functions": 9}, "functions must be three or more for each of 4 modes"),
+        ({"modes": 100, "functions": 300}, "modes must be fewer than"),
+    ],
+)
+def test_numbers_that_do_not_fit_are_refused(numbers, words):
+    from dolfinx import mesh
+
+    box = mesh.create_box(COMM, [[0.0] * 3, [1.0, 1.0, 2.0]], [1, 1, 2], mesh.CellType.hexahedron)
+    body = FlexibleBody("b", box, StVenantKirchhoff(*LAME), 1.0)
+    with pytest.raises(ValueError, match=words):
+        reduce_body(clamped(body), body, **numbers)
+
+
+def test_a_small_mesh_has_fewer_functions_than_wanted(caplog):
+    from dolfinx import mesh
+
+    box = mesh.create_box(COMM, [[0.0] * 3, [1.0, 1.0, 2.0]], [1, 1, 2], mesh.CellType.hexahedron)
+    body = FlexibleBody("b", box, StVenantKirchhoff(*LAME), 1.0)
+    basis = reduce_body(clamped(body), body, 0, 48)
+    assert basis.functions.shape[1] == 4 + 8  # one for each free node
+    if COMM.rank == 0:
+        assert "the basis of 'b' has 8 functions, as more are none: 48 were wanted" in caplog.text
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder that all ranks know."""
+    return COMM.bcast(tmp_path)
+
+
+def written(folder, basis):
+    path = folder / "basis.npz"
+    on_rank0(COMM, lambda: write_basis(path, basis))
+    return path
+
+
+def test_a_basis_survives_its_file(folder):
+    basis = clamped_basis(law="viscous")
+    read = read_basis(written(folder, basis), beam("viscous"))
+    for name in ("points", "functions", "mass", "strain_factor", "viscosity", "surface_of"):
+        assert np.array_equal(getattr(read, name), getattr(basis, name))
+    with pytest.raises(ValueError, match="read-only"):
+        read.mass[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (lambda: beam(cells=(1, 2, 9)), "the mesh has 18 cells, and that of the basis 16"),
+        (lambda: beam(degree=2), "the mesh has 255 nodes, and that of the basis 54"),
+        (lambda: replace(beam(), density=1001.0), "the cells have another density"),
+        (
+            lambda: replace(beam(), material=StVenantKirchhoff(LAME[0], 1.0001 * LAME[1])),
+            "the cells have another stiffness",
+        ),
+        (lambda: beam("viscous"), "the cells have another viscosity"),
+    ],
+)
+def test_a_file_of_another_body_is_refused(folder, other, words):
+    path = written(folder, clamped_basis())
+    with pytest.raises(ValueError, match=f"'.*basis.npz' is not a basis of 'beam', {words}"):
+        read_basis(path, other())
+
+
+def test_a_file_that_is_none_is_refused(folder):
+    path = written(folder, clamped_basis())
+    content = COMM.bcast(path.read_bytes() if COMM.rank == 0 else None)
+
+    def refuse(content, words):
+        on_rank0(COMM, lambda: path.write_bytes(content))
+        with pytest.raises(ValueError, match=words):
+            read_basis(path, beam())
+
+    for cut in (0, 100, len(content) // 2, len(content) - 30):
+        refuse(content[:cut], "is not a basis of a reduced body, or damaged")
+    flipped = bytearray(content)
+    flipped[len(content) // 2] ^= 1
+    refuse(bytes(flipped), "is not a basis of a reduced body, or damaged")
+    refuse(b"points,functions\n1,2\n", "is not a basis of a reduced body, or damaged")
+
+
+def test_a_file_with_wrong_arrays_is_refused(folder):
+    basis = clamped_basis()
+    path = folder / "basis.npz"
+
+    def refuse(words, **changes):
+        arrays = {name: np.array(getattr(basis, name)) for name in basis.__dataclass_fields__}
+        arrays |= {"version": np.array(1)} | changes
+        on_rank0(COMM, lambda: np.savez(path, **arrays))
+        with pytest.raises(ValueError, match=words):
+            read_basis(path, beam())
+
+    refuse("is a basis of version 2, and this is version 1", version=np.array(2))
+    refuse("is damaged: mass of a basis must have the shape", mass=np.eye(3))
+    refuse("is damaged: masses of a basis must be finite", masses=np.full(54, np.nan))
+    refuse("is damaged: functions of a basis has the shape", functions=np.zeros(7))
+    refuse("is damaged: a basis of 22 functions cannot have 6", origins=np.zeros((6, 3)))
+    refuse("is not a basis of a reduced body", mass=np.array([None], dtype=object))
+    arrays = {"version": np.array(1)}
+    on_rank0(COMM, lambda: np.savez_compressed(path, **arrays))
+    with pytest.raises(ValueError, match="is not a basis of a reduced body"):
+        read_basis(path, beam())
+
+
+def test_a_basis_of_one_rank_serves_several(folder):
+    """Nodes stand in another order there: interfaces are found by position."""
+    basis = clamped_basis()
+    path = written(folder, basis)
+    state = equilibrium(clamped(ReducedBody("r", beam(), read_basis(path, beam()))))
+    assert np.all(np.isfinite(state.u[0].array_r))

@@ -1,0 +1,219 @@
+"""Bodies whose motion is that of a few vectors, and what is known of such a motion beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.foundation.checks import check_array, check_vectors, describe
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array, IntArray
+
+SAME_PLACE = 1e-9
+"""Maximum distance of two nodes in the same place, relative to the size of the body."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBasis:
+    """Functions F_k of the reference configuration, and mass and strain energy of what they carry.
+
+    Vectors z_k in space move the body by x(X, t) = sum_k F_k(X) z_k(t). The first four functions of
+    each interface s, a surface that couplings hold, are F = f_s and f_s (X - X_s)_j: their vectors
+    are a point and three directors. f_s is one on its surface and zero on the others, and all f_s
+    add up to one. The other functions are zero on all interfaces. A body without interfaces has the
+    point and the directors all the same, with f = 1.
+
+    `turbine_fenicsx.reduce_body` makes a basis, `turbine_fenicsx.write_basis` and
+    `turbine_fenicsx.read_basis` keep it in a file. Arrays cannot be written to.
+
+    Args:
+        points: Nodes of the mesh in the reference configuration, shape (N, 3) [m].
+        functions: Values of F_k at the nodes, shape (N, n).
+        masses: Masses of the nodes, positive, shape (N,) [kg].
+        origins: X_s of each interface, shape (S, 3) [m].
+        surface_of: Interface that each node belongs to, -1 for none, shape (N,).
+        mass: int rho F_k F_l dV, shape (n, n) [kg] for functions without a unit.
+        strain_factor: W with the strain energy |W^T e|^2/2, where e_p are the changes of the
+            scalar products of `strain_vectors`, shape (pairs, r).
+        viscosity: Z with the viscous energy rate c' Z c' of c = W^T e, shape (r, r) [s]; shape
+            (0, 0) of materials without viscosity.
+        cells: What the basis belongs to: a row for each cell with its middle, volume, density, and
+            numbers that stand for stiffness and viscosity, shape (cells, 7).
+    """
+
+    points: Array
+    functions: Array
+    masses: Array
+    origins: Array
+    surface_of: IntArray
+    mass: Array
+    strain_factor: Array
+    viscosity: Array
+    cells: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            kind = np.int64 if field.name == "surface_of" else np.float64
+            values = np.array(getattr(self, field.name), dtype=kind, order="C")
+            if values.ndim != (1 if field.name in ("masses", "surface_of") else 2):
+                raise ModelError(f"{field.name} of a basis has the shape {values.shape}")
+            if not np.all(np.isfinite(values)):
+                raise ModelError(f"{field.name} of a basis must be finite")
+            values.flags.writeable = False
+            object.__setattr__(self, field.name, values)
+        n, interfaces, r = self.functions.shape[1], len(self.origins), self.strain_factor.shape[1]
+        if not 1 <= interfaces <= n // 4:
+            raise ModelError(f"a basis of {n} functions cannot have {interfaces} interfaces")
+        shapes = {
+            "points": (len(self.functions), 3),
+            "masses": (len(self.functions),),
+            "origins": (interfaces, 3),
+            "surface_of": (len(self.functions),),
+            "mass": (n, n),
+            "strain_factor": (n * (n - 1) // 2, r),
+            "viscosity": (r, r) if self.viscosity.size else (0, 0),
+            "cells": (len(self.cells), 7),
+        }
+        for name, shape in shapes.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ModelError(f"{name} of a basis must have the shape {shape}, got {found}")
+
+    def find_interface(self, points: Array) -> int | None:
+        """Number of the interface whose nodes are at some points; None if there is none.
+
+        Args:
+            points: Shape (k, 3) [m].
+        """
+        size = float(np.max(np.ptp(self.points, axis=0)))
+        for s in range(len(self.origins)):
+            mine = self.points[self.surface_of == s]
+            if len(mine) == len(points) > 0:
+                distance, nearest = cKDTree(mine).query(points)
+                alone = np.unique(nearest).size == len(mine)
+                if alone and np.max(distance) <= SAME_PLACE * size:
+                    return s
+        return None
+
+    @property
+    def strain_vectors(self) -> Array:
+        """L with y = L z, the vectors whose scalar products make the strain, shape (n - 1, n).
+
+        These are the directors d_j of the first interface; of each other interface s what its point
+        and directors move relative to them,
+
+            p_s - p_1 - sum_j (X_s - X_1)_j d_j,    d_sj - d_j;
+
+        and all other vectors. A rigid motion only turns them.
+        """
+        n, interfaces = self.functions.shape[1], len(self.origins)
+        L = np.eye(n)[1:]
+        for s in range(1, interfaces):
+            row = 4 * s - 1
+            L[row, 0] = -1.0
+            L[row, 1:4] = self.origins[0] - self.origins[s]
+            L[row + 1 : row + 4, 1:4] = -np.eye(3)
+        return L
+
+    @property
+    def vectors(self) -> Array:
+        """Z in the reference configuration, shape (n, 3) [m, -]."""
+        z = np.zeros((self.functions.shape[1], 3))
+        for s, origin in enumerate(self.origins):
+            z[4 * s], z[4 * s + 1 : 4 * s + 4] = origin, np.eye(3)
+        return z
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a copy of a body stands, x = position + rotation X.
+
+    Args:
+        position: Shape (3,) [m].
+        rotation: Rotation matrix, shape (3, 3).
+
+    Raises:
+        ModelError: for other shapes, or a matrix that is not a rotation.
+    """
+
+    position: npt.ArrayLike = (0.0, 0.0, 0.0)
+    rotation: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+    def __post_init__(self) -> None:
+        check_vectors("a placement", position=self.position)
+        R = check_array("rotation of a placement", self.rotation, (3, 3), "a rotation matrix")
+        if not np.allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-12) or np.linalg.det(R) < 0.0:
+            raise ModelError(f"rotation of a placement must be a rotation, got {self.rotation!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A flexible body that moves as the functions of a basis allow, or several equal ones.
+
+    It takes the place of the full body in the parts of a system: couplings, gravity, forces on
+    nodes and Rayleigh damping act on it, and it conserves energy and momenta as exactly.
+
+    Args:
+        name: Unique name.
+        full: The body that the basis was made of; facets and points refer to its mesh.
+        basis: The basis.
+        placements: Where each copy stands; one copy where the mesh is by default. Couplings name
+            the copy that they hold.
+        velocity: Initial velocity field [m/s], a function of positions of shape (n, 3) that returns
+            as many velocities; that of the first parent body, or rest, if None.
+        displacement: Initial displacement [m]: such a function, or an array with those of all
+            vectors, shape (copies n, 3). Of a function the basis takes the nearest displacement
+            that leaves the interfaces of couplings where they are. Zero if None.
+
+    Raises:
+        ModelError: if there is no placement.
+        TypeError: if a part is of the wrong kind.
+    """
+
+    name: str
+    full: FlexibleBody
+    basis: ReducedBasis
+    placements: Sequence[Placement] = (Placement(),)
+    velocity: Callable[[Array], Array] | None = None
+    displacement: Callable[[Array], Array] | Array | None = None
+
+    def __post_init__(self) -> None:
+        kinds = {"full": FlexibleBody, "basis": ReducedBasis}
+        for key, kind in kinds.items():
+            if not isinstance(getattr(self, key), kind):
+                raise TypeError(
+                    f"{key} of {self.name!r} must be a {kind.__name__}, got "
+                    f"{describe(getattr(self, key))}"
+                )
+        if not self.placements:
+            raise ModelError(f"placements of {self.name!r} must name one copy or more")
+        for placement in self.placements:
+            if not isinstance(placement, Placement):
+                raise TypeError(
+                    f"placements of {self.name!r} must be Placements, got {describe(placement)}"
+                )
+        if self.velocity is not None and not callable(self.velocity):
+            raise TypeError(
+                f"velocity of {self.name!r} must be a function of positions, got "
+                f"{describe(self.velocity)}"
+            )
+
+    @property
+    def points(self) -> Array:
+        """Nodes of the mesh of each copy, shape (copies, N, 3) [m]."""
+        return np.array(
+            [
+                np.asarray(p.position, float) + self.basis.points @ np.asarray(p.rotation, float).T
+                for p in self.placements
+            ]
+        )
+
+    def find_bounds(self) -> tuple[Array, Array]:
+        """Least and largest coordinates of all copies, shape (3,) each [m]."""
+        points = self.points.reshape(-1, 3)
+        return points.min(axis=0), points.max(axis=0)

@@ -1,0 +1,111 @@
+"""Exact elimination of contact nodes and multipliers of a body with a small dense tangent.
+
+The equations are those of `BodyElimination`, for each diagonal block of the tangent by itself.
+Rank 0 owns all.
+"""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.body_model import BodyModel
+from turbine_fenicsx.system.coupling_block import CouplingBlock
+
+
+class DenseElimination:
+    """The elimination of one body, for the values of its tangent at `factorise`.
+
+    Args:
+        model: The body.
+        tangent: A_uu, a dense matrix with a diagonal block for each copy of the body.
+        coupling: Its couplings.
+
+    Attributes:
+        columns: Columns of r that belong to the parent bodies.
+        schur: P^T A_uu Z, shape (columns, columns), on rank 0; zero on the others.
+    """
+
+    def __init__(self, model: BodyModel, tangent: PETSc.Mat, coupling: CouplingBlock) -> None:
+        self.columns, self._A, self._B = coupling.columns, tangent, coupling.B_local
+        self.schur: Array = np.zeros((self.columns.size,) * 2)
+        self._start = coupling.rigid_extension(model)
+        self._Z = np.zeros_like(self._start)
+        self._u = np.zeros(3 * model.n_owned)
+        contact = coupling.dofs
+        self._contact, self._b_contact = contact, np.zeros(contact.size)
+        self._copies: list[_Copy] = []
+        k = model.dense_block
+        for first in range(0, 3 * model.n_owned, k):
+            mine = np.flatnonzero((contact >= first) & (contact < first + k))
+            self._copies.append(_Copy(slice(first, first + k), contact[mine] - first, mine))
+
+    def factorise(self) -> None:
+        """Factorise A_II of each copy and compute Z and the Schur complement."""
+        dense = self._A.getDenseArray() if self._copies else None
+        self.schur = np.zeros_like(self.schur)
+        self._Z[:] = self._start
+        for copy in self._copies:
+            copy.factorise(np.ascontiguousarray(dense[copy.rows, copy.rows]))  # type: ignore[index]
+            Z = self._Z[copy.rows]
+            Z[copy.free] -= copy.solve((copy.A @ Z)[copy.free])
+            self.schur += self._B[copy.held].T @ (copy.A[copy.contact] @ Z)
+
+    def eliminate(self, b_u: Array, b_c: Array) -> Array:
+        """Compute w, and return P^T (A w - b_u)."""
+        self._b_contact = b_u[self._contact]
+        for copy in self._copies:
+            u, b = self._u[copy.rows], b_u[copy.rows]
+            u[copy.contact] = -b_c[copy.held]
+            # w = (A_II^-1 (b_I + A_Ic b_c), -b_c)
+            u[copy.free] = copy.solve(b[copy.free] - copy.A_Ic @ u[copy.contact])
+        return self._B.T @ (self._contact_forces() - self._b_contact)
+
+    def substitute(self, motion: Array) -> tuple[Array, Array]:
+        """Return u = w + Z r for the motion r of the parent bodies, and the multipliers."""
+        self._u += self._Z @ motion
+        return self._u, self._contact_forces() - self._b_contact
+
+    def destroy(self) -> None:
+        """There is nothing to free."""
+
+    def _contact_forces(self) -> Array:
+        """(A_uu u)_c."""
+        forces = np.zeros(self._contact.size)
+        for copy in self._copies:
+            forces[copy.held] = copy.A[copy.contact] @ self._u[copy.rows]
+        return forces
+
+
+class _Copy:
+    """A diagonal block of the tangent.
+
+    Args:
+        rows: Its rows.
+        contact: Those of them that couplings hold, counted from the first, shape (k,).
+        held: Their numbers among all that couplings hold.
+    """
+
+    A: Array
+    A_Ic: Array
+
+    def __init__(self, rows: slice, contact: IntArray, held: IntArray) -> None:
+        self.rows, self.contact, self.held = rows, contact, held
+        self.free = np.setdiff1d(np.arange(rows.stop - rows.start), contact)
+
+    def factorise(self, A: Array) -> None:
+        """Factorise A_II."""
+        self.A, self.A_Ic = A, A[np.ix_(self.free, self.contact)]
+        # LAPACK reads columns first, and so finds the transposed matrix without a copy
+        A_II = A[np.ix_(self.free, self.free)]
+        self._lu, self._pivots, self._singular = dgetrf(A_II.T, overwrite_a=True)
+
+    def solve(self, b: Array) -> Array:
+        """A_II^-1 b, not-a-number if there is no factor, as the next norm shows to all ranks."""
+        if self._singular:
+            return np.full_like(b, np.nan)
+        x, _ = dgetrs(self._lu, self._pivots, b, trans=1)
+        return np.asarray(x)

@@ -1,0 +1,1 @@
+"""Bases of reduced bodies: how they are made, and kept in files."""

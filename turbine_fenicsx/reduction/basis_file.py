@@ -1,0 +1,95 @@
+"""A basis in one file, which belongs to one mesh and material."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBasis
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, replace_file
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.elasticity import Law
+from turbine_fenicsx.reduction.fingerprint import describe_cells, find_difference
+
+VERSION = 1
+"""Version of the file."""
+
+ARRAYS = tuple(field.name for field in fields(ReducedBasis))
+"""Arrays of the file besides the version."""
+
+
+def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
+    """Write a basis to a file, whole or not at all; an old one is replaced.
+
+    Several ranks have the same basis: let one of them write.
+
+    Args:
+        path: The file, ``.npz``; its folder exists.
+        basis: The basis.
+
+    Raises:
+        FileError: if it cannot be written.
+    """
+    content = io.BytesIO()
+    arrays = {name: getattr(basis, name) for name in ARRAYS}
+    np.savez(content, version=np.array(VERSION), **arrays)
+    with content.getbuffer() as whole:
+        replace_file(path, whole)
+
+
+def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis:
+    """Read the basis of a body from a file.
+
+    Args:
+        path: A file of `write_basis`.
+        body: The body, with the mesh and material that the basis was made of.
+
+    Raises:
+        InputError: for a file that is not a basis, or that of another mesh, material or density, on
+            all ranks.
+        FileError: if it cannot be read, on all ranks.
+
+    Note:
+        Collective.
+    """
+    name, comm = os.fspath(path), body.mesh.comm
+    arrays = on_rank0(comm, lambda: _read_arrays(name))
+    try:
+        basis = ReducedBasis(**arrays)
+    except ModelError as error:
+        raise InputError(f"{name!r} is damaged: {error}") from None
+    nodes = _compat.vector_space(body.mesh, body.degree).dofmap.index_map.size_global
+    difference = find_difference(basis, describe_cells(body, Law(body)), nodes)
+    if difference:
+        raise InputError(
+            f"{name!r} is not a basis of {body.name!r}, {difference}: reduce the body anew"
+        )
+    return basis
+
+
+def _read_arrays(path: str) -> dict[str, Any]:
+    """The arrays of a file."""
+    with name_file_in_errors("read", path), open_regular(path) as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                if any(member.compress_type for member in archive.infolist()):
+                    raise zipfile.BadZipFile  # what is compressed may be of any size
+            with np.load(file, allow_pickle=False) as members:
+                version = int(members["version"])
+                arrays = {name: members[name] for name in ARRAYS} if version == VERSION else {}
+        except (ValueError, KeyError, TypeError, EOFError, MemoryError, zipfile.BadZipFile):
+            raise InputError(f"{path!r} is not a basis of a reduced body, or damaged") from None
+    if not arrays:
+        raise InputError(
+            f"{path!r} is a basis of version {version}, and this is version {VERSION}: "
+            "reduce the body anew"
+        )
+    return arrays

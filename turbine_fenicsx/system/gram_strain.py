@@ -1,0 +1,107 @@
+"""The strain energy of a reduced body, a quadratic function of scalar products of its vectors.
+
+With the vectors y = L z of a copy of the body (`ReducedBasis.strain_vectors`) the deformation
+gradient is F = sum_k y_k (x) grad f_k, and the strain
+
+    E = (F^T F - 1)/2 = 1/2 sum_kl (y_k . y_l - y_k . y_l at rest) grad f_k (x) grad f_l
+
+is linear in the scalar products of all pairs p = (k, l), k <= l (Barbic and James 2005 found that
+the forces are cubic in z). With e_p, their change since rest, and K = W W^T
+
+    U = 1/2 e.K e = 1/2 c.c,        c = W^T e,
+    forces L^T S y,                 S: s = W c as a symmetric matrix, with 2 s_kk in the diagonal,
+    J = dc/dz,   J[r, k] = sum_l T[r, k, l] y_l,    L^T S y = J^T c.
+
+J is linear in y, so that the mean J of two configurations takes their difference to that of c.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from turbine_fenicsx.foundation.types import Array
+
+
+class GramStrain:
+    """Strain coordinates c of some equal copies of a body.
+
+    Args:
+        strain_factor: W, shape (pairs, r).
+        strain_vectors: L, shape (m, n).
+        at_rest: y at rest, shape (m, 3).
+        rigid: Numbers of vectors y whose scalar products with each other never change.
+    """
+
+    def __init__(
+        self, strain_factor: Array, strain_vectors: Array, at_rest: Array, rigid: range
+    ) -> None:
+        m, n = strain_vectors.shape
+        self._first, self._second = pairs = np.triu_indices(m)
+        kept = ~(np.isin(pairs[0], rigid) & np.isin(pairs[1], rigid))
+        self._W = np.where(kept[:, None], strain_factor, 0.0)
+        self._L = strain_vectors
+        self._at_rest = self._pair(at_rest[None], at_rest[None])
+        self.size = r = self._W.shape[1]
+        T = np.zeros((r, m, m))
+        T[:, self._first, self._second] = self._W.T
+        T[:, self._second, self._first] += self._W.T
+        self._T = (self._L.T @ T).reshape(r * n, m)
+
+    def vectors(self, z: Array) -> Array:
+        """Vectors y = L z, shape (copies, m, 3) for z of shape (copies, n, 3)."""
+        y: Array = self._L @ z
+        return y
+
+    def strain(self, y: Array) -> Array:
+        """Strain coordinates c of vectors y, shape (copies, r)."""
+        c: Array = (self._pair(y, y) - self._at_rest) @ self._W
+        return c
+
+    def change(self, y: Array, dy: Array) -> Array:
+        """Change of c when the vectors change by dy, and are y in the middle, shape (copies, r)."""
+        dc: Array = (self._pair(y, dy) + self._pair(dy, y)) @ self._W
+        return dc
+
+    def stress(self, c: Array) -> Array:
+        """S of strain coordinates c, shape (copies, m, m)."""
+        m = len(self._L)
+        S = np.zeros((len(c), m, m))
+        S[:, self._first, self._second] = c @ self._W.T
+        S += S.swapaxes(1, 2)
+        return S
+
+    def forces(self, S: Array, y: Array) -> Array:
+        """Forces L^T S y on the vectors z, shape (copies, n, 3)."""
+        forces: Array = self._L.T @ (S @ y)
+        return forces
+
+    def geometric(self, S: Array) -> Array:
+        """Stiffness L^T S L of each component of z, shape (copies, n, n)."""
+        stiffness: Array = self._L.T @ S @ self._L
+        return stiffness
+
+    def jacobian(self, y: Array) -> Array:
+        """J = dc/dz, shape (copies, r, 3 n)."""
+        copies, n = len(y), self._L.shape[1]
+        J = self._T @ y.swapaxes(0, 1).reshape(y.shape[1], 3 * copies)
+        by_copy = J.reshape(self.size, n, copies, 3).transpose(2, 0, 1, 3)
+        return np.ascontiguousarray(by_copy).reshape(copies, self.size, 3 * n)
+
+    def _pair(self, a: Array, b: Array) -> Array:
+        """Scalar products of all pairs, shape (copies, pairs)."""
+        products: Array = (a @ b.swapaxes(1, 2))[:, self._first, self._second]
+        return products
+
+
+def add_to_components(A: Array, of_each: Array, factor: float) -> None:
+    """Add a matrix of each component of vectors to matrices of all, A += factor B (x) 1_3.
+
+    Args:
+        A: Shape (copies, 3 n, 3 n).
+        of_each: B, shape (copies or 1, n, n).
+        factor: The factor.
+    """
+    n = of_each.shape[-1]
+    blocks = A.reshape(len(A), n, 3, n, 3)
+    for i in range(3):
+        blocks[:, :, i, :, i] += factor * of_each

@@ -1,0 +1,340 @@
+"""A reduced body: mass, energy and forces of a few vectors, without a time step.
+
+With the vectors z_k and the functions F_k of `ReducedBasis`, all copies of the body together,
+
+    sum_l M_kl z_l'' + sum_l S_kl y_l = m_k g + sum F_k(X) f,       M_kl = int rho F_k F_l dV,
+
+where m_k = int rho F_k dV, and S follows from the strain, see `GramStrain`. M is constant, and
+whoever turns all vectors turns the body (Zwoelfer and Gerstmayr 2019 use modes in all
+orientations for that). So the momenta are sums over vectors as over nodes of a mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
+from turbine_fenicsx.bodies.surface_points import find_surface_points
+from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.body_model import BodyModel
+from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
+from turbine_fenicsx.system.own_fields import evaluate_field
+
+
+class ReducedModel(BodyModel):
+    """Mass, strain and forces of a reduced body; rank 0 owns all vectors.
+
+    Args:
+        body: The body.
+        forces: Forces on nodes of its mesh.
+        damping: Rayleigh damping in proportion to the stiffness; None is none.
+        couplings: The couplings that hold it, which make the directors of their interfaces rigid.
+
+    Attributes:
+        copies: Number of copies.
+        mass: M of one copy, shape (n, n).
+        strain: The strain of all copies.
+        losses: Z of each law that dissipates by its name, times it c' is what opposes c.
+
+    Raises:
+        ModelError: for forces that a reduced body cannot have.
+    """
+
+    body: ReducedBody
+    section_loads = ()
+
+    def __init__(
+        self,
+        body: ReducedBody,
+        forces: Sequence[NodeForce],
+        damping: RayleighDamping | None,
+        couplings: Sequence[Coupling],
+    ) -> None:
+        self.body, self.comm = body, body.full.mesh.comm
+        _check_forces(body, forces, damping)
+        basis, n = body.basis, body.basis.functions.shape[1]
+        self.forces, self.copies, self._n = tuple(forces), len(body.placements), n
+        self.size_global, self.dense_block = n * self.copies, 3 * n
+        self._is_owner = self.comm.rank == 0
+        self.n_owned = self.size_global if self._is_owner else 0
+        self.mass = basis.mass
+        h = np.zeros(n)
+        h[: 4 * len(basis.origins) : 4] = 1.0
+        self.positions = np.concatenate([_place(basis.vectors, h, p) for p in body.placements])
+        moments = np.tile(basis.mass @ h, self.copies)
+        weights = np.tile(np.abs(np.diag(basis.mass)), self.copies)
+        h = np.tile(h, self.copies)
+        self.positions, self.is_point, self.nodal_mass, self.weights = (
+            x[: self.n_owned] for x in (self.positions, h, moments, weights)
+        )
+        self._interfaces = {c: self._find_interface(c) for c in couplings}
+        rigid = range(3) if self._holds_first_interface() else range(0)
+        L = basis.strain_vectors
+        self.strain = GramStrain(basis.strain_factor, L, L @ basis.vectors, rigid)
+        self.losses: dict[str, Array] = {}
+        if basis.viscosity.size:
+            self.losses["viscosity"] = basis.viscosity
+        if damping is not None:
+            self.losses["structural damping"] = damping.stiffness * np.eye(self.strain.size)
+        self._rows = [self._find_row(force) for force in forces]
+
+    def _holds_first_interface(self) -> bool:
+        """Whether couplings hold the first interface of all copies."""
+        held = {(c.copy, s) for c, s in self._interfaces.items()}
+        return all((copy, 0) in held for copy in range(self.copies))
+
+    def _find_interface(self, coupling: Coupling) -> int:
+        """The interface that a coupling holds. Collective."""
+        body = self.body
+        if not 0 <= coupling.copy < self.copies:
+            raise ModelError(
+                f"copy of {coupling.name!r} must be one of the {self.copies} copies of "
+                f"{body.name!r}, 0 to {self.copies - 1}, got {coupling.copy}"
+            )
+        found = find_surface_points(body.full, coupling.name, coupling.facets)
+        if not len(found):
+            raise ModelError(
+                f"coupling {coupling.name!r} holds no node: its surface has no facets on "
+                f"{body.name!r}"
+            )
+        interface = body.basis.find_interface(found)
+        if interface is None:
+            raise ModelError(
+                f"the basis of {body.name!r} has no interface where coupling {coupling.name!r} "
+                "holds it: reduce the body in a system that holds the same surface"
+            )
+        return interface
+
+    def _find_row(self, force: NodeForce) -> tuple[int, Array]:
+        """Copy and values of the functions at the node nearest to the point of a force."""
+        distance = np.linalg.norm(self.body.points - np.asarray(force.point, dtype=float), axis=2)
+        copy, node = np.unravel_index(int(np.argmin(distance)), distance.shape)
+        return int(copy), self.body.basis.functions[node]
+
+    def contact_nodes(self, coupling: Coupling) -> IntArray:
+        """The point and the directors of the interface that a coupling holds."""
+        first = coupling.copy * self._n + 4 * self._interfaces[coupling]
+        nodes: IntArray = np.arange(first, first + 4, dtype=np.int64)
+        return nodes[: 4 if self._is_owner else 0]
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether a stress depends on the strain rate."""
+        return bool(self.losses)
+
+    @property
+    def is_conservative(self) -> bool:
+        """Forces on nodes do not depend on the motion."""
+        return True
+
+    @property
+    def has_surface_energy(self) -> bool:
+        """No force acts on the surface."""
+        return False
+
+    def vectors(self, u: Array) -> Array:
+        """Z of all copies that this rank owns, shape (copies or 0, n, 3).
+
+        Args:
+            u: Displacements of the owned vectors, shape (3 n_owned,).
+        """
+        z: Array = (self.positions + u.reshape(-1, 3)).reshape(-1, self._n, 3)
+        return z
+
+    def split(self, values: Array) -> Array:
+        """Values of vectors by copies, shape (copies or 0, n, 3)."""
+        return values.reshape(-1, self._n, 3)
+
+    def node_forces(self, time: float) -> list[tuple[int, Array]]:
+        """Copy, and forces on its vectors, of each force on a node, shape (n, 3) [N] each."""
+        return [
+            (copy, np.outer(F, force.function(time) * np.asarray(force.force, dtype=float)))
+            for force, (copy, F) in zip(self.forces, self._rows, strict=True)
+        ]
+
+    def applied_forces(self, gravity: Array, time: float) -> Array:
+        """Weight and forces on nodes, shape (copies or 0, n, 3) [N]."""
+        forces = self.split(np.outer(self.nodal_mass, gravity))
+        if self._is_owner:
+            for copy, force in self.node_forces(time):
+                forces[copy] += force
+        return forces
+
+    def new_vector(self) -> PETSc.Vec:
+        """New distributed vector of nodal values, zero."""
+        size = (3 * self.n_owned, 3 * self.size_global)
+        vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
+        vector.set(0.0)
+        return vector
+
+    def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
+        """Momenta p = M v of the vectors, into p."""
+        p.array[:] = (self.mass @ self.split(v.array_r)).ravel()
+
+    def mass_matrix(self, tensor: npt.ArrayLike | None = None) -> PETSc.Mat:
+        """New mass matrix M [kg]."""
+        out = self.new_stiffness()
+        self.add_mass(np.eye(3) if tensor is None else tensor, out)
+        return out
+
+    def add_mass(self, tensor: npt.ArrayLike, out: PETSc.Mat) -> None:
+        """Add the mass matrix with a tensor, as of `mass_matrix`, to out."""
+        A = np.kron(self.mass, np.asarray(tensor, dtype=float))
+        self.fill(out, np.broadcast_to(A, (self.copies, *A.shape)), add=True)
+
+    def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
+        """Forces [N] that the vectors lack for equilibrium, into out."""
+        y = self.strain.vectors(self.vectors(u.array_r))
+        S = self.strain.stress(self.strain.strain(y))
+        out.array[:] = (self.strain.forces(S, y) - self.applied_forces(gravity, time)).ravel()
+
+    def new_stiffness(self) -> PETSc.Mat:
+        """New matrix with a dense block for each copy, zero."""
+        local, k = 3 * self.n_owned, 3 * self._n
+        rows = np.arange(0, local * k + 1, k, dtype=PETSc.IntType)
+        columns = np.arange(local, dtype=PETSc.IntType).reshape(-1, k)
+        csr = (rows, np.repeat(columns, k, axis=0).ravel(), np.zeros(local * k))
+        matrix = PETSc.Mat().createAIJ(((local, None), (local, None)), csr=csr, comm=self.comm)
+        matrix.assemble()
+        return matrix
+
+    def fill(self, out: PETSc.Mat, blocks: Array, add: bool = False) -> None:
+        """Set the blocks of a matrix of `new_stiffness`, or add to them. Collective.
+
+        Args:
+            out: The matrix.
+            blocks: Shape (copies, 3 n, 3 n).
+            add: Whether they are added.
+        """
+        if self._is_owner:
+            rows, columns, values = out.getValuesCSR()
+            values = values + blocks.ravel() if add else blocks.ravel()
+            out.setValuesCSR(rows, columns, values)
+        out.assemble()
+
+    def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
+        """Derivative K of the forces at rest with respect to u [N/m], into out."""
+        y = self.strain.vectors(self.vectors(u.array_r))
+        J = self.strain.jacobian(y)
+        K = J.swapaxes(1, 2) @ J
+        S = self.strain.stress(self.strain.strain(y))
+        add_to_components(K, self.strain.geometric(S), 1.0)
+        self.fill(out, K)
+
+    @cached_property
+    def loss(self) -> Array | None:
+        """Z of all laws that dissipate; None without."""
+        return sum(self.losses.values(), np.zeros((self.strain.size,) * 2)) if self.losses else None
+
+    def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
+        """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
+        if self.loss is None:
+            return None
+        J = self.strain.jacobian(self.strain.vectors(self.vectors(u.array_r)))
+        out = self.new_stiffness()
+        self.fill(out, J.swapaxes(1, 2) @ (self.loss @ J))
+        return out
+
+    def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
+        """This rank's part of the energies and momenta of a motion."""
+        z, z_dot = self.vectors(u.array_r), self.split(v.array_r)
+        p = self.mass @ z_dot
+        c = self.strain.strain(self.strain.vectors(z))
+        linear = (self.nodal_mass @ z_dot.reshape(-1, 3))[None]
+        angular = np.cross(z, p).reshape(-1, 3).sum(axis=0)
+        kinetic, strain = 0.5 * np.sum(z_dot * p), 0.5 * np.sum(c * c)
+        return np.concatenate([[kinetic], linear.ravel(), angular, [strain]])
+
+    def surface_energy(self, u: PETSc.Vec, time: float) -> float:
+        """No force acts on the surface."""
+        return 0.0
+
+    def expand(self, values: PETSc.Vec) -> Array:
+        """Displacements, or velocities, of all nodes of the mesh from those of the vectors.
+
+        Args:
+            values: Of the vectors, `State.u` or `State.v` of the body.
+
+        Returns:
+            Those of the nodes `ReducedBody.points`, shape (copies, N, 3), equal on all ranks.
+
+        Note:
+            Collective.
+        """
+        z = self.split(self.comm.bcast(np.array(values.array_r)))
+        expanded: Array = self.body.basis.functions @ z
+        return expanded
+
+    def initial_displacement(self) -> Array:
+        """Displacements that the vectors start with, shape (n_owned, 3) [m]."""
+        field = self.body.displacement
+        what = f"displacement of {self.body.name!r}"
+        if field is None:
+            return np.zeros_like(self.positions)
+        if not callable(field):
+            X = np.zeros((self.size_global, 3))
+            return evaluate_field(self.comm, what, X, field)[: self.n_owned]
+        values = evaluate_field(self.comm, what, self.body.points.reshape(-1, 3), field)
+        free = np.ones((self.copies, self._n), dtype=bool)
+        for coupling, interface in self._interfaces.items():
+            free[coupling.copy, 4 * interface : 4 * interface + 4] = False
+        return self._find_nearest(values, free)
+
+    def initial_velocity(self) -> Array | None:
+        """Velocities of the body's own field, shape (n_owned, 3) [m/s]; None if it has none."""
+        field, what = self.body.velocity, f"velocity of {self.body.name!r}"
+        if field is None:
+            return None
+        values = evaluate_field(self.comm, what, self.body.points.reshape(-1, 3), field)
+        return self._find_nearest(values, np.ones((self.copies, self._n), dtype=bool))
+
+    def _find_nearest(self, values: Array, free: Array) -> Array:
+        """Vectors whose motion is nearest to one of the nodes, by their masses.
+
+        Args:
+            values: Motion of the nodes of all copies, shape (copies N, 3).
+            free: Which vectors may move, shape (copies, n).
+
+        Returns:
+            Shape (n_owned, 3).
+        """
+        basis, found = self.body.basis, np.zeros((self.copies, self._n, 3))
+        root = np.sqrt(basis.masses)[:, None]
+        for copy, of_nodes in enumerate(values.reshape(self.copies, -1, 3)):
+            columns = root * basis.functions[:, free[copy]]
+            found[copy, free[copy]] = np.linalg.lstsq(columns, root * of_nodes, rcond=None)[0]
+        return found.reshape(-1, 3)[: self.n_owned]
+
+
+def _place(vectors: Array, is_point: Array, placement: Placement) -> Array:
+    """Z of a copy at rest, shape (n, 3)."""
+    R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
+    placed: Array = vectors @ R.T + is_point[:, None] * t
+    return placed
+
+
+def _check_forces(
+    body: ReducedBody, forces: Sequence[object], damping: RayleighDamping | None
+) -> None:
+    """Raise a ModelError for forces that need the mesh."""
+    for force in forces:
+        if not isinstance(force, NodeForce):
+            raise ModelError(
+                f"{getattr(force, 'name', force)!r} acts on the surface of {body.name!r}, which is "
+                "reduced: forces on nodes and gravity can act on it"
+            )
+    if damping is not None and damping.mass > 0.0:
+        raise ModelError(
+            f"{damping.name!r} dampens {body.name!r}, which is reduced, in proportion to its mass: "
+            "only damping in proportion to the stiffness can"
+        )

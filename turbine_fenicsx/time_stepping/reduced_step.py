@@ -1,0 +1,208 @@
+"""A reduced body in one energy-momentum step.
+
+Unknown: the increment dz = z_{n+1} - z_n of all vectors. With the strain coordinates c of
+`GramStrain`, the mean vectors y_m and the losses Z of viscosity, v_{n+1} = 2 dz/dt - v_n and
+
+    c_alg = (c_n + c_{n+1})/2 + (chi/2) (c_{n+1} - c_n) + Z (c_{n+1} - c_n)/dt,
+    M (dz - dt v_n) + dt^2/2 L^T S(W c_alg) y_m = dt^2/2 (m g + f).
+
+S y_m . dy = c_alg . (c_{n+1} - c_n), so that the step gains the strain energy
+|c_{n+1}|^2/2 - |c_n|^2/2 and what dissipates, for any step; S is symmetric, so that no moment is
+left. The derivative with respect to dz is
+
+    A = M + dt^2/2 (J_m^T (1/2 + chi/2 + Z/dt) J_{n+1} + S(W c_alg)/2 (x) 1).
+
+A first guess strains stiff walls by terms of second order, and their stress would spoil the last
+term. There c is taken as it was expected: extrapolated from the last steps, then linear in the last
+increment, c + J ddz. The residual stays as it is (mixed integration points: Magisano, Leonetti and
+Garcea 2017).
+"""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.foundation.parallel import from_rank0
+from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.gram_strain import add_to_components
+from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.time_stepping.strain_history import StrainHistory
+
+DISSIPATION = "numerical dissipation"
+"""Name of what numerical dissipation takes out, as of bodies on a mesh."""
+
+
+class ReducedStep:
+    """Residual and tangent of the step of a reduced body.
+
+    Args:
+        model: The body and the forces on it.
+        numerical_dissipation: chi >= 0, as of `FlexibleStep`.
+
+    Attributes:
+        tangent: Dense matrix of the tangent on rank 0, filled by `assemble_tangent`.
+        round_off: Sum of the squares of the round-off of the residual [(kg m)^2], set by `begin`.
+    """
+
+    def __init__(self, model: ReducedModel, numerical_dissipation: float = 0.0) -> None:
+        self.model, self._chi = model, numerical_dissipation
+        local, size = 3 * model.n_owned, 3 * model.size_global
+        self.tangent = PETSc.Mat().createDense(((local, size), (local, size)), comm=model.comm)
+        self.tangent.setUp()
+        self.tangent.assemble()
+        self.losses = (*model.losses, *([DISSIPATION] if numerical_dissipation else []))
+        self._times = StepTimes.at_rest(0.0)
+        self.round_off = 0.0
+        self._history = StrainHistory()
+        self._signs = np.random.default_rng(0).choice([-1.0, 1.0], (2, *model.mass.shape[:1], 3))
+        self._expected: tuple[Array, Array, Array] | None = None
+
+    @property
+    def midpoint(self) -> ReducedStep:
+        """Works of forces, and what dissipates in this body."""
+        return self
+
+    def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
+        """Set the state at t_n, the step, and gravity [m/s^2]."""
+        model, strain = self.model, self.model.strain
+        self._times = times
+        self._y = strain.vectors(model.vectors(u.array_r))
+        self._c = strain.strain(self._y)
+        self._history.begin(times, self._c)
+        self._dt_v = times.dt * model.split(v.array_r)
+        self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
+        M = np.abs(model.mass)
+        masses = np.abs(model.nodal_mass).reshape(-1, len(M), 1)
+        weight = times.half_dt2 * np.linalg.norm(gravity) * masses
+        self._fixed_terms = M @ np.abs(self._dt_v) + weight
+        self.begin_iteration()
+        self.round_off = self._find_round_off()
+
+    def begin_iteration(self) -> None:
+        """A new iteration begins: forget the tangent of an earlier one."""
+        self._expected = None
+
+    def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
+        """The residual [kg m] for the increment du, into R."""
+        dz = self.model.split(du.array_r)
+        y, dy = self._middle(dz)
+        terms = self.model.mass @ (dz - self._dt_v) - self._impulse
+        R.array[:] = (terms + self._times.half_dt2 * self._forces(y, dy)).ravel()
+
+    def _middle(self, dz: Array) -> tuple[Array, Array]:
+        """Mean vectors y_m in the step, and their increments."""
+        dy = self.model.strain.vectors(dz)
+        return self._y + 0.5 * dy, dy
+
+    def _forces(self, y: Array, dy: Array) -> Array:
+        """L^T S(W c_alg) y_m, shape (copies, n, 3) [N]."""
+        strain = self.model.strain
+        c = self._algorithmic(strain.change(y, dy))
+        return strain.forces(strain.stress(c), y)
+
+    def _algorithmic(self, dc: Array) -> Array:
+        """c_alg for a change of c, shape (copies, r)."""
+        return self._c + self._times_slope(dc)
+
+    def _times_slope(self, dc: Array) -> Array:
+        """(1/2 + chi/2 + Z/dt) times rows of changes of c."""
+        change: Array = (0.5 + 0.5 * self._chi) * dc
+        if self.model.loss is not None:
+            change += dc @ self.model.loss / self._times.dt
+        return change
+
+    def assemble_tangent(self, du: PETSc.Vec) -> None:
+        """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
+        dz, strain = self.model.split(du.array_r), self.model.strain
+        y, dy = self._middle(dz)
+        dc, J = strain.change(y, dy), strain.jacobian(self._y + dy)
+        if self._expected is None:
+            expected = self._history.expect() - self._c
+        else:
+            before, dc_before, J_before = self._expected
+            moved = (dz - before).reshape(len(dz), 3 * dz.shape[1], 1)
+            expected = dc_before + (J_before @ moved)[..., 0]
+        self._expected = dz.copy(), dc, J
+        self._write(self.differentiate(y, J, expected))
+
+    def assemble_at_rest(self) -> None:
+        """Assemble the tangent for du = 0."""
+        self._write(self.differentiate(self._y, self.model.strain.jacobian(self._y), 0.0 * self._c))
+
+    def differentiate(self, y: Array, J: Array, dc: Array) -> Array:
+        """The tangent A, shape (copies, 3 n, 3 n) [kg].
+
+        Args:
+            y: Mean vectors y_m in the step, shape (copies, m, 3).
+            J: J_{n+1}, shape (copies, r, 3 n).
+            dc: Change of c that makes the stress of the last term, shape (copies, r).
+        """
+        strain, half_dt2 = self.model.strain, self._times.half_dt2
+        J_m = strain.jacobian(y)
+        slope = self._times_slope(J.swapaxes(1, 2)).swapaxes(1, 2)
+        A = J_m.swapaxes(1, 2) @ slope
+        A *= half_dt2
+        S = strain.stress(self._algorithmic(dc))
+        add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
+        add_to_components(A, self.model.mass[None], 1.0)
+        return A
+
+    def _write(self, A: Array) -> None:
+        """Set the diagonal blocks of `tangent`. Collective."""
+        k = A.shape[-1]
+        if len(A):
+            dense = self.tangent.getDenseArray()
+            for copy, block in enumerate(A):
+                dense[copy * k : copy * k + k, copy * k : copy * k + k] = block
+        self.tangent.assemble()
+
+    def term_scale(self, du: PETSc.Vec) -> float:
+        """Sum of the squares of the inertia and gravity terms of the residual."""
+        terms = np.abs(self.model.mass) @ np.abs(self.model.split(du.array_r))
+        return float(np.sum((terms + self._fixed_terms) ** 2))
+
+    def _find_round_off(self) -> float:
+        """Sum of the squares of what the forces change when the vectors change by their round-off.
+
+        Forces are stiffnesses times small differences, so that no count of operations tells.
+        """
+        y, dy = self._middle(self._dt_v)
+        m = y.shape[1]
+        changed, changed_dy = (
+            x * (1.0 + np.finfo(float).eps * s[:m])
+            for x, s in zip((y, dy), self._signs, strict=True)
+        )
+        change = self._forces(changed, changed_dy) - self._forces(y, dy)
+        return float(self._times.half_dt2**2 * np.sum(change * change))
+
+    def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """This rank's part of the work of each force, and of what each law dissipates [J]."""
+        works, lost = np.zeros(len(self.model.forces)), np.zeros(len(self.losses))
+        if not self.model.n_owned:
+            return works, lost
+        dz = self.model.split(du.array_r)
+        for k, (copy, force) in enumerate(self.model.node_forces(self._times.middle)):
+            works[k] = np.sum(force * dz[copy])
+        dc = self.model.strain.change(*self._middle(dz))
+        for k, Z in enumerate(self.model.losses.values()):
+            lost[k] = np.sum(dc * (dc @ Z)) / self._times.dt
+        if self._chi:
+            lost[-1] = 0.5 * self._chi * np.sum(dc * dc)
+        return works, lost
+
+    def save(self) -> RestartData:
+        """What the expected strain of the next step depends on. Collective."""
+        times, values = self._history.save()
+        shape = (len(times), self.model.copies, self.model.strain.size)
+        arrays = np.array(values).reshape(shape) if self.model.n_owned else np.zeros(shape)
+        return RestartData({"times": times}, {"strain": from_rank0(self.model.comm, arrays)})
+
+    def restore(self, data: RestartData) -> None:
+        """Restore it."""
+        if data:
+            strains = data.arrays["strain"][:, : self.model.copies if self.model.n_owned else 0]
+            self._history.restore(data.numbers["times"], list(strains))
