@@ -29,10 +29,12 @@ TAU = 0.003
 
 
 @cache
-def beam(law="svk", cells=(1, 2, 8), degree=1):
+def beam(law="svk", cells=(1, 2, 8), degree=1, alone=False):
     """A beam along e3 from the origin; first bending at 0.4 and 0.5 Hz if clamped."""
     ends = [[-0.5 * SIZE[0], -0.5 * SIZE[1], 0.0], [0.5 * SIZE[0], 0.5 * SIZE[1], SIZE[2]]]
-    box = mesh.create_box(COMM, ends, list(cells), mesh.CellType.hexahedron)
+    box = mesh.create_box(
+        MPI.COMM_SELF if alone else COMM, ends, list(cells), mesh.CellType.hexahedron
+    )
     material = StVenantKirchhoff(*LAME)
     if law == "viscous":
         material = KelvinVoigt(material, TAU * LAME[1], TAU * (LAME[0] + 2.0 / 3.0 * LAME[1]))
@@ -63,6 +65,11 @@ def free_basis(functions=18, modes=4):
     return reduce_body(MultibodySystem(COMM, [beam()]), beam(), modes, functions)
 
 
+def expand(system, state, what="u"):
+    """Displacements or velocities of the nodes of the first body, (copies, N, 3), on all ranks."""
+    return system.flexible_models[0].expand(getattr(state, what)[0])
+
+
 def _full(body):
     return body if isinstance(body, FlexibleBody) else body.full
 
@@ -85,7 +92,7 @@ def on_hub(blades, *more, speed=1.0, velocity=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0
         for copy in range(len(blade.placements)):
             facets = facets_at(blade.full, 0.0)
             parts.append(Coupling(f"root of {blade.name} {copy}", blade, facets, hub, copy))
-    return MultibodySystem(COMM, [*parts, *more])
+    return MultibodySystem(blades[0].full.mesh.comm, [*parts, *more])
 
 
 def placements(count=3, radius=0.5):

@@ -1,0 +1,170 @@
+"""Claims about the step of a reduced body: that of the full body in the motions of its basis."""
+
+import numpy as np
+import pytest
+from reduced_beams import COMM, TAU, beam, clamped, clamped_basis, free_basis
+from scipy import sparse
+
+from turbine_fenicsx import EnergyMomentum, NodeForce, RayleighDamping, ReducedBody
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
+from turbine_fenicsx.time_stepping.reduced_step import ReducedStep
+
+DT, T0, CHI = 0.02, 0.3, 0.2
+GRAVITY = np.array([0.4, -9.81, 1.0])
+EXACT = 1e-12
+LOSSES = ["none", "chi", "rayleigh", "viscous"]
+
+
+def vector(model, values):
+    found = model.new_vector()
+    found.array[:] = np.ravel(values)[: 3 * model.n_owned]
+    return found
+
+
+class Pair:
+    """A free reduced body and the full one, in the same step far from any solution."""
+
+    def __init__(self, losses):
+        law = "viscous" if losses == "viscous" else "svk"
+        full_body = beam(law)
+        self.basis = clamped_basis(law=law)
+        body = ReducedBody("reduced", full_body, self.basis)
+        dampings = [None, None]
+        if losses == "rayleigh":
+            dampings = [RayleighDamping("d", b, stiffness=TAU) for b in (body, full_body)]
+        chi = CHI if losses == "chi" else 0.0
+        # the end of an edge, where there is a node
+        forces = [
+            NodeForce("f", b, point=(0.1, 0.15, 4.0), force=(1.0, 2.0, -3.0), function=np.cos)
+            for b in (body, full_body)
+        ]
+        self.model = ReducedModel(body, forces[:1], dampings[0], ())
+        self.full = FlexibleModel(full_body, forces[1:], dampings[1])
+        self.step = ReducedStep(self.model, chi)
+        self.full_step = FlexibleStep(self.full, None, chi)
+        rng, n = np.random.default_rng(2), self.model.size_global
+        R = rotation_about((1.0, 2.0, 3.0), 1.1)
+        self.z = self.basis.vectors
+        u = self.z @ R.T + 0.03 * rng.standard_normal((n, 3)) - self.z
+        v, self.du = rng.standard_normal((n, 3)), 0.02 * rng.standard_normal((n, 3))
+        times = StepTimes.from_start(T0, DT)
+        for model, step, expand in (
+            (self.model, self.step, lambda x: x),
+            (self.full, self.full_step, self.on_mesh),
+        ):
+            step.begin(vector(model, expand(u)), vector(model, expand(v)), times, GRAVITY)
+
+    def on_mesh(self, values):
+        return self.basis.functions @ values
+
+    def project(self, values):
+        return self.basis.functions.T @ np.reshape(values, (-1, 3))
+
+
+@pytest.fixture(params=LOSSES)
+def pair(request):
+    return Pair(request.param)
+
+
+def test_the_residual_is_a_projection_of_that_of_the_full_body(pair):
+    R, of_full = pair.model.new_vector(), pair.full.new_vector()
+    pair.step.residual(vector(pair.model, pair.du), R)
+    pair.full_step.residual(vector(pair.full, pair.on_mesh(pair.du)), of_full)
+    wanted = pair.project(of_full.array_r)
+    largest = np.max(np.abs(pair.basis.functions.T) @ np.abs(of_full.array_r.reshape(-1, 3)))
+    bound = EXACT if not pair.model.losses else 1e-9  # Z of small stiffnesses has fewer digits
+    assert np.max(np.abs(R.array_r.reshape(-1, 3) - wanted)) < bound * largest
+
+
+def test_the_tangent_with_the_present_strain_is_a_projection_too(pair):
+    step, strain = pair.step, pair.model.strain
+    y, dy = step._middle(pair.du[None])
+    A = step.differentiate(y, strain.jacobian(step._y + dy), strain.change(y, dy))[0]
+    pair.full_step.assemble_tangent(vector(pair.full, pair.on_mesh(pair.du)))
+    starts, columns, entries = pair.full_step.tangent.getValuesCSR()
+    P = np.kron(pair.basis.functions, np.eye(3))
+    wanted = P.T @ (sparse.csr_matrix((entries, columns, starts)) @ P)
+    bound = EXACT if not pair.model.losses else 1e-9
+    assert np.max(np.abs(A - wanted)) < bound * np.max(np.abs(wanted))
+
+
+def test_the_tangent_is_the_derivative_of_the_residual(pair):
+    step, strain = pair.step, pair.model.strain
+    y, dy = step._middle(pair.du[None])
+    A = step.differentiate(y, strain.jacobian(step._y + dy), strain.change(y, dy))[0]
+    direction = np.random.default_rng(3).standard_normal(pair.du.shape)
+    ends = []
+    for sign in (1.0, -1.0):
+        R = pair.model.new_vector()
+        step.residual(vector(pair.model, pair.du + sign * 1e-5 * direction), R)
+        ends.append(R.array_r.copy())
+    slope = (ends[0] - ends[1]) / 2e-5
+    assert np.max(np.abs(A @ direction.ravel() - slope)) < 1e-6 * np.max(np.abs(slope))
+
+
+def test_losses_have_the_names_and_sizes_of_those_of_the_full_body(pair):
+    step, full = pair.step, pair.full_step
+    assert step.losses == full.midpoint.losses
+    works, lost = step.works(vector(pair.model, pair.du))
+    of_full = full.midpoint.works(vector(pair.full, pair.on_mesh(pair.du)))
+    assert works == pytest.approx(of_full[0], rel=1e-10)
+    assert lost == pytest.approx(of_full[1], rel=1e-9)
+    assert all(x > 0.0 for x in lost)
+
+
+def test_a_step_gains_as_much_strain_energy_as_its_forces_do_work(pair):
+    """S y . dy = c_alg . dc, for any step."""
+    step, strain = pair.step, pair.model.strain
+    y, dy = step._middle(pair.du[None])
+    work = np.sum(strain.stress(step._algorithmic(strain.change(y, dy))) @ y * dy)
+    before, after = (np.sum(strain.strain(x) ** 2) for x in (step._y, step._y + dy))
+    _, lost = step.works(vector(pair.model, pair.du))
+    assert work == pytest.approx(0.5 * (after - before) + np.sum(lost), rel=1e-11)
+
+
+def dense(step):
+    return step.tangent.getDenseArray().copy()
+
+
+def test_an_iteration_that_begins_again_has_forgotten_the_last_one(pair):
+    step, du = pair.step, vector(pair.model, pair.du)
+    step.begin_iteration()
+    step.assemble_tangent(du)
+    first = dense(step)
+    step.assemble_tangent(vector(pair.model, 0.5 * pair.du))
+    step.assemble_tangent(du)
+    assert not np.array_equal(dense(step), first)
+    step.begin_iteration()
+    step.assemble_tangent(du)
+    assert np.array_equal(dense(step), first)
+
+
+def test_the_round_off_of_the_forces_is_measured(pair):
+    """A residual that is computed again with all vectors turned differs by about as much."""
+    du = vector(pair.model, pair.du)
+    assert 0.0 < pair.step.round_off < 1e-20 * pair.step.term_scale(du)
+
+
+@pytest.mark.parallel
+def test_directors_that_a_coupling_holds_exert_no_forces_on_each_other():
+    """Their scalar products are constant: those of the parent body keep them."""
+    for couplings, is_zero in ((True, True), (False, False)):
+        body = ReducedBody("r", beam(), clamped_basis())
+        system = clamped(body) if couplings else None
+        model = system.flexible_models[0] if system else ReducedModel(body, (), None, ())
+        z = body.basis.vectors.copy()
+        z[1:4] *= 1.001
+        c = model.strain.strain(model.strain.vectors(z[None]))
+        assert (np.max(np.abs(c)) == 0.0) == is_zero
+
+
+def test_an_algorithmic_stress_of_ones_own_is_refused():
+    body = ReducedBody("r", beam(), free_basis())
+    from turbine_fenicsx import MultibodySystem
+
+    with pytest.raises(ValueError, match="stress is an algorithmic stress of your own, and 'r' is"):
+        EnergyMomentum(MultibodySystem(COMM, [body]), stress=lambda *a: a)
