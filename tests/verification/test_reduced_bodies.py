@@ -2,8 +2,6 @@
 
 from itertools import pairwise
 
-from mpi4py import MPI
-
 import numpy as np
 import pytest
 from reduced_beams import (
@@ -24,18 +22,25 @@ from reduced_beams import (
 )
 
 from turbine_fenicsx import (
+    BodyFields,
     Checkpoints,
     Coupling,
     EnergyMomentum,
+    GeneralisedAlpha,
     Gravity,
     MultibodySystem,
+    Point,
+    Points,
     RayleighDamping,
     ReducedBody,
     Revolute,
     RigidBody,
     Simulation,
     reduce_body,
+    turning_modes,
 )
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.observers.tips import Tip, Tips
 
 pytestmark = pytest.mark.parallel
 
@@ -206,3 +211,71 @@ def test_a_reduced_blade_follows_the_full_one_beside_it():
     assert np.max(sizes) > 0.3 * SIZE[2]
     assert np.max(gaps) < 0.01 * np.max(sizes)
     assert system.balance(state).total == pytest.approx(before.total, abs=1e-9 * before.kinetic)
+
+
+def test_points_of_all_copies_move_as_their_nodes():
+    body = rotor(12)
+    system = on_hub([body], *gusts(body))
+    at = (0.1, 0.15, SIZE[2])
+    places = [p.position + np.asarray(p.rotation) @ at for p in placements()]
+    points = Points(system, [Point(f"tip {k}", body, x) for k, x in enumerate(places)])
+    state, _, _ = march(EnergyMomentum(system), system.initial_state(), 0.02, 20)
+    node = np.argmin(np.linalg.norm(body.basis.points - at, axis=1))
+    wanted = [body.points[:, node] + expand(system, state)[:, node]]
+    wanted.append(expand(system, state, "v")[:, node])
+    assert np.allclose(points.motion(state), np.stack(wanted, axis=1), rtol=0.0, atol=1e-12)
+    with pytest.raises(
+        ValueError, match="is outside flexible body 'blades', whose nearest"
+    ):
+        Points(system, [Point("p", body, (9.0, 9.0, 9.0))])
+
+
+def test_reactions_at_a_root_change_the_momenta_of_the_blade():
+    g, dt, point = np.array([1.0, -9.81, 2.0]), 0.02, np.array([0.0, 0.0, 0.3])
+    full = beam()
+    body = ReducedBody("blade", full, clamped_basis(), displacement=lambda X: 0.0 * X)
+    root = Coupling("root", body, facets_at(full, 0.0), None)
+    system = MultibodySystem(COMM, [body, root, Gravity(g)])
+    reactions, model = Reactions(system, [Reaction(root, point)]), system.flexible_models[0]
+    loads, momenta, moments = [], [], []
+
+    class Watch:
+        def start(self, snapshot, resumed):
+            self.observe(snapshot)
+
+        def observe(self, snapshot):
+            state = snapshot.state
+            loads.append(reactions.at(snapshot)[0])
+            momenta.append(COMM.allreduce(model.integrals(state.u[0], state.v[0]))[1:7])
+            x = COMM.bcast(model.positions + state.u[0].array_r.reshape(-1, 3))
+            moments.append(COMM.bcast(model.nodal_mass) @ x)
+
+        def finish(self):
+            pass
+
+    Simulation(system, dt, 0.2, [Watch()]).run()
+    F, M = np.array(loads)[1:].transpose(1, 0, 2)
+    p, L = np.array(momenta).reshape(-1, 2, 3).transpose(1, 0, 2)
+    mx = 0.5 * (np.array(moments)[1:] + np.array(moments)[:-1])
+    mass = DENSITY * np.prod(SIZE)
+    size = mass * np.linalg.norm(g)
+    assert np.max(np.abs(F)) > 0.5 * size
+    assert np.allclose(mass * g - F, np.diff(p, axis=0) / dt, rtol=0.0, atol=1e-9 * size)
+    turning = np.cross(mx, g) - np.cross(point, F) - M
+    assert np.allclose(turning, np.diff(L, axis=0) / dt, rtol=0.0, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (lambda s, b: GeneralisedAlpha(s, 0.8), "steps of the Newmark family"),
+        (lambda s, b: BodyFields(s, b), "fields"),
+        (lambda s, b: turning_modes(s, "main", 1.0, 2, blades=3), "multiblade coordinates"),
+        (lambda s, b: Tips(s, [Tip("t", b, (0.0, 0.0, 4.0), None)]), "tips"),
+    ],
+)
+def test_what_needs_a_mesh_says_so(make, what):
+    body = rotor(12)
+    system = on_hub([body])
+    with pytest.raises(ValueError, match=f"{what} need a body on a mesh, and 'blades' is reduced"):
+        make(system, body)

@@ -33,6 +33,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.body_model import BodyModel
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 
@@ -122,7 +123,7 @@ def _shift_body(model: BodyModel, arms: Array, R: Array, blades: int) -> PETSc.M
         R: The rotation.
         blades: N.
     """
-    comm = model.comm
+    comm = on_mesh(model, "multiblade coordinates").comm
     everywhere = np.concatenate(comm.allgather(arms))
     reach = np.max(np.linalg.norm(everywhere, axis=1))
     far, sources = cKDTree(everywhere).query(arms @ R)

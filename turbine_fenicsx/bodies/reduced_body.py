@@ -18,7 +18,7 @@ SAME_PLACE = 1e-9
 """Maximum distance of two nodes in the same place, relative to the size of the body."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ReducedBasis:
     """Functions F_k of the reference configuration, and mass and strain energy of what they carry.
 
@@ -99,6 +99,12 @@ class ReducedBasis:
                 if alone and np.max(distance) <= SAME_PLACE * size:
                     return s
         return None
+
+    def __repr__(self) -> str:
+        """The sizes, as the arrays are long."""
+        nodes, functions = self.functions.shape
+        interfaces = len(self.origins)
+        return f"ReducedBasis({nodes} nodes, {interfaces} interfaces, {functions} functions)"
 
     @property
     def strain_vectors(self) -> Array:

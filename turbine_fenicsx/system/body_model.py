@@ -86,6 +86,21 @@ class BodyModel(Protocol):
         """Owned nodes that a coupling of the body holds, sorted. Collective."""
 
     @abstractmethod
+    def weights_at(self, point: Array) -> Array | None:
+        """What the owned nodes weigh at a point of the body, shape (n_owned,). Collective.
+
+        Args:
+            point: In the initial configuration, shape (3,) [m].
+
+        Returns:
+            None for a point outside the body.
+        """
+
+    @abstractmethod
+    def distance_from(self, point: Array) -> float:
+        """Distance of a point from the nearest node of the mesh [m]. Collective."""
+
+    @abstractmethod
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p. Collective."""
 

@@ -24,6 +24,7 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.material_points import find_surroundings
 from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.forces.force import StepTimes
@@ -163,6 +164,22 @@ class FlexibleModel(WeakForm, BodyModel):
         """Owned nodes on the facets of a coupling, sorted."""
         facets = check_facets(coupling.name, self.body.mesh, coupling.facets)
         return nodes_of_facets(self.space, facets)
+
+    def weights_at(self, point: Array) -> Array | None:
+        """Shape functions of the owned nodes at a point, shape (n_owned,); None outside."""
+        found = find_surroundings(self.body, point)
+        if found is None:
+            return None
+        weights = np.zeros(self.size_global)
+        weights[found.nodes] = found.weights
+        first = self.space.dofmap.index_map.local_range[0]
+        own: Array = weights[first : first + self.n_owned]
+        return own
+
+    def distance_from(self, point: Array) -> float:
+        """Distance of a point from the nearest node [m]."""
+        d = np.linalg.norm(self.positions - point, axis=1)
+        return float(self.comm.allreduce(float(np.min(d, initial=np.inf)), op=min))
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""

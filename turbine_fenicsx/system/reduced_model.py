@@ -18,8 +18,10 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.material_points import find_surroundings
 from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
 from turbine_fenicsx.forces.node_force import NodeForce
@@ -176,6 +178,23 @@ class ReducedModel(BodyModel):
         vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
         vector.set(0.0)
         return vector
+
+    def weights_at(self, point: Array) -> Array | None:
+        """Values of the functions at a point of a copy, shape (n_owned,); None outside of all."""
+        basis = self.body.basis
+        for copy, placement in enumerate(self.body.placements):
+            R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
+            found = find_surroundings(self.body.full, (point - t) @ R)
+            if found is not None:
+                rows = cKDTree(basis.points).query(found.positions)[1]
+                weights = np.zeros((self.copies, self._n))
+                weights[copy] = found.weights @ basis.functions[rows]
+                return weights.ravel()[: self.n_owned]
+        return None
+
+    def distance_from(self, point: Array) -> float:
+        """Distance of a point from the nearest node of the mesh of any copy [m]."""
+        return float(np.min(np.linalg.norm(self.body.points - point, axis=2)))
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Momenta p = M v of the vectors, into p."""

@@ -8,25 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, vstack
 
-from turbine_fenicsx import _compat
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
+from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors, describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -46,13 +42,15 @@ class Point:
     """
 
     name: str
-    body: RigidBody | FlexibleBody
+    body: RigidBody | DeformableBody
     position: npt.ArrayLike
 
     def __post_init__(self) -> None:
         check_vectors(self.name, position=self.position)
-        if not isinstance(self.body, RigidBody | FlexibleBody):
-            raise TypeError(f"{self.name!r} needs a rigid or flexible body, got {self.body!r}")
+        if not isinstance(self.body, RigidBody | DeformableBody):
+            raise TypeError(
+                f"{self.name!r} needs a rigid or flexible body, got {describe(self.body)}"
+            )
 
 
 class Points:
@@ -91,8 +89,7 @@ class Points:
         for model in system.flexible_models:
             mine = [k for k, p in enumerate(self.points) if p.body is model.body]
             names = [self.points[k].name for k in mine]
-            N = _shape_functions(on_mesh(model, "points"), X[mine], names) if mine else None
-            self._flexible.append((mine, N))
+            self._flexible.append((mine, _find_rows(model, X[mine], names)))
 
     def at(self, snapshot: Snapshot) -> Array:
         """Positions [m] and velocities [m/s] at a snapshot, shape (n, 2, 3), equal on all ranks.
@@ -114,7 +111,7 @@ class Points:
         """Contribution of this rank, shape (n, 2, 3); rank 0 adds what all ranks know."""
         found = np.zeros((len(self.points), 2, 3))
         for k, (rows, N) in enumerate(self._flexible):
-            if N is not None:
+            if rows:
                 found[rows, 0] = N @ state.u[k].array_r.reshape(-1, 3)
                 found[rows, 1] = N @ state.v[k].array_r.reshape(-1, 3)
         if self._comm.rank == 0:
@@ -136,11 +133,11 @@ def point_channel(points: Points) -> Channel:
     return Channel(columns, lambda s: points.at(s).ravel().tolist())
 
 
-def _shape_functions(block: FlexibleModel, X: Array, names: Sequence[str]) -> csr_matrix:
-    """Values of the shape functions of this rank's nodes at points. Collective.
+def _find_rows(model: BodyModel, X: Array, names: Sequence[str]) -> csr_matrix:
+    """What the owned nodes of a body weigh at points. Collective.
 
     Args:
-        block: The flexible block.
+        model: The body.
         X: The points in the initial configuration, shape (n, 3) [m].
         names: Their names, for messages.
 
@@ -150,42 +147,14 @@ def _shape_functions(block: FlexibleModel, X: Array, names: Sequence[str]) -> cs
     Raises:
         ModelError: if a point is outside the body, on all ranks.
     """
-    comm, index_map = block.body.mesh.comm, block.space.dofmap.index_map
-    first, end = index_map.local_range
-    function = fem.Function(block.space)  # collective
-    rows, columns, values = [], [], []
-    for k, point in enumerate(X):
-        cells = _compat.cells_at(block.body.mesh, point)
-        found = None if cells.size == 0 else _in_cell(function, int(cells[0]), point)
-        holders = [x for x in comm.allgather(found) if x is not None]
-        if not holders:
-            d = np.linalg.norm(block.positions - point, axis=1)
-            nearest = comm.allreduce(float(np.min(d, initial=np.inf)), op=min)
+    rows = []
+    for point, name in zip(X, names, strict=True):
+        weights = model.weights_at(point)
+        if weights is None:
+            nearest = model.distance_from(point)
             raise ModelError(
-                f"point {names[k]!r} at {point.tolist()} is outside flexible body "
-                f"{block.body.name!r}, whose nearest node is {nearest:.3g} m away"
+                f"point {name!r} at {point.tolist()} is outside flexible body "
+                f"{model.body.name!r}, whose nearest node is {nearest:.3g} m away"
             )
-        nodes, weights = holders[0]  # neighbours that share the point agree on its motion
-        mine = (nodes >= first) & (nodes < end)
-        rows += [k] * int(np.sum(mine))
-        columns += (nodes[mine] - first).tolist()
-        values += weights[mine].tolist()
-    return csr_matrix((values, (rows, columns)), shape=(len(X), block.n_owned))
-
-
-def _in_cell(function: Any, cell: int, point: Array) -> tuple[npt.NDArray[np.int64], Array]:
-    """Nodes of a cell, counted over all ranks, and their shape functions at a point.
-
-    Args:
-        function: A function of the space, overwritten.
-        cell: The cell.
-        point: Shape (3,).
-    """
-    space = function.function_space
-    nodes = _compat.dofs_of_cells(space)[cell]
-    weights = np.zeros(len(nodes))
-    for k, node in enumerate(nodes):
-        function.x.array[:] = 0.0
-        function.x.array[3 * node] = 1.0
-        weights[k] = np.ravel(function.eval(point, np.array([cell], dtype=np.int32)))[0]
-    return space.dofmap.index_map.local_to_global(nodes.astype(np.int32)), weights
+        rows.append(csr_matrix(weights))
+    return vstack(rows, "csr") if rows else csr_matrix((0, model.n_owned))
