@@ -224,9 +224,7 @@ def test_points_of_all_copies_move_as_their_nodes():
     wanted = [body.points[:, node] + expand(system, state)[:, node]]
     wanted.append(expand(system, state, "v")[:, node])
     assert np.allclose(points.motion(state), np.stack(wanted, axis=1), rtol=0.0, atol=1e-12)
-    with pytest.raises(
-        ValueError, match="is outside flexible body 'blades', whose nearest"
-    ):
+    with pytest.raises(ValueError, match="is outside flexible body 'blades', whose nearest"):
         Points(system, [Point("p", body, (9.0, 9.0, 9.0))])
 
 

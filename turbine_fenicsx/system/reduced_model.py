@@ -12,7 +12,6 @@ orientations for that). So the momenta are sums over vectors as over nodes of a 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 
 from petsc4py import PETSc
 
@@ -46,7 +45,7 @@ class ReducedModel(BodyModel):
         copies: Number of copies.
         mass: M of one copy, shape (n, n).
         strain: The strain of all copies.
-        losses: Z of each law that dissipates by its name, times it c' is what opposes c.
+        losses: Z of each law that dissipates by its name [s], a number for Z (x) 1.
 
     Raises:
         ModelError: for forces that a reduced body cannot have.
@@ -83,11 +82,11 @@ class ReducedModel(BodyModel):
         rigid = range(3) if self._holds_first_interface() else range(0)
         L = basis.strain_vectors
         self.strain = GramStrain(basis.strain_factor, L, L @ basis.vectors, rigid)
-        self.losses: dict[str, Array] = {}
+        self.losses: dict[str, Array | float] = {}
         if basis.viscosity.size:
             self.losses["viscosity"] = basis.viscosity
         if damping is not None:
-            self.losses["structural damping"] = damping.stiffness * np.eye(self.strain.size)
+            self.losses["structural damping"] = float(damping.stiffness)
         self._rows = [self._find_row(force) for force in forces]
 
     def _holds_first_interface(self) -> bool:
@@ -250,18 +249,20 @@ class ReducedModel(BodyModel):
         add_to_components(K, self.strain.geometric(S), 1.0)
         self.fill(out, K)
 
-    @cached_property
-    def loss(self) -> Array | None:
-        """Z of all laws that dissipate; None without."""
-        return sum(self.losses.values(), np.zeros((self.strain.size,) * 2)) if self.losses else None
+    def resist(self, c_dot: Array) -> Array:
+        """Z c' of all laws that dissipate, for rows of rates."""
+        found = np.zeros_like(c_dot)
+        for Z in self.losses.values():
+            found += c_dot * Z if isinstance(Z, float) else c_dot @ Z
+        return found
 
     def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
         """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
-        if self.loss is None:
+        if not self.losses:
             return None
         J = self.strain.jacobian(self.strain.vectors(self.vectors(u.array_r)))
         out = self.new_stiffness()
-        self.fill(out, J.swapaxes(1, 2) @ (self.loss @ J))
+        self.fill(out, self.resist(J.swapaxes(1, 2)) @ J)
         return out
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:

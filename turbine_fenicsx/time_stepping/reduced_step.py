@@ -58,8 +58,10 @@ class ReducedStep:
         self._times = StepTimes.at_rest(0.0)
         self.round_off = 0.0
         self._history = StrainHistory()
-        self._signs = np.random.default_rng(0).choice([-1.0, 1.0], (2, *model.mass.shape[:1], 3))
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], (2, len(model.mass) - 1, 3))
+        self._factors = 1.0 + np.finfo(float).eps * signs
         self._expected: tuple[Array, Array, Array] | None = None
+        self._J: Array | None = None
 
     @property
     def midpoint(self) -> ReducedStep:
@@ -73,6 +75,7 @@ class ReducedStep:
         self._y = strain.vectors(model.vectors(u.array_r))
         self._c = strain.strain(self._y)
         self._history.begin(times, self._c)
+        self._J = None
         self._dt_v = times.dt * model.split(v.array_r)
         self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
         M = np.abs(model.mass)
@@ -99,20 +102,22 @@ class ReducedStep:
         return self._y + 0.5 * dy, dy
 
     def _forces(self, y: Array, dy: Array) -> Array:
-        """L^T S(W c_alg) y_m, shape (copies, n, 3) [N]."""
+        """L^T S(W c_alg) y_m, shape (copies, n, 3) [N], or two sets of them."""
         strain = self.model.strain
         c = self._algorithmic(strain.change(y, dy))
         return strain.forces(strain.stress(c), y)
 
     def _algorithmic(self, dc: Array) -> Array:
-        """c_alg for a change of c, shape (copies, r)."""
-        return self._c + self._times_slope(dc)
+        """c_alg for changes of c, shape (copies, r), or for two sets of them."""
+        slope = self._times_slope(dc)
+        slope += self._c if len(slope) == len(self._c) else np.tile(self._c, (2, 1))
+        return slope
 
     def _times_slope(self, dc: Array) -> Array:
         """(1/2 + chi/2 + Z/dt) times rows of changes of c."""
         change: Array = (0.5 + 0.5 * self._chi) * dc
-        if self.model.loss is not None:
-            change += dc @ self.model.loss / self._times.dt
+        if self.model.losses:
+            change += self.model.resist(dc / self._times.dt)
         return change
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
@@ -127,24 +132,29 @@ class ReducedStep:
             moved = (dz - before).reshape(len(dz), 3 * dz.shape[1], 1)
             expected = dc_before + (J_before @ moved)[..., 0]
         self._expected = dz.copy(), dc, J
-        self._write(self.differentiate(y, J, expected))
+        self._write(self.differentiate(J, expected))
 
     def assemble_at_rest(self) -> None:
         """Assemble the tangent for du = 0."""
-        self._write(self.differentiate(self._y, self.model.strain.jacobian(self._y), 0.0 * self._c))
+        self._write(self.differentiate(self._jacobian_at_start(), 0.0 * self._c))
 
-    def differentiate(self, y: Array, J: Array, dc: Array) -> Array:
+    def _jacobian_at_start(self) -> Array:
+        """J_n, made once in a step."""
+        if self._J is None:
+            self._J = self.model.strain.jacobian(self._y)
+        return self._J
+
+    def differentiate(self, J: Array, dc: Array) -> Array:
         """The tangent A, shape (copies, 3 n, 3 n) [kg].
 
         Args:
-            y: Mean vectors y_m in the step, shape (copies, m, 3).
             J: J_{n+1}, shape (copies, r, 3 n).
             dc: Change of c that makes the stress of the last term, shape (copies, r).
         """
         strain, half_dt2 = self.model.strain, self._times.half_dt2
-        J_m = strain.jacobian(y)
-        slope = self._times_slope(J.swapaxes(1, 2)).swapaxes(1, 2)
-        A = J_m.swapaxes(1, 2) @ slope
+        J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
+        # the slope is symmetric, and so may stand on either side
+        A = self._times_slope(J_m.swapaxes(1, 2)) @ J
         A *= half_dt2
         S = strain.stress(self._algorithmic(dc))
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
@@ -170,13 +180,9 @@ class ReducedStep:
 
         Forces are stiffnesses times small differences, so that no count of operations tells.
         """
-        y, dy = self._middle(self._dt_v)
-        m = y.shape[1]
-        changed, changed_dy = (
-            x * (1.0 + np.finfo(float).eps * s[:m])
-            for x, s in zip((y, dy), self._signs, strict=True)
-        )
-        change = self._forces(changed, changed_dy) - self._forces(y, dy)
+        pairs = zip(self._middle(self._dt_v), self._factors, strict=True)
+        f = self._forces(*(np.concatenate([x, x * factor]) for x, factor in pairs))
+        change = f[len(self._c) :] - f[: len(self._c)]
         return float(self._times.half_dt2**2 * np.sum(change * change))
 
     def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
@@ -189,7 +195,7 @@ class ReducedStep:
             works[k] = np.sum(force * dz[copy])
         dc = self.model.strain.change(*self._middle(dz))
         for k, Z in enumerate(self.model.losses.values()):
-            lost[k] = np.sum(dc * (dc @ Z)) / self._times.dt
+            lost[k] = np.sum(dc * (dc * Z if isinstance(Z, float) else dc @ Z)) / self._times.dt
         if self._chi:
             lost[-1] = 0.5 * self._chi * np.sum(dc * dc)
         return works, lost
