@@ -40,8 +40,8 @@ class ReducedBasis:
         mass: int rho F_k F_l dV, shape (n, n) [kg] for functions without a unit.
         strain_factor: W with the strain energy |W^T e|^2/2, where e_p are the changes of the
             scalar products of `strain_vectors`, shape (pairs, r).
-        viscosity: Z with the viscous energy rate c' Z c' of c = W^T e, shape (r, r) [s]; shape
-            (0, 0) of materials without viscosity.
+        viscosity: Times Z of the viscous losses sum_r Z_r c_r'^2 of c = W^T e, shape (r,) [s];
+            shape (0,) of materials without viscosity.
         cells: What the basis belongs to: a row for each cell with its middle, volume, density, and
             numbers that stand for stiffness and viscosity, shape (cells, 7).
     """
@@ -60,7 +60,7 @@ class ReducedBasis:
         for field in fields(self):
             kind = np.int64 if field.name == "surface_of" else np.float64
             values = np.array(getattr(self, field.name), dtype=kind, order="C")
-            if values.ndim != (1 if field.name in ("masses", "surface_of") else 2):
+            if values.ndim != (1 if field.name in ("masses", "surface_of", "viscosity") else 2):
                 raise ModelError(f"{field.name} of a basis has the shape {values.shape}")
             if not np.all(np.isfinite(values)):
                 raise ModelError(f"{field.name} of a basis must be finite")
@@ -76,7 +76,7 @@ class ReducedBasis:
             "surface_of": (len(self.functions),),
             "mass": (n, n),
             "strain_factor": (n * (n - 1) // 2, r),
-            "viscosity": (r, r) if self.viscosity.size else (0, 0),
+            "viscosity": (r if self.viscosity.size else 0,),
             "cells": (len(self.cells), 7),
         }
         for name, shape in shapes.items():

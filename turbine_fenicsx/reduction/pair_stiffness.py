@@ -102,14 +102,14 @@ def _add(K: Array, B: Array, D: Array, weights: Array) -> None:
 
 
 def factor_stiffness(K: Array, V: Array | None) -> tuple[Array, Array]:
-    """W with K = W W^T of full rank, and Z with V = W Z W^T.
+    """W with K = W W^T of full rank, and a diagonal Z with V = W Z W^T.
 
     Args:
         K: Shape (pairs, pairs), symmetric, not negative.
         V: Of the same shape, zero where K is; None for no viscosity.
 
     Returns:
-        Shapes (pairs, rank) and (rank, rank), the latter (0, 0) without viscosity.
+        Shapes (pairs, rank) and (rank,), the latter (0,) without viscosity.
     """
     scale = np.sqrt(np.maximum(np.diag(K), 0.0))
     scale[scale == 0.0] = 1.0
@@ -119,10 +119,10 @@ def factor_stiffness(K: Array, V: Array | None) -> tuple[Array, Array]:
     W = np.empty_like(L)
     W[order] = scale[order, None] * L
     if V is None:
-        return W, np.zeros((0, 0))
+        return W, np.zeros(0)
     first = order[:rank]
     of_pivots = (V / scale / scale[:, None])[np.ix_(first, first)]
     half = solve_triangular(L[:rank], of_pivots, lower=True)
     Z = solve_triangular(L[:rank], half.T, lower=True)
-    rates, axes = np.linalg.eigh(0.5 * (Z + Z.T))
-    return W, (np.maximum(rates, 0.0) * axes) @ axes.T
+    times, axes = np.linalg.eigh(0.5 * (Z + Z.T))
+    return W @ axes, np.maximum(times, 0.0)

@@ -45,7 +45,8 @@ class ReducedModel(BodyModel):
         copies: Number of copies.
         mass: M of one copy, shape (n, n).
         strain: The strain of all copies.
-        losses: Z of each law that dissipates by its name [s], a number for Z (x) 1.
+        losses: Times Z of each law that dissipates by its name, shape (r,) [s].
+        loss: Their sum.
 
     Raises:
         ModelError: for forces that a reduced body cannot have.
@@ -82,11 +83,13 @@ class ReducedModel(BodyModel):
         rigid = range(3) if self._holds_first_interface() else range(0)
         L = basis.strain_vectors
         self.strain = GramStrain(basis.strain_factor, L, L @ basis.vectors, rigid)
-        self.losses: dict[str, Array | float] = {}
+        self.losses: dict[str, Array] = {}
         if basis.viscosity.size:
             self.losses["viscosity"] = basis.viscosity
         if damping is not None:
-            self.losses["structural damping"] = float(damping.stiffness)
+            times = np.full(self.strain.size, float(damping.stiffness))
+            self.losses["structural damping"] = times
+        self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
         self._rows = [self._find_row(force) for force in forces]
 
     def _holds_first_interface(self) -> bool:
@@ -249,20 +252,13 @@ class ReducedModel(BodyModel):
         add_to_components(K, self.strain.geometric(S), 1.0)
         self.fill(out, K)
 
-    def resist(self, c_dot: Array) -> Array:
-        """Z c' of all laws that dissipate, for rows of rates."""
-        found = np.zeros_like(c_dot)
-        for Z in self.losses.values():
-            found += c_dot * Z if isinstance(Z, float) else c_dot @ Z
-        return found
-
     def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
         """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
         if not self.losses:
             return None
         J = self.strain.jacobian(self.strain.vectors(self.vectors(u.array_r)))
         out = self.new_stiffness()
-        self.fill(out, self.resist(J.swapaxes(1, 2)) @ J)
+        self.fill(out, (J.swapaxes(1, 2) * self.loss) @ J)
         return out
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:

@@ -1,7 +1,7 @@
 """A reduced body in one energy-momentum step.
 
 Unknown: the increment dz = z_{n+1} - z_n of all vectors. With the strain coordinates c of
-`GramStrain`, the mean vectors y_m and the losses Z of viscosity, v_{n+1} = 2 dz/dt - v_n and
+`GramStrain`, the mean vectors y_m and the times Z of viscous losses, v_{n+1} = 2 dz/dt - v_n and
 
     c_alg = (c_n + c_{n+1})/2 + (chi/2) (c_{n+1} - c_n) + Z (c_{n+1} - c_n)/dt,
     M (dz - dt v_n) + dt^2/2 L^T S(W c_alg) y_m = dt^2/2 (m g + f).
@@ -76,6 +76,7 @@ class ReducedStep:
         self._c = strain.strain(self._y)
         self._history.begin(times, self._c)
         self._J = None
+        self._slope = 0.5 + 0.5 * self._chi + model.loss / times.dt
         self._dt_v = times.dt * model.split(v.array_r)
         self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
         M = np.abs(model.mass)
@@ -109,16 +110,8 @@ class ReducedStep:
 
     def _algorithmic(self, dc: Array) -> Array:
         """c_alg for changes of c, shape (copies, r), or for two sets of them."""
-        slope = self._times_slope(dc)
-        slope += self._c if len(slope) == len(self._c) else np.tile(self._c, (2, 1))
-        return slope
-
-    def _times_slope(self, dc: Array) -> Array:
-        """(1/2 + chi/2 + Z/dt) times rows of changes of c."""
-        change: Array = (0.5 + 0.5 * self._chi) * dc
-        if self.model.losses:
-            change += self.model.resist(dc / self._times.dt)
-        return change
+        c = self._c if len(dc) == len(self._c) else np.tile(self._c, (2, 1))
+        return c + self._slope * dc
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
@@ -153,9 +146,8 @@ class ReducedStep:
         """
         strain, half_dt2 = self.model.strain, self._times.half_dt2
         J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
-        # the slope is symmetric, and so may stand on either side
-        A = self._times_slope(J_m.swapaxes(1, 2)) @ J
-        A *= half_dt2
+        J_m *= half_dt2 * self._slope[:, None]
+        A = J_m.swapaxes(1, 2) @ J
         S = strain.stress(self._algorithmic(dc))
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
@@ -195,7 +187,7 @@ class ReducedStep:
             works[k] = np.sum(force * dz[copy])
         dc = self.model.strain.change(*self._middle(dz))
         for k, Z in enumerate(self.model.losses.values()):
-            lost[k] = np.sum(dc * (dc * Z if isinstance(Z, float) else dc @ Z)) / self._times.dt
+            lost[k] = np.sum(Z * dc * dc) / self._times.dt
         if self._chi:
             lost[-1] = 0.5 * self._chi * np.sum(dc * dc)
         return works, lost
