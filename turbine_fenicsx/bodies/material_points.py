@@ -18,12 +18,12 @@ class Surroundings(NamedTuple):
     Attributes:
         nodes: Their numbers, counted over all ranks, shape (k,).
         positions: Their initial positions, shape (k, 3) [m].
-        weights: Values of their shape functions, shape (k,).
+        functions: Values of their shape functions, shape (k,).
     """
 
     nodes: IntArray
     positions: Array
-    weights: Array
+    functions: Array
 
 
 def find_surroundings(body: FlexibleBody, point: Array) -> Surroundings | None:

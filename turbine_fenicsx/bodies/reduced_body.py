@@ -22,10 +22,10 @@ SAME_PLACE = 1e-9
 class ReducedBasis:
     """Functions F_k of the reference configuration, and mass and strain energy of what they carry.
 
-    Vectors z_k in space move the body by x(X, t) = sum_k F_k(X) z_k(t). The first four functions of
-    each interface s, a surface that couplings hold, are F = f_s and f_s (X - X_s)_j: their vectors
-    are a point and three directors. f_s is one on its surface and zero on the others, and all f_s
-    add up to one. The other functions are zero on all interfaces. A body without interfaces has the
+    Vectors z_k in space move the body by x(X, t) = sum_k F_k(X) z_k(t). An interface s is a surface
+    that couplings hold. Its four functions are f_s and f_s (X - X_s)_j, and their vectors a point
+    and three directors. The function f_s is one on its surface and zero on the others; all f_s add
+    up to one. The other functions are zero on all interfaces. A body without interfaces has the
     point and the directors all the same, with f = 1.
 
     `turbine_fenicsx.reduce_body` makes a basis, `turbine_fenicsx.write_basis` and

@@ -36,10 +36,10 @@ def reduce_body(
     """The basis of a flexible body as the couplings of a system hold it.
 
     The surfaces that couplings hold move exactly as if rigid. Between them the functions are the
-    components of the static shapes that follow from their motion, of modes with all of them at
-    rest, and of responses to smooth forces along the body: pushes and moments in three directions
-    times polynomials. So the first modes have the frequencies of the full body, and its energy and
-    forces are those of the full body in the reduced motion.
+    components of vector fields: static shapes that follow from their motion, then modes with all of
+    them at rest, then responses to smooth forces along the body. Forces are pushes and moments in
+    three directions times polynomials. So the first modes have the frequencies of the full body.
+    Energy and forces are those of the full body in the reduced motion.
 
     Args:
         system: A system with the body and all couplings that will hold it.
@@ -152,7 +152,7 @@ def _make_functions(
 
 
 def _follow(interface: Array, u: Array, surfaces: Sequence[IntArray], origins: Array) -> Array:
-    """What the functions of the interfaces make of the motion of these, shape (N, 3)."""
+    """Motion by the functions of the interfaces that is nearest on these, shape (N, 3)."""
     z = np.zeros((interface.shape[1], 3))
     for s, nodes in enumerate(surfaces):
         of_surface = interface[nodes, 4 * s : 4 * s + 4]

@@ -1,8 +1,8 @@
 """Displacements of a body whose components become functions of a basis.
 
-First what the body does between its interfaces when these move, then modes with the interfaces at
-rest, then the responses to smooth forces along its longest axis: these release the membrane strain
-of bending and twist, which modes alone do not.
+They are static shapes between moving interfaces, then modes with the interfaces at rest, then
+responses to smooth forces along its longest axis. These release the membrane strain of bending and
+twist, which modes alone do not.
 """
 
 from __future__ import annotations
@@ -63,11 +63,7 @@ class HeldBody:
         self._matrix.destroy()
 
     def follow_interfaces(self) -> list[Array]:
-        """What the body does when each interface but the first moves as if rigid, six fields each.
-
-        Fields are zero on all interfaces: what the functions of the interfaces do is subtracted by
-        whoever knows them.
-        """
+        """Static shapes when each interface but the first moves as if rigid, six for each."""
         found = []
         for nodes, origin in zip(self._surfaces[1:], self._origins[1:], strict=True):
             for motion in rigid_motions(self._whole.positions, origin):

@@ -87,7 +87,7 @@ class BodyModel(Protocol):
 
     @abstractmethod
     def weights_at(self, point: Array) -> Array | None:
-        """What the owned nodes weigh at a point of the body, shape (n_owned,). Collective.
+        """Weights of the owned nodes at a point of the body, shape (n_owned,). Collective.
 
         Args:
             point: In the initial configuration, shape (3,) [m].

@@ -171,7 +171,7 @@ class FlexibleModel(WeakForm, BodyModel):
         if found is None:
             return None
         weights = np.zeros(self.size_global)
-        weights[found.nodes] = found.weights
+        weights[found.nodes] = found.functions
         first = self.space.dofmap.index_map.local_range[0]
         own: Array = weights[first : first + self.n_owned]
         return own

@@ -32,8 +32,8 @@ def evaluate_field(
         Shape (n, 3).
 
     Raises:
-        ModelError: if the values have another shape or are not finite, on all ranks. Whatever a
-            function raises is raised on all ranks, too.
+        ModelError: if the values have another shape or are not finite, on all ranks. The same holds
+            for an exception that the function raises.
 
     Note:
         Collective.

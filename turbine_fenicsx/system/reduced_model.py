@@ -190,7 +190,7 @@ class ReducedModel(BodyModel):
             if found is not None:
                 rows = cKDTree(basis.points).query(found.positions)[1]
                 weights = np.zeros((self.copies, self._n))
-                weights[copy] = found.weights @ basis.functions[rows]
+                weights[copy] = found.functions @ basis.functions[rows]
                 return weights.ravel()[: self.n_owned]
         return None
 

@@ -52,7 +52,7 @@ class BodyStep(Protocol):
         """An iteration begins, perhaps not the first of the step."""
 
     def save(self) -> RestartData:
-        """What later steps depend on, apart from the state."""
+        """Data that later steps depend on, apart from the state."""
 
     def restore(self, data: RestartData) -> None:
         """Restore what was saved."""

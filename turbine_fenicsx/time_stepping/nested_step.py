@@ -164,7 +164,7 @@ class NestedStep(StepBlocks):
             body.begin_iteration()
 
     def save(self) -> RestartData:
-        """What later steps of the bodies depend on, apart from the state. Collective."""
+        """Data that later steps of the bodies depend on, apart from the state. Collective."""
         data = RestartData()
         for k, body in enumerate(self._bodies):
             data.add(str(k), body.save())

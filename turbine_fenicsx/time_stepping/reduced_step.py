@@ -170,7 +170,7 @@ class ReducedStep:
     def _find_round_off(self) -> float:
         """Sum of the squares of what the forces change when the vectors change by their round-off.
 
-        Forces are stiffnesses times small differences, so that no count of operations tells.
+        Forces are stiffnesses times small differences, so that it is measured.
         """
         pairs = zip(self._middle(self._dt_v), self._factors, strict=True)
         f = self._forces(*(np.concatenate([x, x * factor]) for x, factor in pairs))
@@ -193,7 +193,7 @@ class ReducedStep:
         return works, lost
 
     def save(self) -> RestartData:
-        """What the expected strain of the next step depends on. Collective."""
+        """Strain coordinates at the starts of the last steps. Collective."""
         times, values = self._history.save()
         shape = (len(times), self.model.copies, self.model.strain.size)
         arrays = np.array(values).reshape(shape) if self.model.n_owned else np.zeros(shape)

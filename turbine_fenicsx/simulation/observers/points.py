@@ -134,7 +134,7 @@ def point_channel(points: Points) -> Channel:
 
 
 def _find_rows(model: BodyModel, X: Array, names: Sequence[str]) -> csr_matrix:
-    """What the owned nodes of a body weigh at points. Collective.
+    """Weights of the owned nodes of a body at points. Collective.
 
     Args:
         model: The body.
