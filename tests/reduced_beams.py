@@ -74,8 +74,10 @@ def _full(body):
     return body if isinstance(body, FlexibleBody) else body.full
 
 
-def on_hub(blades, *more, speed=1.0, velocity=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0)):
-    """Bodies of one or more copies each on a hub at the origin.
+def on_hub(
+    blades, *more, speed=1.0, velocity=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0), at=(0.0, 0.0, 0.0)
+):
+    """Bodies of one or more copies each on a hub.
 
     Args:
         blades: Reduced bodies.
@@ -83,10 +85,13 @@ def on_hub(blades, *more, speed=1.0, velocity=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0
         speed: Of the hub about the axis [rad/s].
         velocity: Of the hub [m/s].
         axis: Of its revolute joint on the ground; None for a hub in free flight.
+        at: Where the hub is [m].
     """
     spin = speed * np.array([1.0, 0.2, -0.1] if axis is None else axis)
-    hub = RigidBody("hub", 200.0, (50.0, 50.0, 50.0), velocity=velocity, angular_velocity=spin)
-    parts = [hub] if axis is None else [hub, Revolute("main", None, hub, (0, 0, 0), axis=axis)]
+    hub = RigidBody(
+        "hub", 200.0, (50.0,) * 3, position=at, velocity=velocity, angular_velocity=spin
+    )
+    parts = [hub] if axis is None else [hub, Revolute("main", None, hub, at, axis=axis)]
     for blade in blades:
         parts.append(blade)
         for copy in range(len(blade.placements)):
@@ -95,10 +100,10 @@ def on_hub(blades, *more, speed=1.0, velocity=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0
     return MultibodySystem(blades[0].full.mesh.comm, [*parts, *more])
 
 
-def placements(count=3, radius=0.5):
+def placements(count=3, radius=0.5, at=(0.0, 0.0, 0.0)):
     """Where the blades of a rotor about e1 stand."""
     turns = [rotation_about((1.0, 0.0, 0.0), 2.0 * np.pi * k / count) for k in range(count)]
-    return [Placement(R @ (0.0, 0.0, radius), R) for R in turns]
+    return [Placement(at + R @ (0.0, 0.0, radius), R) for R in turns]
 
 
 def tip_of(placement):
@@ -120,9 +125,10 @@ def gusts(body, first=0):
     ]
 
 
-def rotor(functions=18, **kind):
+def rotor(functions=18, at=(0.0, 0.0, 0.0), **kind):
     """Three copies of the beam."""
-    return ReducedBody("blades", beam(**kind), clamped_basis(functions, **kind), placements())
+    basis = clamped_basis(functions, **kind)
+    return ReducedBody("blades", beam(**kind), basis, placements(at=at))
 
 
 def march(stepper, state, dt, steps):

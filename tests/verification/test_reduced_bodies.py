@@ -37,8 +37,10 @@ from turbine_fenicsx import (
     RigidBody,
     Simulation,
     reduce_body,
+    turning_equilibrium,
     turning_modes,
 )
+from turbine_fenicsx.simulation.checkpoint import save_state
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips
 
@@ -183,6 +185,20 @@ def test_a_restart_continues_bit_for_bit(shared_tmp_path):
     assert all(np.array_equal(a, b) for a, b in zip(whole, parts, strict=True))
 
 
+def test_a_checkpoint_of_several_ranks_serves_one(shared_tmp_path):
+    """Most vectors stand at the origin: their positions tell nothing."""
+    together = rotor(12)
+    system = on_hub([together], *gusts(together))
+    state, _, _ = march(EnergyMomentum(system), system.initial_state(), 0.02, 5)
+    Checkpoints(system, shared_tmp_path).write(5, 0.1, 0.1, save_state(system, state))
+    apart = ReducedBody("blades", beam(alone=True), together.basis, placements())
+    found = Checkpoints(on_hub([apart], *gusts(apart)), shared_tmp_path).load()
+    assert np.array_equal(found.nodal["u"][0], COMM.bcast(state.u[0].array_r.reshape(-1, 3)))
+    other = ReducedBody("blades", beam(), clamped_basis(12, modes=2), placements())
+    with pytest.raises(ValueError, match="has changed"):
+        Checkpoints(on_hub([other], *gusts(other)), shared_tmp_path).load()
+
+
 def test_a_reduced_blade_follows_the_full_one_beside_it():
     """Both on one hub, opposite to each other, under forces that mirror each other."""
     hub = RigidBody("hub", 200.0, (50.0, 50.0, 50.0), angular_velocity=(1.0, 0.0, 0.0))
@@ -211,6 +227,21 @@ def test_a_reduced_blade_follows_the_full_one_beside_it():
     assert np.max(sizes) > 0.3 * SIZE[2]
     assert np.max(gaps) < 0.01 * np.max(sizes)
     assert system.balance(state).total == pytest.approx(before.total, abs=1e-9 * before.kinetic)
+
+
+@pytest.mark.parametrize("start", ["initial", "turning"])
+def test_a_rotor_moves_in_the_same_way_wherever_it_stands(start):
+    """Points are shifted and vectors are not."""
+    ends = []
+    for at in (np.zeros(3), np.array([2.0, -7.0, 3.0])):
+        body = rotor(12, at)
+        system = on_hub([body], *gusts(body), speed=1.5, at=at)
+        turning = turning_equilibrium(system, "main", 1.5) if start == "turning" else None
+        state = turning or system.initial_state()
+        state, _, _ = march(EnergyMomentum(system), state, 0.02, 20)
+        ends.append(expand(system, state))
+    assert np.max(np.abs(ends[0])) > 0.1
+    assert np.max(np.abs(ends[1] - ends[0])) < 1e-10 * np.max(np.abs(ends[0]))
 
 
 def test_points_of_all_copies_move_as_their_nodes():

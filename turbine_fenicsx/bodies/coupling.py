@@ -25,7 +25,7 @@ class Coupling:
         copy: Number of the copy of a reduced body that is held, see `ReducedBody`.
 
     Raises:
-        ModelError: for a copy of a body that has none.
+        ModelError: for a copy that is not a whole number, or of a body that has none.
     """
 
     name: str
@@ -35,6 +35,8 @@ class Coupling:
     copy: int = 0
 
     def __post_init__(self) -> None:
+        if isinstance(self.copy, bool) or not isinstance(self.copy, int):
+            raise ModelError(f"copy of {self.name!r} must be a whole number, got {self.copy!r}")
         if self.copy and isinstance(self.flexible, FlexibleBody):
             raise ModelError(
                 f"copy of {self.name!r} must be 0, as {self.flexible.name!r} has no copies, got "

@@ -70,6 +70,11 @@ class Law:
         if isinstance(material, Viscous):
             self._viscous = _write(material.viscous_stress(self._strain, parameter))
 
+    @property
+    def is_viscous(self) -> bool:
+        """Whether it has a viscous stress."""
+        return self._viscous is not None
+
     def tabulate(self, cells: IntArray, point: Array) -> Elasticity:
         """Matrices at the same point of some cells of this rank.
 

@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import SAME_PLACE, ReducedBasis
+from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.cell_fields import is_field
 from turbine_fenicsx.reduction.elasticity import Law
@@ -26,7 +27,23 @@ def describe_cells(body: FlexibleBody, law: Law) -> Array:
 
     Returns:
         Shape (cells, 7), of all ranks.
+
+    Raises:
+        ModelError: for a law that has a stress at rest or a viscosity that is not linear, on all
+            ranks.
     """
+    rows, error = np.zeros((0, 7)), None
+    try:
+        rows = _describe_own(body, law)
+    except Exception as problem:  # the other ranks must hear of it, whatever it is
+        error = problem
+    raise_together(body.mesh.comm, error)
+    found: Array = np.concatenate(body.mesh.comm.allgather(rows))
+    return found
+
+
+def _describe_own(body: FlexibleBody, law: Law) -> Array:
+    """The rows of the cells that this rank owns."""
     points, weights = stress_rule(body)
     cells = np.arange(body.mesh.topology.index_map(3).size_local)
     at = law.tabulate(cells, points[0])
@@ -44,9 +61,7 @@ def describe_cells(body: FlexibleBody, law: Law) -> Array:
         density = body.density.x.array[: len(cells)]
     else:
         density[:] = np.asarray(body.density, dtype=float)
-    rows = np.column_stack([corners.mean(axis=1), volume, density, stiffness, viscosity])
-    found: Array = np.concatenate(body.mesh.comm.allgather(rows))
-    return found
+    return np.column_stack([corners.mean(axis=1), volume, density, stiffness, viscosity])
 
 
 def find_difference(basis: ReducedBasis, cells: Array, nodes: int) -> str:

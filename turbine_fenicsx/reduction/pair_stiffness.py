@@ -18,7 +18,7 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpstrf
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.reduction.elasticity import ENTRIES, Law
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -47,17 +47,19 @@ def sum_pair_stiffness(
     pairs = np.triu_indices(m)
     size = len(pairs[0])
     K, V = np.zeros((size, size)), np.zeros((size, size))
-    is_viscous = False
-    for gradients, weights, stiffness, viscosity in _list_points(model, law, functions):
-        gradients[:, :directors] = np.eye(3)[:directors]
-        B = _find_strains(gradients, pairs)
-        _add(K, B, stiffness, weights)
-        if viscosity is not None:
-            is_viscous = True
-            _add(V, B, viscosity, weights)
-    comm = model.comm
-    K = sum_over_ranks(comm, K)
-    return K, sum_over_ranks(comm, V) if comm.allreduce(int(is_viscous)) else None
+    error = None
+    try:
+        for gradients, weights, stiffness, viscosity in _list_points(model, law, functions):
+            gradients[:, :directors] = np.eye(3)[:directors]
+            B = _find_strains(gradients, pairs)
+            _add(K, B, stiffness, weights)
+            if viscosity is not None:
+                _add(V, B, viscosity, weights)
+    except Exception as problem:  # the other ranks must hear of it, whatever it is
+        error = problem
+    raise_together(model.comm, error)
+    K = sum_over_ranks(model.comm, K)
+    return K, sum_over_ranks(model.comm, V) if law.is_viscous else None
 
 
 def _list_points(

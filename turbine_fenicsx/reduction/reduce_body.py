@@ -63,6 +63,7 @@ def reduce_body(
         raise ModelError(f"{body.name!r} is reduced already")
     _check_numbers(modes, functions)
     law, model = Law(body), FlexibleModel(body)
+    cells = describe_cells(body, law)  # a law that cannot be reduced is found here
     surfaces = _find_surfaces(system, body, model)
     log.info("reducing %r: %d nodes, %d interfaces", body.name, model.size_global, len(surfaces))
     whole = gather_body(model, len(surfaces) > 1)
@@ -84,7 +85,6 @@ def reduce_body(
     surface_of = np.full(len(columns), -1)
     for s, nodes in enumerate(surfaces):
         surface_of[nodes] = s
-    cells = describe_cells(body, law)
     return ReducedBasis(whole.positions, columns, masses, origins, surface_of, mass, W, Z, cells)
 
 
@@ -137,7 +137,7 @@ def _make_functions(
     interface = make_interface_functions(whole, surfaces, origins)
     held = HeldBody(whole, surfaces, origins)
     try:
-        exact = [u - _follow(interface, u, surfaces, origins) for u in held.follow_interfaces()]
+        exact = _subtract_rigid(interface, held.follow_interfaces(), surfaces, origins)
         squares, shapes = held.modes(modes)
         exact += list(shapes)
         left = max(functions - 3 * len(exact), 0)
@@ -149,6 +149,14 @@ def _make_functions(
     known.add(exact, NEGLIGIBLE["exact"], functions)
     known.add(responses, NEGLIGIBLE["responses"], functions)
     return np.concatenate([interface, known.functions], axis=1)
+
+
+def _subtract_rigid(
+    interface: Array, fields: Sequence[Array], surfaces: Sequence[IntArray], origins: Array
+) -> list[Array]:
+    """Fields less what the functions of the interfaces make of them, if anything is left."""
+    left = [(u, u - _follow(interface, u, surfaces, origins)) for u in fields]
+    return [rest for u, rest in left if np.linalg.norm(rest) > 1e-9 * np.linalg.norm(u)]
 
 
 def _follow(interface: Array, u: Array, surfaces: Sequence[IntArray], origins: Array) -> Array:

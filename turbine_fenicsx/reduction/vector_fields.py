@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.special import eval_legendre
 
@@ -45,6 +46,12 @@ class HeldBody:
         self._free = np.setdiff1d(np.arange(n), held)
         if not self._free.size:
             raise ModelError("all nodes of the body are held: nothing is left to be reduced")
+        count, component = connected_components(whole.mass, directed=False)
+        if count > 1 and np.unique(component[held]).size < count:
+            raise ModelError(
+                f"the mesh has {count} parts that do not touch, and couplings do not hold all: a "
+                "basis needs them to"
+            )
         dofs = (3 * self._free[:, None] + np.arange(3)).ravel()
         self._dofs, rows = dofs, whole.stiffness[dofs]
         self._K, self._rows = rows[:, dofs], rows

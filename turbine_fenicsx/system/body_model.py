@@ -43,6 +43,7 @@ class BodyModel(Protocol):
         section_loads: Loads on its sections.
         dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
             every iteration has a new one; 0 for a large, sparse tangent.
+        meaning: Hash of the functions that nodal values belong to; empty for those of a mesh.
     """
 
     body: DeformableBody
@@ -56,6 +57,7 @@ class BodyModel(Protocol):
     weights: Array
     section_loads: tuple[BoundSectionLoads, ...]
     dense_block: int
+    meaning: str
 
     @property
     def is_small(self) -> bool:

@@ -66,6 +66,7 @@ class FlexibleModel(WeakForm, BodyModel):
 
     body: FlexibleBody
     dense_block = 0
+    meaning = ""
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ orientations for that). So the momenta are sums over vectors as over nodes of a 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 
 from petsc4py import PETSc
@@ -19,9 +20,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.material_points import find_surroundings
-from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
+from turbine_fenicsx.bodies.reduced_body import SAME_PLACE, Placement, ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
@@ -70,6 +72,8 @@ class ReducedModel(BodyModel):
         self._is_owner = self.comm.rank == 0
         self.n_owned = self.size_global if self._is_owner else 0
         self.mass = basis.mass
+        self.meaning = hashlib.sha256(basis.functions.tobytes()).hexdigest()[:16]
+        _check_mesh(body)
         h = np.zeros(n)
         h[: 4 * len(basis.origins) : 4] = 1.0
         self.positions = np.concatenate([_place(basis.vectors, h, p) for p in body.placements])
@@ -330,6 +334,22 @@ class ReducedModel(BodyModel):
             columns = root * basis.functions[:, free[copy]]
             found[copy, free[copy]] = np.linalg.lstsq(columns, root * of_nodes, rcond=None)[0]
         return found.reshape(-1, 3)[: self.n_owned]
+
+
+def _check_mesh(body: ReducedBody) -> None:
+    """Raise a ModelError if the mesh of the full body is not that of the basis. Collective."""
+    points, full = body.basis.points, body.full
+    space = _compat.vector_space(full.mesh, full.degree)
+    nodes, own = space.dofmap.index_map.size_global, space.dofmap.index_map.size_local
+    X = np.vstack([space.tabulate_dof_coordinates()[:own], points[:1]])
+    low, high = np.array(full.mesh.comm.allgather([X.min(axis=0), X.max(axis=0)])).swapaxes(0, 1)
+    bounds = low.min(axis=0), high.max(axis=0)
+    gap = np.max(np.abs(np.array(bounds) - [points.min(axis=0), points.max(axis=0)]))
+    if nodes != len(points) or gap > SAME_PLACE * np.max(np.ptp(points, axis=0)):
+        raise ModelError(
+            f"basis of {body.name!r} belongs to another mesh than full, {full.name!r}: it has "
+            f"{len(points)} nodes, and the mesh {nodes}, or another size"
+        )
 
 
 def _place(vectors: Array, is_point: Array, placement: Placement) -> Array:

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import ufl
+from dolfinx import mesh
 from reduced_beams import (
     COMM,
     LAME,
@@ -21,6 +23,7 @@ from turbine_fenicsx import (
     MultibodySystem,
     NeoHooke,
     ReducedBody,
+    RigidBody,
     StVenantKirchhoff,
     equilibrium,
     modes,
@@ -29,6 +32,9 @@ from turbine_fenicsx import (
     write_basis,
 )
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.vector_fields import HeldBody
+from turbine_fenicsx.reduction.whole_body import gather_body
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 pytestmark = pytest.mark.parallel
 
@@ -41,6 +47,26 @@ def test_functions_are_zero_on_interfaces_and_orthonormal():
     mass = basis.mass[4:, 4:] / basis.mass[0, 0]
     assert np.allclose(mass, np.eye(18), atol=1e-10)
     assert basis.mass[0, 0] == pytest.approx(1000.0 * np.prod(SIZE), rel=1e-12)
+
+
+def test_responses_hold_what_modes_leave():
+    """They have no energy in common with them, and the largest come first."""
+    model = FlexibleModel(beam())
+    whole = gather_body(model, False)
+    root = np.flatnonzero(whole.positions[:, 2] < 1e-9)
+
+    def check():
+        held = HeldBody(whole, [root], np.zeros((1, 3)))
+        squares, shapes = held.modes(4)
+        fields = np.array(held.responses(5, squares, shapes)).reshape(5, -1)
+        held.destroy()
+        energies = fields @ (whole.stiffness @ fields.T)
+        shared = shapes.reshape(4, -1) @ (whole.stiffness @ fields.T)
+        sizes = np.sqrt(np.outer(squares, np.diag(energies)))
+        assert np.max(np.abs(shared) / sizes) < 1e-9
+        assert np.all(np.diff(np.diag(energies)) < 0.0)
+
+    on_rank0(COMM, check)
 
 
 def test_functions_of_a_free_body_are_none_of_its_affine_motions():
@@ -71,8 +97,6 @@ def test_functions_of_two_interfaces_move_the_body_in_any_affine_way():
 
 def test_a_body_between_two_interfaces_bends_when_one_of_them_moves():
     """Modes with the tip free need the static shapes; the tip is held by a light rigid body."""
-    from turbine_fenicsx import RigidBody
-
     body, _, basis = between_two()
 
     def system(b):
@@ -88,8 +112,6 @@ def test_a_body_between_two_interfaces_bends_when_one_of_them_moves():
 
 
 def test_quadratic_tetrahedra_can_be_reduced():
-    from dolfinx import mesh
-
     box = mesh.create_box(
         COMM, [[-0.1, -0.1, 0.0], [0.1, 0.1, 2.0]], [1, 1, 5], mesh.CellType.tetrahedron
     )
@@ -123,8 +145,6 @@ def test_what_cannot_be_reduced_is_refused():
     ],
 )
 def test_numbers_that_do_not_fit_are_refused(numbers, words):
-    from dolfinx import mesh
-
     box = mesh.create_box(COMM, [[0.0] * 3, [1.0, 1.0, 2.0]], [1, 1, 2], mesh.CellType.hexahedron)
     body = FlexibleBody("b", box, StVenantKirchhoff(*LAME), 1.0)
     with pytest.raises(ValueError, match=words):
@@ -132,14 +152,56 @@ def test_numbers_that_do_not_fit_are_refused(numbers, words):
 
 
 def test_a_small_mesh_has_fewer_functions_than_wanted(caplog):
-    from dolfinx import mesh
-
     box = mesh.create_box(COMM, [[0.0] * 3, [1.0, 1.0, 2.0]], [1, 1, 2], mesh.CellType.hexahedron)
     body = FlexibleBody("b", box, StVenantKirchhoff(*LAME), 1.0)
     basis = reduce_body(clamped(body), body, 0, 48)
     assert basis.functions.shape[1] == 4 + 8  # one for each free node
     if COMM.rank == 0:
         assert "the basis of 'b' has 8 functions, as more are none: 48 were wanted" in caplog.text
+
+
+class Prestressed:
+    """A law that has a stress at rest in a part of the body."""
+
+    quadratic = True
+
+    def strain_energy(self, C, parameter):
+        E = 0.5 * (C - ufl.Identity(3))
+        x = ufl.SpatialCoordinate(beam().mesh)
+        rest = ufl.conditional(ufl.gt(x[2], 3.5), 1e6, 0.0)
+        return 1e7 * ufl.inner(E, E) + rest * ufl.tr(E)
+
+
+@pytest.mark.filterwarnings("ignore:law Prestressed:turbine_fenicsx.ModelWarning")
+def test_a_stress_at_rest_in_a_few_cells_is_refused_on_all_ranks():
+    body = replace(beam(), material=Prestressed())
+    with pytest.raises(ValueError, match="law Prestressed of 'beam' has a stress at rest"):
+        reduce_body(clamped(body), body)
+
+
+def two_bricks():
+    """Two bricks that do not touch, in one mesh; facets at their roots."""
+    box = mesh.create_box(COMM, [[0.0] * 3, [0.2, 0.2, 2.0]], [1, 1, 13], mesh.CellType.hexahedron)
+    middle = mesh.locate_entities(box, 3, lambda X: np.isclose(X[2], 1.0, atol=0.09))
+    keep = np.setdiff1d(np.arange(box.topology.index_map(3).size_local), middle)
+    cells = mesh.create_submesh(box, 3, keep.astype(np.int32))[0]
+    body = FlexibleBody("bricks", cells, StVenantKirchhoff(*LAME), 1000.0)
+    return body, [facets_at(body, z) for z in (0.0, 2.0)]
+
+
+@pytest.mark.skipif(COMM.size > 1, reason="the mesh is made of one rank's cells")
+def test_each_part_of_a_mesh_is_held_by_something():
+    body, (low, high) = two_bricks()
+    first, second = (Coupling(f"{k}", body, facets, None) for k, facets in enumerate((low, high)))
+    with pytest.raises(ValueError, match="the mesh has 2 parts that do not touch, and couplings"):
+        reduce_body(MultibodySystem(COMM, [body, first]), body, 2, 9)
+    system = MultibodySystem(COMM, [body, first, second])
+    basis = reduce_body(system, body, 4, 18)
+    reduced = ReducedBody("r", body, basis)
+    held = [Coupling(c.name, reduced, c.facets, None) for c in (first, second)]
+    full, found = modes(system, count=4), modes(MultibodySystem(COMM, [reduced, *held]), count=4)
+    for a, b in zip(full.modes, found.modes, strict=True):
+        assert b.frequency == pytest.approx(a.frequency, rel=1e-8)
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from scipy import sparse
 
 from turbine_fenicsx import (
     Coupling,
+    FlexibleBody,
     Gravity,
     HeldPart,
     MultibodySystem,
@@ -29,8 +30,11 @@ from turbine_fenicsx import (
     RayleighDamping,
     ReducedBody,
     RigidBody,
+    StVenantKirchhoff,
+    cell_field,
     equilibrium,
     modes,
+    reduce_body,
 )
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -262,8 +266,32 @@ def test_couplings_hold_what_the_basis_has_an_interface_for():
     root = facets_at(beam(), 0.0)
     with pytest.raises(ValueError, match="copy of 'root' must be one of the 1 copies of 'r', 0 to"):
         MultibodySystem(COMM, [body, Coupling("root", body, root, None, copy=1)])
+    with pytest.raises(ValueError, match=r"copy of 'root' must be a whole number, got 0\.5"):
+        Coupling("root", body, root, None, copy=0.5)
     with pytest.raises(ValueError, match="copy of 'root' must be 0, as 'beam' has no copies"):
         Coupling("root", beam(), root, None, copy=1)
+
+
+@pytest.mark.parametrize("other", [{"cells": (1, 2, 9)}, {"degree": 2}])
+def test_a_basis_of_another_mesh_is_refused(other):
+    body = ReducedBody("r", beam(**other), clamped_basis())
+    with pytest.raises(ValueError, match="basis of 'r' belongs to another mesh than full, 'beam'"):
+        MultibodySystem(COMM, [body])
+
+
+def test_fields_of_cells_count_as_in_the_full_body():
+    box = beam().mesh
+    law = StVenantKirchhoff(
+        cell_field(box, lambda X: 1.2e7 * (1.0 + X[:, 2])), cell_field(box, lambda X: 8e6 + X[:, 1])
+    )
+    body = FlexibleBody("beam", box, law, cell_field(box, lambda X: 1000.0 + 50.0 * X[:, 2] ** 2))
+    basis = reduce_body(clamped(body), body, 2, 12)
+    model = ReducedModel(ReducedBody("reduced", body, basis), (), None, ())
+    full = FlexibleModel(body)
+    u, v = wild_vectors(model)
+    found = COMM.allreduce(model.integrals(u, v))
+    wanted = COMM.allreduce(full.integrals(on_mesh(model, full, u), on_mesh(model, full, v)))
+    assert found == pytest.approx(wanted, rel=EXACT, abs=EXACT * np.max(np.abs(wanted)))
 
 
 def test_bodies_that_are_wrong_are_refused():
