@@ -107,8 +107,12 @@ def placements(count=3, radius=0.5, at=(0.0, 0.0, 0.0)):
 
 
 def tip_of(placement):
-    """Tip of a blade in the initial configuration."""
-    return np.asarray(placement.position) + np.asarray(placement.rotation) @ (0.0, 0.0, SIZE[2])
+    """A node at the tip of a blade in the initial configuration."""
+    return np.asarray(placement.position) + np.asarray(placement.rotation) @ (
+        0.5 * SIZE[0],
+        0.0,
+        SIZE[2],
+    )
 
 
 def gusts(body, first=0):

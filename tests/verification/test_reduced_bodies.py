@@ -29,6 +29,7 @@ from turbine_fenicsx import (
     GeneralisedAlpha,
     Gravity,
     MultibodySystem,
+    NodeForce,
     Point,
     Points,
     RayleighDamping,
@@ -36,6 +37,7 @@ from turbine_fenicsx import (
     Revolute,
     RigidBody,
     Simulation,
+    SolverOptions,
     reduce_body,
     turning_equilibrium,
     turning_modes,
@@ -227,6 +229,27 @@ def test_a_reduced_blade_follows_the_full_one_beside_it():
     assert np.max(sizes) > 0.3 * SIZE[2]
     assert np.max(gaps) < 0.01 * np.max(sizes)
     assert system.balance(state).total == pytest.approx(before.total, abs=1e-9 * before.kinetic)
+
+
+def test_all_ranks_hear_of_a_force_that_fails():
+    def fail(t):
+        if t > 0.03:
+            raise ZeroDivisionError("late")
+        return 1.0
+
+    body = ReducedBody("r", beam(), clamped_basis(12))
+    force = NodeForce("f", body, point=(0.0, 0.0, SIZE[2]), force=(1.0, 0.0, 0.0), function=fail)
+    system = clamped(body, force)
+    with pytest.raises(ZeroDivisionError, match="late"):
+        march(EnergyMomentum(system), system.initial_state(), 0.02, 5)
+
+
+def test_a_step_that_fails_names_the_body_and_no_place_of_a_vector():
+    body = rotor(12)
+    system = on_hub([body], *gusts(body), Gravity((0.0, -9.81, 0.0)))
+    stepper = EnergyMomentum(system, options=SolverOptions(max_iterations=1))
+    with pytest.raises(RuntimeError, match=r"the residual is largest in blades$"):
+        march(stepper, system.initial_state(), 0.05, 1)
 
 
 @pytest.mark.parametrize("start", ["initial", "turning"])

@@ -171,11 +171,10 @@ class ReducedModel(BodyModel):
         ]
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
-        """Weight and forces on nodes, shape (copies or 0, n, 3) [N]."""
+        """Weight and forces on nodes, shape (copies or 0, n, 3) [N]. Collective."""
         forces = self.split(np.outer(self.nodal_mass, gravity))
-        if self._is_owner:
-            for copy, force in self.node_forces(time):
-                forces[copy] += force
+        for copy, force in self.node_forces(time):  # all ranks hear of a function that fails
+            forces[copy : copy + 1] += force
         return forces
 
     def new_vector(self) -> PETSc.Vec:

@@ -179,12 +179,9 @@ class ReducedStep:
 
     def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
         """This rank's part of the work of each force, and of what each law dissipates [J]."""
-        works, lost = np.zeros(len(self.model.forces)), np.zeros(len(self.losses))
-        if not self.model.n_owned:
-            return works, lost
-        dz = self.model.split(du.array_r)
-        for k, (copy, force) in enumerate(self.model.node_forces(self._times.middle)):
-            works[k] = np.sum(force * dz[copy])
+        lost, dz = np.zeros(len(self.losses)), self.model.split(du.array_r)
+        forces = self.model.node_forces(self._times.middle)
+        works = np.array([np.sum(force * dz[copy : copy + 1]) for copy, force in forces])
         dc = self.model.strain.change(*self._middle(dz))
         for k, Z in enumerate(self.model.losses.values()):
             lost[k] = np.sum(Z * dc * dc) / self._times.dt

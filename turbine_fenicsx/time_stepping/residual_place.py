@@ -46,15 +46,16 @@ def _in_body(step: NestedStep, R: PETSc.Vec, number: int) -> str:
     comm = step.system.comm
     mine = (float(sizes[worst]) if sizes.size else -1.0, comm.rank)
     owner = comm.allreduce(mine, op=MPI.MAXLOC)[1]
-    name, place = block.body.name, np.zeros(3)
+    name, place, is_point = block.body.name, np.zeros(3), True
     if comm.rank == owner:
         node = nodes[worst]
         place = block.positions[node] + step.start.state.u[k].array_r.reshape(-1, 3)[node]
+        is_point = bool(block.is_point[node])
         if coupled:
             slices = zip(coupling.couplings, coupling.slices, strict=True)
             name = next(c.name for c, rows in slices if rows.start <= worst < rows.stop)
-    name, place = comm.bcast((name, place), root=owner)
-    return f"{name} near ({', '.join(f'{x:.4g}' for x in place)}) m"
+    name, place, is_point = comm.bcast((name, place, is_point), root=owner)
+    return name if not is_point else f"{name} near ({', '.join(f'{x:.4g}' for x in place)}) m"
 
 
 def _in_rigid_block(step: NestedStep, R: PETSc.Vec, part: int) -> str:
