@@ -71,7 +71,7 @@ def make_rotor(solid, basis, damping):
     X = basis.points
     length = X[:, 0].max() - X[:, 0].min()
     turns = [rotation_about((0.0, 0.0, 1.0), 2.0 * np.pi * k / 3.0) for k in range(3)]
-    blades = ReducedBody("blades", solid.body, basis, [Placement((0, 0, 0), R) for R in turns])
+    blades = ReducedBody("blades", solid.body, basis, [Placement(rotation=R) for R in turns])
     hub = RigidBody("hub", 1e5, (1e6, 1e6, 1e6), angular_velocity=(0.0, 0.0, SPEED))
     parts = [hub, blades, Gravity((0.0, -9.81, 0.0))]
     parts += [Revolute("main", None, hub, (0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))]

@@ -103,7 +103,7 @@ def on_hub(
 def placements(count=3, radius=0.5, at=(0.0, 0.0, 0.0)):
     """Where the blades of a rotor about e1 stand."""
     turns = [rotation_about((1.0, 0.0, 0.0), 2.0 * np.pi * k / count) for k in range(count)]
-    return [Placement(at + R @ (0.0, 0.0, radius), R) for R in turns]
+    return [Placement(position=at + R @ (0.0, 0.0, radius), rotation=R) for R in turns]
 
 
 def tip_of(placement):

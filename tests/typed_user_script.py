@@ -240,7 +240,7 @@ def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
     made = assert_type(tfx.reduce_body(held, body, modes=2, functions=9), tfx.ReducedBasis)
     tfx.write_basis(file, made)
     basis = assert_type(tfx.read_basis(file, body), tfx.ReducedBasis)
-    places = [assert_type(tfx.Placement((x, 0.0, 0.0)), tfx.Placement) for x in (0.0, 1.0)]
+    places = [assert_type(tfx.Placement(position=(x, 0.0, 0.0)), tfx.Placement) for x in (0.0, 1.0)]
     beams = assert_type(tfx.ReducedBody("beams", body, basis, places), tfx.ReducedBody)
     clamps = [tfx.Coupling(f"clamp {k}", beams, foot, None, copy=k) for k in range(2)]
     return tfx.equilibrium(tfx.MultibodySystem(comm, [beams, *clamps, tfx.Gravity()]))

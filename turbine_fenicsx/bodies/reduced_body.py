@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -147,6 +147,7 @@ class Placement:
         ModelError: for other shapes, or a matrix that is not a rotation.
     """
 
+    _: KW_ONLY
     position: npt.ArrayLike = (0.0, 0.0, 0.0)
     rotation: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
