@@ -5,7 +5,7 @@ Strains are (E11, E22, E33, 2 E23, 2 E13, 2 E12), stresses (S11, S22, S33, S23, 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -13,12 +13,17 @@ from dolfinx import fem
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.materials.base import Viscous, stress_at_rest
+from turbine_fenicsx.materials.base import Viscous
 from turbine_fenicsx.materials.cell_fields import parameters_on
 from turbine_fenicsx.materials.pointwise import CellPoints, UnknownExpression, write_out
 
 ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """Entries of a symmetric tensor in the order of its six numbers."""
+
+STRAINS: Array = np.array(
+    [0.5 * (np.outer(a, b) + np.outer(b, a)) for a, b in (np.eye(3)[[i, j]] for i, j in ENTRIES)]
+)
+"""A strain for each of the six numbers that is one."""
 
 ROUND_OFF = 1e-10
 """Asymmetry, and change with the size of the rate, of a viscosity that is linear."""
@@ -59,16 +64,13 @@ class Law:
                 "isotropic, orthotropic or Laminate for example"
             )
         self._mesh, self._kind = mesh, kind
-        self._strain = fem.Constant(mesh, np.zeros((3, 3)))
+        self._tensor = fem.Constant(mesh, np.zeros((3, 3)))
         parameter = parameters_on(mesh, kind)
-
-        def energy(C: Any) -> Any:
-            return material.strain_energy(C, parameter)
-
-        self._stress = _write(stress_at_rest(energy, self._strain, True))
+        self._energy = write_out(material.strain_energy(self._tensor, parameter))
         self._viscous = None
         if isinstance(material, Viscous):
-            self._viscous = _write(material.viscous_stress(self._strain, parameter))
+            S = material.viscous_stress(self._tensor, parameter)
+            self._viscous = [write_out(S[i, j]) for i, j in ENTRIES]
 
     @property
     def is_viscous(self) -> bool:
@@ -87,11 +89,13 @@ class Law:
         """
         at = CellPoints(self._mesh, cells, point)
         try:
-            stiffness, rest = self._differentiate(at, self._stress, 1.0)
+            stiffness, rest = self._differentiate_energy(at)
             viscosity = None
             if self._viscous is not None:
-                viscosity, _ = self._differentiate(at, self._viscous, 1.0)
-                twice, _ = self._differentiate(at, self._viscous, 2.0)
+                viscosity, twice = (
+                    at.evaluate(self._viscous, {self._tensor: size * STRAINS}).swapaxes(1, 2)
+                    for size in (1.0, 2.0)
+                )
         except UnknownExpression as unknown:
             raise ModelError(
                 f"{self._kind} depends on {unknown}, of which no value is known outside of a form: "
@@ -110,15 +114,16 @@ class Law:
                 )
         return Elasticity(stiffness, viscosity, at.jacobians)
 
-    def _differentiate(self, at: CellPoints, stress: list[Any], size: float) -> tuple[Array, Array]:
-        """Stresses of six strains of a size, shape (cells, 6, 6), and without strain."""
-        strains = np.zeros((7, 3, 3))
-        for k, (i, j) in enumerate(ENTRIES):
-            strains[k, i, j] = strains[k, j, i] = size if i == j else 0.5 * size
-        S = at.evaluate(stress, {self._strain: strains}).swapaxes(1, 2)
-        return S[:, :, :6], S[:, :, 6]
+    def _differentiate_energy(self, at: CellPoints) -> tuple[Array, Array]:
+        """Stiffness, shape (cells, 6, 6), and stress at rest, shape (cells, 6).
 
-
-def _write(stress: Any) -> list[Any]:
-    """The six entries of a stress."""
-    return [write_out(stress[i, j]) for i, j in ENTRIES]
+        For W = W_0 + S_0.e + e.D e/2 differences are exact, of unit strains e_i and their sums:
+        D_ij = W(e_i + e_j) - W(e_i) - W(e_j) + W_0.
+        """
+        i, j = np.triu_indices(6)
+        strains = np.concatenate([np.zeros((1, 3, 3)), STRAINS, STRAINS[i] + STRAINS[j]])
+        W = at.evaluate([self._energy], {self._tensor: np.eye(3) + 2.0 * strains})[..., 0]
+        single = W[:, 1:7] - W[:, :1]
+        D = np.zeros((len(W), 6, 6))
+        D[:, i, j] = D[:, j, i] = W[:, 7:] - W[:, :1] - single[:, i] - single[:, j]
+        return D, single - 0.5 * np.einsum("cii->ci", D)
