@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from dolfinx import fem
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 
 
@@ -26,11 +25,11 @@ class Surroundings(NamedTuple):
     functions: Array
 
 
-def find_surroundings(body: FlexibleBody, point: Array) -> Surroundings | None:
+def find_surroundings(space: Any, point: Array) -> Surroundings | None:
     """The nodes around a point in the initial configuration, equal on all ranks.
 
     Args:
-        body: The body.
+        space: Space of the displacement of the body.
         point: Shape (3,) [m].
 
     Returns:
@@ -39,11 +38,10 @@ def find_surroundings(body: FlexibleBody, point: Array) -> Surroundings | None:
     Note:
         Collective.
     """
-    function = fem.Function(_compat.vector_space(body.mesh, body.degree))
-    cells = _compat.cells_at(body.mesh, point)
+    function, cells = fem.Function(space), _compat.cells_at(space.mesh, point)
     found = _in_cell(function, int(cells[0]), point) if cells.size else None
     # neighbours that share the point agree on its motion
-    return next((x for x in body.mesh.comm.allgather(found) if x is not None), None)
+    return next((x for x in space.mesh.comm.allgather(found) if x is not None), None)
 
 
 def _in_cell(function: fem.Function, cell: int, point: Array) -> Surroundings:

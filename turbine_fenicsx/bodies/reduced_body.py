@@ -128,7 +128,7 @@ class ReducedBasis:
 
     @property
     def vectors(self) -> Array:
-        """Z in the reference configuration, shape (n, 3) [m, -]."""
+        """Vectors z in the reference configuration, shape (n, 3) [m, -]."""
         z = np.zeros((self.functions.shape[1], 3))
         for s, origin in enumerate(self.origins):
             z[4 * s], z[4 * s + 1 : 4 * s + 4] = origin, np.eye(3)

@@ -45,8 +45,8 @@ def reduce_body(
         system: A system with the body and all couplings that will hold it.
         body: The body.
         modes: Number of modes, each of them three functions.
-        functions: Number of functions besides those of the interfaces. A step takes time in
-            proportion to its square or cube.
+        functions: Number of functions besides those of the interfaces. The time of a step grows
+            nearly with its fourth power.
 
     Returns:
         The basis for a `ReducedBody`.
@@ -141,7 +141,7 @@ def _make_functions(
         squares, shapes = held.modes(modes)
         exact += list(shapes)
         left = max(functions - 3 * len(exact), 0)
-        responses = held.responses(min(left, 36), squares, shapes) if left else []
+        responses = held.responses(left, squares, shapes) if left else []
     finally:
         held.destroy()
     # functions of a free body are none of what its point and directors do already
@@ -156,7 +156,9 @@ def _subtract_rigid(
 ) -> list[Array]:
     """Fields less what the functions of the interfaces make of them, if anything is left."""
     left = [(u, u - _follow(interface, u, surfaces, origins)) for u in fields]
-    return [rest for u, rest in left if np.linalg.norm(rest) > 1e-9 * np.linalg.norm(u)]
+    return [
+        rest for u, rest in left if np.linalg.norm(rest) > NEGLIGIBLE["exact"] * np.linalg.norm(u)
+    ]
 
 
 def _follow(interface: Array, u: Array, surfaces: Sequence[IntArray], origins: Array) -> Array:

@@ -108,12 +108,14 @@ class HeldBody:
         """Displacements under smooth forces, those with the largest energy beyond that of modes.
 
         Args:
-            count: Number of fields.
+            count: Number of fields; there are as many as forces at most.
             squares: Squares of the angular frequencies of the modes, shape (k,).
             modes: The modes, shape (k, N, 3).
         """
         loads = [self._load(field) for field in self._list_forces()]
-        u = np.array([self._expand(self._solve(load)) for load in loads])
+        with one_thread():
+            solutions = self._factor.solve_many(np.column_stack(loads))
+        u = np.array([self._expand(solution) for solution in solutions.T])
         forces = np.array([self._expand(load) for load in loads])
         shifted = squares + self._shift
         in_modes = np.tensordot(forces, modes, ((1, 2), (1, 2))) / shifted

@@ -168,7 +168,7 @@ class FlexibleModel(WeakForm, BodyModel):
 
     def weights_at(self, point: Array) -> Array | None:
         """Shape functions of the owned nodes at a point, shape (n_owned,); None outside."""
-        found = find_surroundings(self.body, point)
+        found = find_surroundings(self.space, point)
         if found is None:
             return None
         weights = np.zeros(self.size_global)

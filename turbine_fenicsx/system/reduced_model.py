@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -73,7 +74,8 @@ class ReducedModel(BodyModel):
         self.n_owned = self.size_global if self._is_owner else 0
         self.mass = basis.mass
         self.meaning = hashlib.sha256(basis.functions.tobytes()).hexdigest()[:16]
-        _check_mesh(body)
+        self._space = _compat.vector_space(body.full.mesh, body.full.degree)
+        _check_mesh(body, self._space)
         h = np.zeros(n)
         h[: 4 * len(basis.origins) : 4] = 1.0
         self.positions = np.concatenate([_place(basis.vectors, h, p) for p in body.placements])
@@ -109,7 +111,7 @@ class ReducedModel(BodyModel):
                 f"copy of {coupling.name!r} must be one of the {self.copies} copies of "
                 f"{body.name!r}, 0 to {self.copies - 1}, got {coupling.copy}"
             )
-        found = find_surface_points(body.full, coupling.name, coupling.facets)
+        found = find_surface_points(self._space, coupling.name, coupling.facets)
         if not len(found):
             raise ModelError(
                 f"coupling {coupling.name!r} holds no node: its surface has no facets on "
@@ -151,7 +153,7 @@ class ReducedModel(BodyModel):
         return False
 
     def vectors(self, u: Array) -> Array:
-        """Z of all copies that this rank owns, shape (copies or 0, n, 3).
+        """Vectors z of all copies that this rank owns, shape (copies or 0, n, 3).
 
         Args:
             u: Displacements of the owned vectors, shape (3 n_owned,).
@@ -189,7 +191,7 @@ class ReducedModel(BodyModel):
         basis = self.body.basis
         for copy, placement in enumerate(self.body.placements):
             R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
-            found = find_surroundings(self.body.full, (point - t) @ R)
+            found = find_surroundings(self._space, (point - t) @ R)
             if found is not None:
                 rows = cKDTree(basis.points).query(found.positions)[1]
                 weights = np.zeros((self.copies, self._n))
@@ -335,10 +337,9 @@ class ReducedModel(BodyModel):
         return found.reshape(-1, 3)[: self.n_owned]
 
 
-def _check_mesh(body: ReducedBody) -> None:
+def _check_mesh(body: ReducedBody, space: Any) -> None:
     """Raise a ModelError if the mesh of the full body is not that of the basis. Collective."""
     points, full = body.basis.points, body.full
-    space = _compat.vector_space(full.mesh, full.degree)
     nodes, own = space.dofmap.index_map.size_global, space.dofmap.index_map.size_local
     X = np.vstack([space.tabulate_dof_coordinates()[:own], points[:1]])
     low, high = np.array(full.mesh.comm.allgather([X.min(axis=0), X.max(axis=0)])).swapaxes(0, 1)
@@ -352,7 +353,7 @@ def _check_mesh(body: ReducedBody) -> None:
 
 
 def _place(vectors: Array, is_point: Array, placement: Placement) -> Array:
-    """Z of a copy at rest, shape (n, 3)."""
+    """Vectors of a copy at rest, shape (n, 3)."""
     R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
     placed: Array = vectors @ R.T + is_point[:, None] * t
     return placed
