@@ -15,20 +15,23 @@ A linear u has no true strains of second order, so that K(u) itself would be wro
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from petsc4py import PETSc
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
 
+from turbine_fenicsx.analysis.lowest_modes import find_lowest_modes
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import skew, skew_rows
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.linear_solvers.factor import to_petsc
+from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 SMALL = 1e-3
@@ -207,35 +210,10 @@ class _Part:
         return found
 
 
-def _factor(K: sparse.csr_matrix) -> tuple[PETSc.KSP, LinearOperator]:
-    """A factor of a symmetric matrix, and its inverse."""
-    K = sparse.csr_matrix(K)
-    csr = (K.indptr.astype(PETSc.IntType), K.indices.astype(PETSc.IntType), K.data)
-    matrix = PETSc.Mat().createAIJ(K.shape, csr=csr, comm=PETSc.COMM_SELF)
-    matrix.assemble()
-    ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-    ksp.setType("preonly")
-    ksp.setOperators(matrix)
-    pc = ksp.getPC()
-    pc.setType("lu")
-    pc.setFactorSolverType("mumps")
-    x, b = matrix.createVecs()
-
-    def solve(values: Array) -> Array:
-        b.array[:] = values.ravel()
-        ksp.solve(b, x)
-        return np.array(x.array_r)
-
-    return ksp, LinearOperator(K.shape, solve, dtype=float)
-
-
 def _solve(K: sparse.csr_matrix, forces: Array) -> Array:
     """Displacements under forces."""
-    with one_thread():
-        ksp, inverse = _factor(K)
-        found: Array = inverse @ forces
-        ksp.destroy()
-    return found
+    with one_thread(), _factor(K) as solve:
+        return solve(forces)
 
 
 def _find(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Array, Array]:
@@ -243,10 +221,18 @@ def _find(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Array
     count = min(count, K.shape[0] - 1)  # more are not found by iteration
     if count < 1:
         raise ModelError("a part without free nodes has no modes")
-    with one_thread():
-        ksp, inverse = _factor(K)
-        start = np.random.default_rng(0).standard_normal(K.shape[0])
-        squares, shapes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
-        ksp.destroy()
-    order = np.argsort(squares)
-    return squares[order], shapes[:, order]
+    with one_thread(), _factor(K) as solve:
+        return find_lowest_modes(K, M, count, solve)
+
+
+@contextmanager
+def _factor(K: sparse.csr_matrix) -> Iterator[Callable[[Array], Array]]:
+    """A function that solves with a symmetric matrix of this rank."""
+    matrix = to_petsc(K)
+    factor = SymmetricFactor(matrix, "held_modes_")
+    factor.update()
+    try:
+        yield lambda forces: factor.solve_many(forces[:, None])[:, 0]
+    finally:
+        factor.destroy()
+        matrix.destroy()

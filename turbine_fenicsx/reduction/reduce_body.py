@@ -46,7 +46,7 @@ def reduce_body(
         body: The body.
         modes: Number of modes, each of them three functions.
         functions: Number of functions besides those of the interfaces. The time of a step grows
-            nearly with its fourth power.
+            with its third to fourth power.
 
     Returns:
         The basis for a `ReducedBody`.

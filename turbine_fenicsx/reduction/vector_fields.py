@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.special import eval_legendre
 
+from turbine_fenicsx.analysis.lowest_modes import find_lowest_modes
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array, IntArray
@@ -95,14 +95,10 @@ class HeldBody:
                 f"modes must be fewer than the {len(self._dofs)} coordinates of the body, got "
                 f"{count}"
             )
-        inverse = LinearOperator(self._K.shape, self._solve, dtype=float)
-        start = np.random.default_rng(0).standard_normal(len(self._dofs))
         with one_thread():
-            squares, shapes = eigsh(
-                self._K, k, self._M, sigma=-self._shift, OPinv=inverse, v0=start
-            )
-        order = np.argsort(squares)[len(self._rigid) :]
-        return squares[order], np.array([self._expand(shapes[:, i]) for i in order])
+            found = find_lowest_modes(self._K, self._M, k, self._solve, self._shift)
+        squares, shapes = (x[..., len(self._rigid) :] for x in found)
+        return squares, np.array([self._expand(shape) for shape in shapes.T])
 
     def responses(self, count: int, squares: Array, modes: Array) -> list[Array]:
         """Displacements under smooth forces, those with the largest energy beyond that of modes.
