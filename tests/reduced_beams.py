@@ -8,6 +8,7 @@ import numpy as np
 from dolfinx import mesh
 
 from turbine_fenicsx import (
+    BodyForce,
     Coupling,
     FlexibleBody,
     KelvinVoigt,
@@ -127,6 +128,11 @@ def gusts(body, first=0):
         )
         for k, place in enumerate(body.placements)
     ]
+
+
+def pull(body):
+    """A force on the mass of all copies that changes in time."""
+    return BodyForce("pull", body, field=lambda X: 0.3 * X[:, [1, 2, 0]], function=np.cos)
 
 
 def rotor(functions=18, at=(0.0, 0.0, 0.0), **kind):

@@ -122,6 +122,7 @@ def forces(a: tfx.RigidBody, b: tfx.RigidBody, body: tfx.FlexibleBody) -> list[o
     """One of each; forces on surfaces get no facets of this rank here."""
     facets, at, up = np.zeros(0, np.int32), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     return [
+        assert_type(tfx.BodyForce("body", body, field=np.sin), tfx.BodyForce),
         assert_type(tfx.FollowerForce("follower", a, point=at, force=up), tfx.FollowerForce),
         assert_type(tfx.Gravity((0.0, -9.81, 0.0)), tfx.Gravity),
         assert_type(tfx.JointDamper("damper", "hinge", 0.1), tfx.JointDamper),

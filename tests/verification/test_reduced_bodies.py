@@ -18,6 +18,7 @@ from reduced_beams import (
     march,
     on_hub,
     placements,
+    pull,
     rotor,
 )
 
@@ -113,7 +114,8 @@ def test_the_balance_of_energy_closes_with_forces_and_losses(losses):
     law = "viscous" if losses == "viscous" else "svk"
     body = rotor(12, law=law)
     more = [RayleighDamping("damping", body, stiffness=0.01)] if losses == "rayleigh" else []
-    system = on_hub([body], *gusts(body), Gravity((0.0, -9.81, 0.0)), *more)
+    gravity = Gravity((0.0, -9.81, 0.0))
+    system = on_hub([body], *gusts(body), pull(body), gravity, *more)
     stepper = EnergyMomentum(system, numerical_dissipation=0.2 if losses == "chi" else 0.0)
     names = {
         "chi": ("numerical dissipation of blades",),

@@ -11,7 +11,7 @@ damping, and t are the forces on surfaces.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -25,8 +25,8 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.material_points import find_surroundings
-from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
+from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import SurfaceForce
@@ -42,11 +42,9 @@ from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import MassDamper
+from turbine_fenicsx.system.nodal_forces import NodalForce, find_nodal_forces
 from turbine_fenicsx.system.own_fields import check_cells, evaluate_field
 from turbine_fenicsx.system.weak_form import WeakForm
-
-BodyForce: TypeAlias = SurfaceForce | NodeForce | SectionLoads
-"""A force on a flexible body."""
 
 
 class FlexibleModel(WeakForm, BodyModel):
@@ -54,13 +52,14 @@ class FlexibleModel(WeakForm, BodyModel):
 
     Args:
         body: The body.
-        forces: Forces on surfaces, nodes and sections.
+        forces: Forces on surfaces, nodes, masses and sections.
         damping: Rayleigh damping; None is none.
 
     Attributes:
-        forces: Those on surfaces, then those on nodes, then those on sections.
+        forces: Those on surfaces, then those on nodes and masses, then those on sections.
         local_positions: Initial positions X of the owned nodes, then of the ghosts [m].
-        nodal_forces: Degrees of freedom and force [N] of each force on a node, set by `set_time`.
+        nodal_forces: Degrees of freedom and values [N] of each force on nodes or masses, set by
+            `set_time`.
         mass_damper: Its part in proportion to the mass; None if there is none.
     """
 
@@ -71,13 +70,14 @@ class FlexibleModel(WeakForm, BodyModel):
     def __init__(
         self,
         body: FlexibleBody,
-        forces: Sequence[BodyForce] = (),
+        forces: Sequence[SurfaceForce | NodeForce | BodyForce | SectionLoads] = (),
         damping: RayleighDamping | None = None,
     ) -> None:
-        node_forces = [x for x in forces if isinstance(x, NodeForce)]
+        of_nodes = [x for x in forces if isinstance(x, NodeForce | BodyForce)]
         section_loads = [x for x in forces if isinstance(x, SectionLoads)]
-        surface_forces = [x for x in forces if not isinstance(x, NodeForce | SectionLoads)]
-        self.forces: tuple[BodyForce, ...] = (*surface_forces, *node_forces, *section_loads)
+        others = NodeForce | BodyForce | SectionLoads
+        surface_forces = [x for x in forces if not isinstance(x, others)]
+        self.forces: tuple[Any, ...] = (*surface_forces, *of_nodes, *section_loads)
         super().__init__(body, surface_forces, damping)
         V, index_map = self.space, self.space.dofmap.index_map
         self.comm = body.mesh.comm
@@ -93,9 +93,6 @@ class FlexibleModel(WeakForm, BodyModel):
         self.local_positions = self._x.x.array.reshape(-1, 3).copy()
         self.positions = self.local_positions[: self.n_owned]
         self.is_point = np.ones(self.n_owned)
-        self._node_forces = [
-            (force, self._node_at(force.point), force.force) for force in node_forces
-        ]
         self.nodal_forces: list[tuple[slice, Array]] = []
         self.section_loads = tuple(
             BoundSectionLoads(
@@ -113,6 +110,7 @@ class FlexibleModel(WeakForm, BodyModel):
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
         self.weights = np.abs(self.nodal_mass)
         ones.destroy()
+        self._of_nodes = self.find_nodal_forces(of_nodes)
         self.mass_damper = self._make_mass_damper()
 
     def _make_mass_damper(self) -> MassDamper | None:
@@ -149,10 +147,18 @@ class FlexibleModel(WeakForm, BodyModel):
     def set_time(self, time: float) -> None:
         """Set the functions of time of all forces [s]."""
         self.surface.set_time(time)
-        self.nodal_forces = [
-            (dofs, force.function(time) * np.asarray(value, dtype=float))
-            for force, dofs, value in self._node_forces
-        ]
+        self.nodal_forces = [force.at(time) for force in self._of_nodes]
+
+    def find_nodal_forces(self, forces: Sequence[NodeForce | BodyForce]) -> list[NodalForce]:
+        """Values of forces at the nodes. Collective.
+
+        Raises:
+            ModelError: for a field of another shape, or not finite, on all ranks.
+        """
+        field = self.new_vector()
+        found = find_nodal_forces(self.comm, self.positions, forces, self.momentum, field)
+        field.destroy()
+        return found
 
     def new_vector(self) -> PETSc.Vec:
         """New distributed vector of nodal values without ghosts, zero."""
@@ -208,7 +214,7 @@ class FlexibleModel(WeakForm, BodyModel):
         self.assemble(self.static_forms.forces, out)
         out.array[:] -= (self.nodal_mass[:, None] * gravity).ravel()
         for dofs, force in self.nodal_forces:
-            out.array[dofs] -= force[: dofs.stop - dofs.start]
+            out.array[dofs] -= force
         for loads in self.section_loads:
             loads.begin_at(StepTimes.at_rest(time), u.array_r)
             loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
@@ -390,8 +396,3 @@ class FlexibleModel(WeakForm, BodyModel):
         """Copy a vector into a function, ghosts included."""
         function.x.array[: 3 * self.n_owned] = values.array_r
         function.x.scatter_forward()
-
-    def _node_at(self, point: Any) -> slice:
-        """Degrees of freedom of the node nearest to a point; empty on all ranks but its owner's."""
-        node = nearest_node(self.comm, self.positions, point)
-        return slice(0, 0) if node is None else slice(3 * node, 3 * node + 3)

@@ -9,6 +9,7 @@ from typing import Any
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.force import Force
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import PrescribedForce, SurfaceForce
@@ -36,7 +37,7 @@ class Parts:
     relations: tuple[Relation, ...]
     motion_forces: tuple[Force, ...]
     prescribed_forces: tuple[PrescribedForce, ...]
-    on_bodies: tuple[SurfaceForce | NodeForce | SectionLoads, ...]
+    on_bodies: tuple[SurfaceForce | NodeForce | BodyForce | SectionLoads, ...]
     dampings: tuple[RayleighDamping, ...]
 
     def __post_init__(self) -> None:
@@ -80,7 +81,8 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
     Raises:
         TypeError: for a part of unknown kind.
     """
-    kinds = (RigidBody, DeformableBody, Coupling, NodeForce, SectionLoads, RayleighDamping)
+    of_nodes = NodeForce | BodyForce
+    kinds = (RigidBody, DeformableBody, Coupling, of_nodes, SectionLoads, RayleighDamping)
     protocols = (Relation, Joint, Force, SurfaceForce, PrescribedForce)
     groups: dict[Any, list[Any]] = {kind: [] for kind in (*kinds, *protocols)}
     for part in parts:
@@ -96,7 +98,7 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
         relations=tuple(groups[Relation]),
         motion_forces=tuple(groups[Force]),
         prescribed_forces=tuple(groups[PrescribedForce]),
-        on_bodies=(*groups[SurfaceForce], *groups[NodeForce], *groups[SectionLoads]),
+        on_bodies=(*groups[SurfaceForce], *groups[of_nodes], *groups[SectionLoads]),
         dampings=tuple(groups[RayleighDamping]),
     )
 

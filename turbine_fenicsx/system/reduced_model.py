@@ -26,6 +26,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.material_points import find_surroundings
 from turbine_fenicsx.bodies.reduced_body import SAME_PLACE, Placement, ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
+from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
@@ -33,6 +34,7 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
 from turbine_fenicsx.system.own_fields import evaluate_field
+from turbine_fenicsx.system.reduced_forces import find_vector_forces
 
 
 class ReducedModel(BodyModel):
@@ -40,7 +42,7 @@ class ReducedModel(BodyModel):
 
     Args:
         body: The body.
-        forces: Forces on nodes of its mesh.
+        forces: Forces on nodes and masses of its mesh.
         damping: Rayleigh damping in proportion to the stiffness; None is none.
         couplings: The couplings that hold it, which make the directors of their interfaces rigid.
 
@@ -61,7 +63,7 @@ class ReducedModel(BodyModel):
     def __init__(
         self,
         body: ReducedBody,
-        forces: Sequence[NodeForce],
+        forces: Sequence[NodeForce | BodyForce],
         damping: RayleighDamping | None,
         couplings: Sequence[Coupling],
     ) -> None:
@@ -96,7 +98,7 @@ class ReducedModel(BodyModel):
             times = np.full(self.strain.size, float(damping.stiffness))
             self.losses["structural damping"] = times
         self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
-        self._rows = [self._find_row(force) for force in forces]
+        self._of_vectors = find_vector_forces(body, forces)
 
     def _holds_first_interface(self) -> bool:
         """Whether couplings hold the first interface of all copies."""
@@ -124,12 +126,6 @@ class ReducedModel(BodyModel):
                 "holds it: reduce the body in a system that holds the same surface"
             )
         return interface
-
-    def _find_row(self, force: NodeForce) -> tuple[int, Array]:
-        """Copy and values of the functions at the node nearest to the point of a force."""
-        distance = np.linalg.norm(self.body.points - np.asarray(force.point, dtype=float), axis=2)
-        copy, node = np.unravel_index(int(np.argmin(distance)), distance.shape)
-        return int(copy), self.body.basis.functions[node]
 
     def contact_nodes(self, coupling: Coupling) -> IntArray:
         """The point and the directors of the interface that a coupling holds."""
@@ -165,18 +161,19 @@ class ReducedModel(BodyModel):
         """Values of vectors by copies, shape (copies or 0, n, 3)."""
         return values.reshape(-1, self._n, 3)
 
-    def node_forces(self, time: float) -> list[tuple[int, Array]]:
-        """Copy, and forces on its vectors, of each force on a node, shape (n, 3) [N] each."""
+    def forces_at(self, time: float) -> list[Array]:
+        """Each force on the vectors that this rank owns, shape (copies or 0, n, 3) [N]."""
+        owned = self.copies if self._is_owner else 0
         return [
-            (copy, np.outer(F, force.function(time) * np.asarray(force.force, dtype=float)))
-            for force, (copy, F) in zip(self.forces, self._rows, strict=True)
+            force.function(time) * values[:owned]
+            for force, values in zip(self.forces, self._of_vectors, strict=True)
         ]
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
-        """Weight and forces on nodes, shape (copies or 0, n, 3) [N]. Collective."""
+        """Weight and forces, shape (copies or 0, n, 3) [N]. Collective."""
         forces = self.split(np.outer(self.nodal_mass, gravity))
-        for copy, force in self.node_forces(time):  # all ranks hear of a function that fails
-            forces[copy : copy + 1] += force
+        for force in self.forces_at(time):  # all ranks hear of a function that fails
+            forces += force
         return forces
 
     def new_vector(self) -> PETSc.Vec:
@@ -364,10 +361,10 @@ def _check_forces(
 ) -> None:
     """Raise a ModelError for forces that need the mesh."""
     for force in forces:
-        if not isinstance(force, NodeForce):
+        if not isinstance(force, NodeForce | BodyForce):
             raise ModelError(
                 f"{getattr(force, 'name', force)!r} acts on the surface of {body.name!r}, which is "
-                "reduced: forces on nodes and gravity can act on it"
+                "reduced: forces on nodes and masses, and gravity, can act on it"
             )
     if damping is not None and damping.mass > 0.0:
         raise ModelError(

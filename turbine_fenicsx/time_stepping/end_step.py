@@ -203,7 +203,7 @@ class FlexibleEnd(MemorylessStep):
         self.model.copy_to(self._du, du)
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
-            R.array[dofs] -= float(self._s.value) * force[: dofs.stop - dofs.start]
+            R.array[dofs] -= float(self._s.value) * force
         if self.model.has_node_loads:
             n = 3 * self.model.n_owned
             u = self._u_n.x.array[:n] + du.array_r

@@ -137,7 +137,7 @@ class FlexibleStep(MemorylessStep):
         self.model.copy_to(self._du, du)
         self.model.assemble(self._residual, R)
         for dofs, force in self.model.nodal_forces:
-            R.array[dofs] -= self._half_dt2.value * force[: dofs.stop - dofs.start]
+            R.array[dofs] -= self._half_dt2.value * force
         self.midpoint.add_forces(du, -float(self._half_dt2.value), R)
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:

@@ -82,7 +82,7 @@ class MidpointWorks:
             self._model.copy_to(self._du, du)
         works = [float(fem.assemble_scalar(work)) for work in self._works]
         for dofs, force in self._model.nodal_forces:
-            works.append(float(np.sum(force[: dofs.stop - dofs.start] * du.array_r[dofs])))
+            works.append(float(np.sum(force * du.array_r[dofs])))
         if self._model.section_loads:
             u, v = self._middle(du)
             for loads in self._model.section_loads:

@@ -180,8 +180,8 @@ class ReducedStep:
     def works(self, du: PETSc.Vec) -> tuple[Array, Array]:
         """This rank's part of the work of each force, and of what each law dissipates [J]."""
         lost, dz = np.zeros(len(self.losses)), self.model.split(du.array_r)
-        forces = self.model.node_forces(self._times.middle)
-        works = np.array([np.sum(force * dz[copy : copy + 1]) for copy, force in forces])
+        forces = self.model.forces_at(self._times.middle)
+        works = np.array([np.sum(force * dz) for force in forces])
         dc = self.model.strain.change(*self._middle(dz))
         for k, Z in enumerate(self.model.losses.values()):
             lost[k] = np.sum(Z * dc * dc) / self._times.dt

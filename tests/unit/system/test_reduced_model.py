@@ -19,6 +19,7 @@ from reduced_beams import (
 from scipy import sparse
 
 from turbine_fenicsx import (
+    BodyForce,
     Coupling,
     FlexibleBody,
     Gravity,
@@ -119,6 +120,24 @@ def test_forces_at_rest_are_projections_of_those_of_the_full_body(pair):
     full.static_forces(on_mesh(model, full, u), GRAVITY, 0.0, of_full)
     wanted = project(model, full, of_full)
     assert_same(of_rank0(out.array_r).reshape(-1, 3), wanted)
+
+
+def test_forces_on_masses_are_projections_wherever_a_copy_stands(pair):
+    _, full = pair
+    R, t = rotation_about((1.0, 2.0, 3.0), 0.7), np.array([1.0, -2.0, 3.0])
+    places = [Placement(), Placement(position=t, rotation=R)]
+    body = ReducedBody("reduced", beam(), pair[0].body.basis, places)
+
+    def field(X):
+        return np.sin(X[:, [1, 2, 0]])
+
+    model = ReducedModel(body, [BodyForce("x", body, field=field)], None, ())
+    (found,) = model.forces_at(0.0)
+    mass = full.new_vector()
+    for copy, place in enumerate((lambda X: X, lambda X: t + X @ R.T)):
+        mass.array[:] = field(place(full.positions)).ravel()
+        full.momentum(mass, mass)
+        assert_same(of_rank0(found)[copy], project(pair[0], full, mass))
 
 
 def test_momenta_of_vectors_are_projections_too(pair):
