@@ -57,13 +57,13 @@ def clamped(body, *more):
 @cache
 def clamped_basis(functions=18, modes=4, **kind):
     """A basis with the root as interface."""
-    return reduce_body(clamped(beam(**kind)), beam(**kind), modes, functions)
+    return reduce_body(clamped(beam(**kind)), beam(**kind), modes, functions, loads=())
 
 
 @cache
 def free_basis(functions=18, modes=4):
     """A basis without interfaces."""
-    return reduce_body(MultibodySystem(COMM, [beam()]), beam(), modes, functions)
+    return reduce_body(MultibodySystem(COMM, [beam()]), beam(), modes, functions, loads=())
 
 
 def expand(system, state, what="u"):

@@ -238,7 +238,13 @@ def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
     """Two equal reduced beams on the ground, bent by their weight."""
     body, foot = beam(comm)
     held = tfx.MultibodySystem(comm, [body, tfx.Coupling("clamp", body, foot, None)])
-    made = assert_type(tfx.reduce_body(held, body, modes=2, functions=9), tfx.ReducedBasis)
+    loads = assert_type(tfx.smooth_loads(held, body, size=0.01), list[tfx.LoadPath])[:1]
+    made = assert_type(
+        tfx.reduce_body(held, body, modes=2, functions=9, loads=loads), tfx.ReducedBasis
+    )
+    rotation = tfx.SteadyRotation(1.0, point=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0))
+    said = assert_type(tfx.judge(held, body, made, loads, count=1, rotation=rotation), tfx.Verdict)
+    assert_type(said.warnings, list[str])
     tfx.write_basis(file, made)
     basis = assert_type(tfx.read_basis(file, body), tfx.ReducedBasis)
     places = [assert_type(tfx.Placement(position=(x, 0.0, 0.0)), tfx.Placement) for x in (0.0, 1.0)]

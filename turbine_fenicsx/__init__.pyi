@@ -81,7 +81,12 @@ from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
 from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
 from turbine_fenicsx.reduction.basis_file import read_basis as read_basis
 from turbine_fenicsx.reduction.basis_file import write_basis as write_basis
+from turbine_fenicsx.reduction.judge import SteadyRotation as SteadyRotation
+from turbine_fenicsx.reduction.judge import judge as judge
+from turbine_fenicsx.reduction.load_path import LoadPath as LoadPath
 from turbine_fenicsx.reduction.reduce_body import reduce_body as reduce_body
+from turbine_fenicsx.reduction.smooth_loads import smooth_loads as smooth_loads
+from turbine_fenicsx.reduction.verdict import Verdict as Verdict
 from turbine_fenicsx.simulation.checkpoint import Checkpoints as Checkpoints
 from turbine_fenicsx.simulation.observer import Observer as Observer
 from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver

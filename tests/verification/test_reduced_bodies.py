@@ -153,7 +153,7 @@ def test_steps_are_of_second_order():
 def one_body_each(alone):
     """The end of a rotor of three bodies with one copy each, on some ranks."""
     full = beam(alone=alone)
-    basis = reduce_body(clamped(full), full, 4, 12)
+    basis = reduce_body(clamped(full), full, 4, 12, loads=())
     bodies = [ReducedBody(f"blade {k}", full, basis, [p]) for k, p in enumerate(placements())]
     system = on_hub(bodies, *(force for k, body in enumerate(bodies) for force in gusts(body, k)))
     state, _, _ = march(EnergyMomentum(system), system.initial_state(), 0.02, 50)

@@ -284,7 +284,7 @@ def solve_load_step(
     state = blocks.state
     start = state.joint_coordinates.copy()
     blocks.time = time
-    if not np.any(state.multipliers):
+    if state.multipliers.size and not np.any(state.multipliers):
         _set_first_multipliers(blocks, solver)
     extent_of_system = reach(blocks.system)
     sizes: list[float] = []

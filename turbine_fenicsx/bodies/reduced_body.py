@@ -17,6 +17,9 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 SAME_PLACE = 1e-9
 """Maximum distance of two nodes in the same place, relative to the size of the body."""
 
+FLAT = ("masses", "surface_of", "viscosity", "singular_values")
+"""Attributes of a basis with one index."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReducedBasis:
@@ -44,6 +47,8 @@ class ReducedBasis:
             shape (0,) of materials without viscosity.
         cells: What the basis belongs to: a row for each cell with its middle, volume, density, and
             numbers that stand for stiffness and viscosity, shape (cells, 7).
+        singular_values: Of the equilibria that functions were made of, largest first: roots of the
+            energies that they had beyond the functions before them [sqrt(J)]; shape (0,) if none.
     """
 
     points: Array
@@ -55,12 +60,13 @@ class ReducedBasis:
     strain_factor: Array
     viscosity: Array
     cells: Array
+    singular_values: Array
 
     def __post_init__(self) -> None:
         for field in fields(self):
             kind = np.int64 if field.name == "surface_of" else np.float64
             values = np.array(getattr(self, field.name), dtype=kind, order="C")
-            if values.ndim != (1 if field.name in ("masses", "surface_of", "viscosity") else 2):
+            if values.ndim != (1 if field.name in FLAT else 2):
                 raise ModelError(f"{field.name} of a basis has the shape {values.shape}")
             if not np.all(np.isfinite(values)):
                 raise ModelError(f"{field.name} of a basis must be finite")
@@ -83,6 +89,11 @@ class ReducedBasis:
             found = getattr(self, name).shape
             if found != shape:
                 raise ModelError(f"{name} of a basis must have the shape {shape}, got {found}")
+
+    @property
+    def size(self) -> int:
+        """Number of functions besides those of the interfaces."""
+        return self.functions.shape[1] - 4 * len(self.origins)
 
     def find_interface(self, points: Array) -> int | None:
         """Number of the interface whose nodes are at some points; None if there is none.
@@ -117,22 +128,31 @@ class ReducedBasis:
 
         and all other vectors. A rigid motion only turns them.
         """
-        n, interfaces = self.functions.shape[1], len(self.origins)
-        L = np.eye(n)[1:]
-        for s in range(1, interfaces):
-            row = 4 * s - 1
-            L[row, 0] = -1.0
-            L[row, 1:4] = self.origins[0] - self.origins[s]
-            L[row + 1 : row + 4, 1:4] = -np.eye(3)
-        return L
+        return make_strain_vectors(self.functions.shape[1], self.origins)
 
     @property
     def vectors(self) -> Array:
         """Vectors z in the reference configuration, shape (n, 3) [m, -]."""
-        z = np.zeros((self.functions.shape[1], 3))
-        for s, origin in enumerate(self.origins):
-            z[4 * s], z[4 * s + 1 : 4 * s + 4] = origin, np.eye(3)
-        return z
+        return make_vectors(self.functions.shape[1], self.origins)
+
+
+def make_strain_vectors(n: int, origins: Array) -> Array:
+    """L of `ReducedBasis.strain_vectors` for n functions, shape (n - 1, n)."""
+    L = np.eye(n)[1:]
+    for s in range(1, len(origins)):
+        row = 4 * s - 1
+        L[row, 0] = -1.0
+        L[row, 1:4] = origins[0] - origins[s]
+        L[row + 1 : row + 4, 1:4] = -np.eye(3)
+    return L
+
+
+def make_vectors(n: int, origins: Array) -> Array:
+    """Vectors z of n functions in the reference configuration, shape (n, 3) [m, -]."""
+    z = np.zeros((n, 3))
+    for s, origin in enumerate(origins):
+        z[4 * s], z[4 * s + 1 : 4 * s + 4] = origin, np.eye(3)
+    return z
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import os
-import zipfile
 from dataclasses import fields
 from typing import Any
 
@@ -13,13 +11,13 @@ import numpy as np
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis
+from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.elasticity import Law
 from turbine_fenicsx.reduction.fingerprint import describe_cells, find_difference
 
-VERSION = 1
+VERSION = 2
 """Version of the file."""
 
 ARRAYS = tuple(field.name for field in fields(ReducedBasis))
@@ -38,11 +36,8 @@ def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
     Raises:
         FileError: if it cannot be written.
     """
-    content = io.BytesIO()
     arrays = {name: getattr(basis, name) for name in ARRAYS}
-    np.savez(content, version=np.array(VERSION), **arrays)
-    with content.getbuffer() as whole:
-        replace_file(path, whole)
+    write_arrays(path, {"version": np.array(VERSION), **arrays})
 
 
 def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis:
@@ -77,19 +72,14 @@ def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis
 
 def _read_arrays(path: str) -> dict[str, Any]:
     """The arrays of a file."""
-    with name_file_in_errors("read", path), open_regular(path) as file:
-        try:
-            with zipfile.ZipFile(file) as archive:
-                if any(member.compress_type for member in archive.infolist()):
-                    raise zipfile.BadZipFile  # what is compressed may be of any size
-            with np.load(file, allow_pickle=False) as members:
-                version = int(members["version"])
-                arrays = {name: members[name] for name in ARRAYS} if version == VERSION else {}
-        except (ValueError, KeyError, TypeError, EOFError, MemoryError, zipfile.BadZipFile):
-            raise InputError(f"{path!r} is not a basis of a reduced body, or damaged") from None
-    if not arrays:
+    what = "a basis of a reduced body"
+    arrays = read_arrays(path, what)
+    version = arrays.get("version")
+    if version is not None and version.shape == () and version != VERSION:
         raise InputError(
             f"{path!r} is a basis of version {version}, and this is version {VERSION}: "
             "reduce the body anew"
         )
-    return arrays
+    if version is None or not set(ARRAYS) <= set(arrays):
+        raise InputError(f"{path!r} is not {what}, or damaged")
+    return {name: arrays[name] for name in ARRAYS}

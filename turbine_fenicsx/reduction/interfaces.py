@@ -12,9 +12,10 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.reduction.whole_body import WholeBody
 
 
-def find_origins(whole: WholeBody, surfaces: Sequence[IntArray], masses: Array) -> Array:
+def find_origins(whole: WholeBody, surfaces: Sequence[IntArray]) -> Array:
     """X_s, the middle of the nodes of each surface, shape (S, 3); of the body if there is none."""
     if not surfaces:
+        masses = whole.mass.diagonal()
         return np.asarray(masses @ whole.positions / masses.sum())[None]
     return np.array([whole.positions[nodes].mean(axis=0) for nodes in surfaces])
 

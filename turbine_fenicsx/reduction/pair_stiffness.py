@@ -14,8 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.linalg.lapack import dpstrf
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
@@ -101,30 +99,3 @@ def _add(K: Array, B: Array, D: Array, weights: Array) -> None:
     roots = np.sqrt(weights[:, None] * np.maximum(squares, 0.0))
     rows = ((roots[:, None] * axes).swapaxes(1, 2) @ B).reshape(-1, B.shape[2])
     K += rows.T @ rows
-
-
-def factor_stiffness(K: Array, V: Array | None) -> tuple[Array, Array]:
-    """W with K = W W^T of full rank, and a diagonal Z with V = W Z W^T.
-
-    Args:
-        K: Shape (pairs, pairs), symmetric, not negative.
-        V: Of the same shape, zero where K is; None for no viscosity.
-
-    Returns:
-        Shapes (pairs, rank) and (rank,), the latter (0,) without viscosity.
-    """
-    scale = np.sqrt(np.maximum(np.diag(K), 0.0))
-    scale[scale == 0.0] = 1.0
-    c, pivots, rank, _ = dpstrf(K / scale / scale[:, None], lower=1)
-    order = pivots - 1
-    L = np.tril(c)[:, :rank]
-    W = np.empty_like(L)
-    W[order] = scale[order, None] * L
-    if V is None:
-        return W, np.zeros(0)
-    first = order[:rank]
-    of_pivots = (V / scale / scale[:, None])[np.ix_(first, first)]
-    half = solve_triangular(L[:rank], of_pivots, lower=True)
-    Z = solve_triangular(L[:rank], half.T, lower=True)
-    times, axes = np.linalg.eigh(0.5 * (Z + Z.T))
-    return W @ axes, np.maximum(times, 0.0)

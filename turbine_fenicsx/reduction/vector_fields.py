@@ -12,7 +12,6 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.special import eval_legendre
 
 from turbine_fenicsx.analysis.lowest_modes import find_lowest_modes
 from turbine_fenicsx.foundation.errors import ModelError
@@ -21,10 +20,8 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.linear_solvers.factor import to_petsc
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.reduction.interfaces import rigid_motions
+from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.whole_body import WholeBody
-
-DEGREES = 6
-"""Number of polynomials along the axis, from the constant on."""
 
 SHIFT = 0.1
 """Share of a frequency's square that keeps the factor of a free body from being singular."""
@@ -37,10 +34,14 @@ class HeldBody:
         whole: The body.
         surfaces: Nodes of each interface; without any the body is free.
         origins: X_s, shape (S, 3).
+        axis: Its long axis.
     """
 
-    def __init__(self, whole: WholeBody, surfaces: Sequence[IntArray], origins: Array) -> None:
+    def __init__(
+        self, whole: WholeBody, surfaces: Sequence[IntArray], origins: Array, axis: LongAxis
+    ) -> None:
         self._whole, self._surfaces, self._origins = whole, surfaces, origins
+        self._axis = axis
         held = np.concatenate([np.zeros(0, np.int64), *surfaces])
         n = len(whole.positions)
         self._free = np.setdiff1d(np.arange(n), held)
@@ -128,19 +129,12 @@ class HeldBody:
         centres, with the same size at the distance of the radius of gyration.
         """
         X, mass = self._whole.positions, np.asarray(self._whole.mass.sum(axis=1)).ravel()
-        arms = X - mass @ X / mass.sum()
-        _, axes = np.linalg.eigh((arms * mass[:, None]).T @ arms)
-        s = arms @ axes[:, 2]
-        s /= np.max(np.abs(s))
-        across = arms @ axes[:, :2]
-        along = np.column_stack([eval_legendre(degree, s) for degree in range(DEGREES)])
-        root = np.sqrt(np.abs(mass))[:, None]
-        line = along @ np.linalg.lstsq(root * along, root * across, rcond=None)[0]
-        arms = (across - line) @ axes[:, :2].T
+        arms, axes = self._axis.arms(X), self._axis.axes.T
         size = np.sqrt(np.abs(mass) @ np.sum(arms * arms, axis=1) / np.abs(mass).sum())
-        kinds = [np.broadcast_to(axis, X.shape) for axis in axes.T]
-        kinds += [np.cross(axis, arms) / size for axis in axes.T]
-        return [kind * factor[:, None] for factor in along.T for kind in kinds]
+        kinds = [np.broadcast_to(axis, X.shape) for axis in axes]
+        kinds += [np.cross(axis, arms) / size for axis in axes]
+        along = self._axis.polynomials(X).T
+        return [kind * factor[:, None] for factor in along for kind in kinds]
 
     def _load(self, accelerations: Array) -> Array:
         """Forces of accelerations on the free nodes; a free body is not pushed as a whole."""

@@ -306,7 +306,7 @@ class ReducedModel(BodyModel):
         free = np.ones((self.copies, self._n), dtype=bool)
         for coupling, interface in self._interfaces.items():
             free[coupling.copy, 4 * interface : 4 * interface + 4] = False
-        return self._find_nearest(values, free)
+        return self.find_nearest(values, free)
 
     def initial_velocity(self) -> Array | None:
         """Velocities of the body's own field, shape (n_owned, 3) [m/s]; None if it has none."""
@@ -314,9 +314,9 @@ class ReducedModel(BodyModel):
         if field is None:
             return None
         values = evaluate_field(self.comm, what, self.body.points.reshape(-1, 3), field)
-        return self._find_nearest(values, np.ones((self.copies, self._n), dtype=bool))
+        return self.find_nearest(values, np.ones((self.copies, self._n), dtype=bool))
 
-    def _find_nearest(self, values: Array, free: Array) -> Array:
+    def find_nearest(self, values: Array, free: Array) -> Array:
         """Vectors whose motion is nearest to one of the nodes, by their masses.
 
         Args:

@@ -51,15 +51,16 @@ class State:
             coupling=tuple(x.copy() for x in self.coupling),
         )
 
-    def extrapolate_from(self, before: State) -> None:
-        """Go once more as far as from the positions and forces of another state to these."""
-        self.q = 2.0 * self.q - before.q
-        self.joint_coordinates = 2.0 * self.joint_coordinates - before.joint_coordinates
-        self.multipliers = 2.0 * self.multipliers - before.multipliers
+    def extrapolate_from(self, before: State, factor: float = 1.0) -> None:
+        """Move positions and forces on, by a factor times their difference from another state."""
+        here, there = 1.0 + factor, factor
+        self.q = here * self.q - there * before.q
+        self.joint_coordinates = here * self.joint_coordinates - there * before.joint_coordinates
+        self.multipliers = here * self.multipliers - there * before.multipliers
         for mine, other in zip(
             (*self.u, *self.coupling), (*before.u, *before.coupling), strict=True
         ):
-            mine.axpby(-1.0, 2.0, other)
+            mine.axpby(-there, here, other)
 
     def destroy(self) -> None:
         """Free the distributed vectors. Collective."""

@@ -22,6 +22,7 @@ from turbine_fenicsx import (
     FlexibleBody,
     MultibodySystem,
     NeoHooke,
+    PointForce,
     ReducedBody,
     RigidBody,
     StVenantKirchhoff,
@@ -32,6 +33,7 @@ from turbine_fenicsx import (
     write_basis,
 )
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.vector_fields import HeldBody
 from turbine_fenicsx.reduction.whole_body import gather_body
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -56,7 +58,8 @@ def test_responses_hold_what_modes_leave():
     root = np.flatnonzero(whole.positions[:, 2] < 1e-9)
 
     def check():
-        held = HeldBody(whole, [root], np.zeros((1, 3)))
+        axis = LongAxis(whole.positions, whole.mass.diagonal(), np.zeros(3))
+        held = HeldBody(whole, [root], np.zeros((1, 3)), axis)
         squares, shapes = held.modes(4)
         fields = np.array(held.responses(5, squares, shapes)).reshape(5, -1)
         held.destroy()
@@ -81,7 +84,7 @@ def between_two(count=30):
     ends = [
         Coupling(f"end {k}", body, facets_at(body, z), None) for k, z in enumerate((0.0, SIZE[2]))
     ]
-    return body, ends, reduce_body(MultibodySystem(COMM, [body, *ends]), body, 2, count)
+    return body, ends, reduce_body(MultibodySystem(COMM, [body, *ends]), body, 2, count, loads=())
 
 
 def test_functions_of_two_interfaces_move_the_body_in_any_affine_way():
@@ -111,12 +114,29 @@ def test_a_body_between_two_interfaces_bends_when_one_of_them_moves():
         assert b.frequency == pytest.approx(a.frequency, rel=2e-3)
 
 
+def test_forces_on_one_interface_move_the_body_as_the_full_one():
+    """Its directors turn with it, also that which is normal to a plane surface."""
+    body, _, basis = between_two()
+
+    def head(b):
+        tip = RigidBody("tip", 5.0, (0.1, 0.1, 0.1), position=(0.0, 0.0, SIZE[2]))
+        root = Coupling("end 0", b, facets_at(body, 0.0), None)
+        end = Coupling("end 1", b, facets_at(body, SIZE[2]), tip)
+        push = PointForce("push", tip, point=(0.1, 0.0, SIZE[2]), force=(1e-4, 2e-4, 1e-4))
+        start = np.array([0.0, 0.0, SIZE[2], *np.eye(3).ravel()])
+        return equilibrium(MultibodySystem(COMM, [b, tip, root, end, push])).q - start
+
+    full, reduced = head(body), head(ReducedBody("r", body, basis))
+    assert np.max(np.abs(full)) > 1e-7
+    assert np.max(np.abs(reduced - full)) < 1e-6 * np.max(np.abs(full))
+
+
 def test_quadratic_tetrahedra_can_be_reduced():
     box = mesh.create_box(
         COMM, [[-0.1, -0.1, 0.0], [0.1, 0.1, 2.0]], [1, 1, 5], mesh.CellType.tetrahedron
     )
     body = FlexibleBody("beam", box, StVenantKirchhoff(*LAME), 1000.0, degree=2)
-    basis = reduce_body(clamped(body), body, 2, 9)
+    basis = reduce_body(clamped(body), body, 2, 9, loads=())
     full = modes(clamped(body), count=2)
     reduced = modes(clamped(ReducedBody("r", body, basis)), count=2)
     for a, b in zip(full.modes, reduced.modes, strict=True):
@@ -154,7 +174,7 @@ def test_numbers_that_do_not_fit_are_refused(numbers, words):
 def test_a_small_mesh_has_fewer_functions_than_wanted(caplog):
     box = mesh.create_box(COMM, [[0.0] * 3, [1.0, 1.0, 2.0]], [1, 1, 2], mesh.CellType.hexahedron)
     body = FlexibleBody("b", box, StVenantKirchhoff(*LAME), 1.0)
-    basis = reduce_body(clamped(body), body, 0, 48)
+    basis = reduce_body(clamped(body), body, 0, 48, loads=())
     assert basis.functions.shape[1] == 4 + 8  # one for each free node
     if COMM.rank == 0:
         assert "the basis of 'b' has 8 functions, as more are none: 48 were wanted" in caplog.text
@@ -196,7 +216,7 @@ def test_each_part_of_a_mesh_is_held_by_something():
     with pytest.raises(ValueError, match="the mesh has 2 parts that do not touch, and couplings"):
         reduce_body(MultibodySystem(COMM, [body, first]), body, 2, 9)
     system = MultibodySystem(COMM, [body, first, second])
-    basis = reduce_body(system, body, 4, 18)
+    basis = reduce_body(system, body, 4, 18, loads=())
     reduced = ReducedBody("r", body, basis)
     held = [Coupling(c.name, reduced, c.facets, None) for c in (first, second)]
     full, found = modes(system, count=4), modes(MultibodySystem(COMM, [reduced, *held]), count=4)
@@ -267,18 +287,18 @@ def test_a_file_with_wrong_arrays_is_refused(folder):
 
     def refuse(words, **changes):
         arrays = {name: np.array(getattr(basis, name)) for name in basis.__dataclass_fields__}
-        arrays |= {"version": np.array(1)} | changes
+        arrays |= {"version": np.array(2)} | changes
         on_rank0(COMM, lambda: np.savez(path, **arrays))
         with pytest.raises(ValueError, match=words):
             read_basis(path, beam())
 
-    refuse("is a basis of version 2, and this is version 1", version=np.array(2))
+    refuse("is a basis of version 3, and this is version 2", version=np.array(3))
     refuse("is damaged: mass of a basis must have the shape", mass=np.eye(3))
     refuse("is damaged: masses of a basis must be finite", masses=np.full(54, np.nan))
     refuse("is damaged: functions of a basis has the shape", functions=np.zeros(7))
     refuse("is damaged: a basis of 22 functions cannot have 6", origins=np.zeros((6, 3)))
     refuse("is not a basis of a reduced body", mass=np.array([None], dtype=object))
-    arrays = {"version": np.array(1)}
+    arrays = {"version": np.array(2)}
     on_rank0(COMM, lambda: np.savez_compressed(path, **arrays))
     with pytest.raises(ValueError, match="is not a basis of a reduced body"):
         read_basis(path, beam())
