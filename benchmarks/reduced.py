@@ -1,40 +1,57 @@
-"""Three reduced blades of the IEA 15 MW turbine in a gust: Newton iterations and time of a step.
+"""Reduced hollow blades of reference turbines: how good they are, and how fast.
 
-``python benchmarks/reduced.py`` reduces the hollow blade of the windIO file (14 by 16 cells, walls
-with the bending stiffness of their layup) and lets three copies turn at rated speed for ten
+``python benchmarks/reduced.py steps`` reduces the blade of the IEA 15 MW turbine (14 by 16 cells,
+walls with the bending stiffness of their layup) and lets three copies turn at rated speed for ten
 seconds. They are loaded by their weight, a gust of four seconds and noise up to 2.2 Hz, as forces
 on nodes along the blades. Iterations do not depend on the machine; times are of one core.
+
+``python benchmarks/reduced.py IEA-22`` trains the blade of that turbine (20 by 24 cells) by
+operating points and judges it by others, by dead loads, by damping, and by a transient, all beside
+the full blade; ``IEA-15`` is the other one, with more functions. A folder as second argument keeps
+finished load paths.
 """
 
 import importlib.util
+import logging
 import sys
+import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from mpi4py import MPI
 
 import numpy as np
+from operating_points import LAST, TRAINING, UNSEEN, Operations
+from reduced_transient import compare
 
 from turbine_fenicsx import (
+    BodyForce,
     Coupling,
     EnergyMomentum,
     Gravity,
+    KelvinVoigt,
+    LoadPath,
     MultibodySystem,
     NodeForce,
     Placement,
     PrescribedMotion,
+    Ramp,
     RayleighDamping,
     ReducedBody,
     Revolute,
     RigidBody,
     SolverOptions,
+    SteadyRotation,
+    damped_modes,
+    judge,
     reduce_body,
 )
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.windio import find_turbine_file, read_turbine
 
-CELLS = (14, 16)
+CELLS, FINE = (14, 16), (20, 24)
 SPEED = 0.79  # rated [rad/s]
 CREEP = 0.003  # viscosity over stiffness [s]
 END = 10.0
@@ -42,15 +59,18 @@ STATIONS = (0.3, 0.5, 0.7, 0.85, 0.97)
 STEADY, GUST, NOISE = 4.0e3, 6.0e3, 1.0e3  # forces per length [N/m]
 
 
-def make_blade():
+FUNCTIONS = {"IEA-15": 66, "IEA-22": 48}
+FILES = {"IEA-15": "IEA-15-240-RWT.yaml", "IEA-22": "IEA-22-280-RWT.yaml"}
+
+
+def make_blade(turbine, cells):
     """The clamped blade on its mesh."""
     path = Path(__file__).parents[1] / "demos" / "verification" / "iea22_blade" / "solid.py"
     spec = importlib.util.spec_from_file_location("solid", path)
     solid = importlib.util.module_from_spec(spec)
     sys.modules["solid"] = solid
     spec.loader.exec_module(solid)
-    blade = read_turbine(find_turbine_file("IEA-15-240-RWT.yaml")).blade
-    return solid.make_solid(MPI.COMM_SELF, blade, CELLS, moments=True)
+    return solid.make_solid(MPI.COMM_SELF, turbine.blade, cells, moments=True)
 
 
 def wind(k, seed):
@@ -109,16 +129,78 @@ def run(solid, basis, dt, damping):
     )
 
 
-def main():
-    """All of it."""
-    solid = make_blade()
-    begin = time.perf_counter()
-    basis = reduce_body(solid.system(), solid.body, 6, 44)
-    took, r = time.perf_counter() - begin, basis.strain_factor.shape[1]
-    print(f"{basis}, {r} strain coordinates, made in {took:.1f} s")
+def learn(solid, operations, functions, keep, modes=6):
+    """Print how long it takes to make a basis from operating points, and return it."""
+    begin = time.process_time()
+    loads = [operations.path(point) for point in TRAINING]
+    basis = reduce_body(solid.system(), solid.body, modes, functions, loads=loads, keep=keep)
+    took, r = time.process_time() - begin, basis.strain_factor.shape[1]
+    print(f"{basis}, {r} strain coordinates, made in {took:.0f} s of one core", flush=True)
+    return basis
+
+
+def measure_steps():
+    """Iterations and times of steps."""
+    turbine = read_turbine(find_turbine_file(FILES["IEA-15"]))
+    solid = make_blade(turbine, CELLS)
+    basis = learn(solid, Operations(solid, turbine), FUNCTIONS["IEA-22"], None)
     for dt in (0.05, 0.02):
         for damping in (CREEP, 0.0):
             run(solid, basis, dt, damping)
+
+
+def flapwise(solid, lines):
+    """9 kN/m across the chord, in two steps."""
+    field = lines.field(np.ones_like, np.array([0.0, 0.0, 9.0e3]), 0.0)
+    force = BodyForce("flap", solid.body, field=field, function=Ramp(1.0, 1.0))
+    return LoadPath("9 kN/m flapwise", [force], (0.25, 0.5, 0.75, 1.0))
+
+
+def compare_damping(solid, functions):
+    """Print the largest error of the damping ratios of the first six modes with viscosity."""
+    shear = 3.0e6
+    law = KelvinVoigt(solid.body.material, shear_viscosity=shear, bulk_viscosity=2.0 * shear)
+    viscous = replace(solid, body=replace(solid.body, material=law))
+    reduced = reduce_body(viscous.system(), viscous.body, 6, functions, loads=())
+    held = Coupling("clamp", ReducedBody("reduced", viscous.body, reduced), solid.root, None)
+    systems = viscous.system(), MultibodySystem(solid.comm, [held.flexible, held])
+    full, found = (damped_modes(system, count=6).modes for system in systems)
+    errors = [
+        abs(b.damping_ratio / a.damping_ratio - 1.0) for a, b in zip(full, found, strict=True)
+    ]
+    ratios = ", ".join(f"{100.0 * mode.damping_ratio:.3f}" for mode in full)
+    print(f"damping ratios {ratios} %, error {100.0 * max(errors):.4f} % of them", flush=True)
+
+
+def measure_accuracy(name, folder):
+    """Compare a blade with the full one."""
+    turbine = read_turbine(find_turbine_file(FILES[name]))
+    solid = make_blade(turbine, FINE)
+    operations, folder = Operations(solid, turbine), Path(folder)
+    basis = learn(solid, operations, FUNCTIONS[name], folder / f"{name}-training.npz")
+    speed = turbine.control.rated_speed
+    rotation = SteadyRotation(speed, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
+    for points, file in ((UNSEEN, "unseen"), (LAST, "last")):
+        loads, keep = [operations.path(p) for p in points], folder / f"{name}-{file}.npz"
+        print(judge(solid.system(), solid.body, basis, loads, 6, rotation, keep), flush=True)
+        rotation = None
+    loads, keep = [flapwise(solid, operations.lines)], folder / f"{name}-dead.npz"
+    print(judge(solid.system(), solid.body, basis, loads, keep=keep), flush=True)
+    twelve = reduce_body(solid.system(), solid.body, 12, 48, loads=())
+    print(judge(solid.system(), solid.body, twelve, [], 12), flush=True)
+    compare_damping(solid, FUNCTIONS[name])
+    compare(solid, operations, basis)
+
+
+def main():
+    """One of them."""
+    what, *more = sys.argv[1:] or ["steps"]
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    if what == "steps":
+        measure_steps()
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        measure_accuracy(what, *(more or [folder]))
 
 
 if __name__ == "__main__":
