@@ -15,8 +15,8 @@ from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.reduction.basis_functions import BasisFunctions
 from turbine_fenicsx.reduction.elasticity import Law
-from turbine_fenicsx.reduction.fields import Fields
 from turbine_fenicsx.reduction.fingerprint import describe_cells
 from turbine_fenicsx.reduction.interfaces import find_origins
 from turbine_fenicsx.reduction.load_path import LoadPath, check_loads
@@ -70,7 +70,8 @@ def reduce_body(
     Note:
         Collective. Matrices of the body are gathered on one rank.
     """
-    _check_arguments(system, body, {"modes": modes, "functions": functions, "strains": strains})
+    numbers = {"modes": modes, "functions": functions, "strains": strains}
+    _check_arguments(system, body, numbers, loads)
     law, model = Law(body), FlexibleModel(body)
     cells = describe_cells(body, law)  # a law that cannot be reduced is found here
     surfaces = _find_surfaces(system, body, model)
@@ -78,7 +79,7 @@ def reduce_body(
     log.info("reducing %r: %d nodes, %d interfaces", body.name, model.size_global, len(surfaces))
     whole = gather_body(model, len(surfaces) > 1)
     origins = on_rank0(model.comm, lambda: find_origins(whole, surfaces))
-    fields = Fields(whole, surfaces, origins, functions)
+    fields = BasisFunctions(whole, surfaces, origins, functions)
     on_rank0(model.comm, lambda: fields.add_linear(modes, not loads))
     states = _learn(fields, system, body, loads, keep)
     shape = on_rank0(model.comm, fields.collect)
@@ -88,8 +89,10 @@ def reduce_body(
     return ReducedBasis(**shape, strain_factor=W, viscosity=Z, cells=cells)
 
 
-def _check_arguments(system: MultibodySystem, body: Any, numbers: dict[str, Any]) -> None:
-    """Raise a ModelError for a body that cannot be reduced, and for numbers that do not fit."""
+def _check_arguments(
+    system: MultibodySystem, body: Any, numbers: dict[str, Any], loads: Any
+) -> None:
+    """Raise an error for a body that cannot be reduced, and for numbers or loads of no use."""
     check_among_parts("flexible body", body, system.flexible_bodies)
     if not isinstance(body, FlexibleBody):
         raise ModelError(f"{body.name!r} is reduced already")
@@ -101,6 +104,8 @@ def _check_arguments(system: MultibodySystem, body: Any, numbers: dict[str, Any]
         raise ModelError(
             f"functions must be three or more for each of {modes} modes, got {functions}"
         )
+    if loads is not None:
+        check_loads(loads)
 
 
 def _choose_loads(
@@ -108,14 +113,13 @@ def _choose_loads(
 ) -> Sequence[LoadPath]:
     """Load paths as given, else smooth ones for a body that couplings hold. Collective."""
     if loads is not None:
-        check_loads(loads)
         return loads
     held = any(c.flexible is body for c in system.couplings)
     return smooth_loads(system, body) if held else ()
 
 
 def _learn(
-    fields: Fields,
+    fields: BasisFunctions,
     system: MultibodySystem,
     body: FlexibleBody,
     loads: Sequence[LoadPath],
@@ -137,7 +141,12 @@ def _learn(
 
 
 def _find_strains(
-    model: FlexibleModel, law: Law, fields: Fields, columns: Array, states: Array, wanted: int
+    model: FlexibleModel,
+    law: Law,
+    fields: BasisFunctions,
+    columns: Array,
+    states: Array,
+    wanted: int,
 ) -> tuple[Array, Array]:
     """Strain factor and viscosity of `ReducedBasis` for functions and states. Collective."""
     # functions of `ReducedBasis.strain_vectors`
@@ -155,7 +164,7 @@ def _find_strains(
     return W, Z
 
 
-def _pair(fields: Fields, states: Array) -> Array:
+def _pair(fields: BasisFunctions, states: Array) -> Array:
     """Changes of the scalar products of all pairs in some states, shape (states, pairs)."""
     rest = make_vectors(fields.functions.shape[1], fields.origins)
     L = make_strain_vectors(len(rest), fields.origins)

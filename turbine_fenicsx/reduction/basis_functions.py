@@ -37,7 +37,7 @@ Turn = Callable[[Array, Array], Array]
 """Increments of three directors, as rows, from arms of nodes and their increments, (k, 3) each."""
 
 
-class Fields:
+class BasisFunctions:
     """Functions of a body as they are added.
 
     Args:
