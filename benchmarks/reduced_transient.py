@@ -2,8 +2,8 @@
 
 The clamped blade is loaded by the air of a wind speed with a gust of three quarters of a second and
 noise up to 1.8 Hz, by pitching moments with a wave of their own, by the centrifugal force and by
-the weight, which turns with the rotor. One motion starts in equilibrium at 10 m/s. The other starts
-at rest, and the loads of 9 m/s grow within a second: the tip goes twice as far as in equilibrium.
+the weight, which turns with the rotor. Two motions start in equilibrium. The third starts at rest,
+and the loads of 9 m/s grow within a second: the tip goes twice as far as in equilibrium.
 """
 
 import time
@@ -65,7 +65,11 @@ class Motion:
         return self.grow(t) * (1.0 + self.peak * peak + noise)
 
 
-MOTIONS = (Motion("from equilibrium", 10.0, 0.35, -1.0), Motion("from rest", 9.0, 0.6, 0.0))
+MOTIONS = (
+    Motion("15 m/s, from equilibrium", 15.0, 0.35, -1.0),
+    Motion("10 m/s, from equilibrium", 10.0, 0.35, -1.0),
+    Motion("9 m/s, from rest", 9.0, 0.6, 0.0),
+)
 
 
 def load(operations, body, motion):

@@ -2,6 +2,7 @@
 
 import logging
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -164,6 +165,8 @@ def test_a_verdict_can_be_drawn(verdict, tmp_path):
     path = tmp_path / "verdict.png"
     verdict.draw(path)
     assert path.stat().st_size > 20_000
+    replace(verdict, states=(), singular_values=np.zeros(0)).draw(path)
+    assert path.stat().st_size > 5_000
 
 
 def test_a_body_between_two_interfaces_learns_from_loads_with_one_of_them_free():
@@ -223,3 +226,10 @@ def test_a_free_body_has_frequencies_and_nothing_else():
     said = judge(alone, body, reduce_body(alone, body, 2, 12), count=2)
     assert said.frequencies[1] == pytest.approx(said.frequencies[0], rel=1e-7)
     assert said.states == () and said.compliances == {}
+    assert "equilibrium" not in str(said) and "compliance" not in str(said)
+    for loads in (None, [LoadPath("x", [], [1.0])]):
+        with pytest.raises(ValueError, match="loads need a coupling that holds 'blade', and there"):
+            if loads is None:
+                smooth_loads(alone, body)
+            else:
+                reduce_body(alone, body, 1, 6, loads=loads)

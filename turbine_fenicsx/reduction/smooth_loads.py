@@ -13,7 +13,7 @@ from turbine_fenicsx.foundation.checks import check_positive
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.reduction.long_axis import LongAxis
-from turbine_fenicsx.reduction.static_body import StaticBody
+from turbine_fenicsx.reduction.static_body import StaticBody, check_held
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -55,12 +55,13 @@ def smooth_loads(
         16 paths with 3 equilibria each, or 4 with 2 each.
 
     Raises:
-        ModelError: for a size that is not positive.
+        ModelError: for a size that is not positive, and a body that no coupling holds.
 
     Note:
         Collective.
     """
     check_positive("size of smooth loads", size)
+    check_held(system, body)
     still = StaticBody(system, body, body)
     try:
         along = LineLoads(still)

@@ -59,7 +59,7 @@ class StateFile:
 
     Raises:
         InputError: for a file of something else.
-        FileError: if it cannot be read.
+        FileError: if it cannot be read or written.
     """
 
     def __init__(
@@ -69,6 +69,7 @@ class StateFile:
         self._stored: dict[str, dict[str, Array]] = {}
         if path is not None:
             self._stored = on_rank0(comm, self._read)
+            on_rank0(comm, self._write)  # a folder that takes no file is heard of before the work
 
     def _read(self) -> dict[str, dict[str, Array]]:
         """Arrays of each path, nodes in the order of this mesh; none of another mesh."""

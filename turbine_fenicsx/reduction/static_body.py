@@ -10,7 +10,7 @@ from turbine_fenicsx.analysis.statics import EquilibriumBlocks, at_rest, solve_l
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.errors import StepFailure
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
@@ -215,6 +215,12 @@ class _LoadedBlocks(EquilibriumBlocks):
         """Assemble the tangent at the state."""
         super().tangent(x)
         self.tangents_made += 1
+
+
+def check_held(system: MultibodySystem, body: DeformableBody) -> None:
+    """Raise a ModelError if no coupling holds a body that is to be loaded."""
+    if not any(c.flexible is body for c in system.couplings):
+        raise ModelError(f"loads need a coupling that holds {body.name!r}, and there is none")
 
 
 def _hold(

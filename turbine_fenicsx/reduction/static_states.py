@@ -12,7 +12,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.reduction.state_file import PathStates, StateFile
-from turbine_fenicsx.reduction.static_body import StaticBody
+from turbine_fenicsx.reduction.static_body import StaticBody, check_held
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -44,9 +44,12 @@ def find_states(
         keep: File that finished paths are kept in, and taken from; None for none.
 
     Raises:
+        ModelError: for loads of a body that nothing holds.
         InputError: if it is another file.
         FileError: if it cannot be read or written.
     """
+    if paths:
+        check_held(held, body)
     file, found, factors = StateFile(held.comm, keep, positions), [], 0
     for k, path in enumerate(paths):
         loaded = StaticBody(held, body, body, path.forces)

@@ -178,11 +178,14 @@ class Verdict:
                     error = 100.0 * (reduced / full - 1.0)
                     lines.append(f"{k + 1:24d} {full:9.4f} {reduced:9.4f} {error:11.4f}")
                 lines.append("")
-        lines.append("compliance, smooth loads        largest error [%]")
-        lines += [f"{kind:>24} {100.0 * error:24.3f}" for kind, error in self.compliances.items()]
+        if self.compliances:
+            lines.append("compliance, smooth loads        largest error [%]")
+        for kind, error in self.compliances.items():
+            lines.append(f"{kind:>24} {100.0 * error:24.3f}")
         places = list(LARGEST_TWIST_ERRORS)
-        head = "".join(f"   twist at {p:g} [deg], error" for p in places)
-        lines += ["", f"{'equilibrium':53} tip [m], error [%]{head}   residual [%]"]
+        if self.states:
+            head = "".join(f"   twist at {p:g} [deg], error" for p in places)
+            lines += ["", f"{'equilibrium':53} tip [m], error [%]{head}   residual [%]"]
         for s in self.states:
             line = f"{s.path[:45]:45} {s.time:5.3g} s {s.tip:9.3f} {100.0 * s.tip_error:8.3f}"
             for k in map(self.at, places):

@@ -122,6 +122,12 @@ def test_states_of_another_mesh_are_not_taken_from_a_file(positions, folder, mon
         states([path("first")], positions + 1e-3 * GEOMETRY.length, file)
 
 
+def test_a_folder_that_is_not_there_is_heard_of_before_the_work(positions, folder, monkeypatch):
+    monkeypatch.setattr(StaticBody, "solve", interrupt)
+    with pytest.raises(OSError, match=r"cannot write .*states.npz"):
+        states([path()], positions, folder / "nowhere" / "states.npz")
+
+
 def test_a_damaged_file_is_refused_and_nonsense_in_it_is_not_taken(positions, folder):
     file = folder / "states.npz"
     on_rank0(COMM, lambda: file.write_bytes(b"nothing"))
