@@ -89,8 +89,13 @@ class Verdict:
 
     @property
     def tip_error(self) -> float:
-        """Largest error of the tip of any state relative to its displacement."""
-        return max((s.tip_error for s in self._found), default=0.0)
+        """Largest error of the tip of any state relative to its displacement.
+
+        Or to a tenth of the largest one, if it moves less.
+        """
+        least = 0.1 * max((s.tip for s in self.states), default=0.0)
+        errors = (s.displacement_errors[-1] / max(s.tip, least) for s in self._found)
+        return float(max(errors, default=0.0))
 
     def twist_error(self, place: float) -> float:
         """Largest error of the twist of any state at a place [deg]."""
