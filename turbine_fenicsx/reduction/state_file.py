@@ -12,7 +12,6 @@ from mpi4py import MPI
 import numpy as np
 from scipy.spatial import cKDTree
 
-from turbine_fenicsx.bodies.reduced_body import SAME_PLACE
 from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
@@ -80,9 +79,7 @@ class StateFile:
         X, points = self._positions, arrays.pop("points", np.zeros((0, 3)))
         if points.shape != X.shape or not np.all(np.isfinite(points)):
             return {}
-        distance, order = cKDTree(points).query(X)
-        if np.max(distance) > SAME_PLACE * np.max(np.ptp(X, axis=0)):
-            return {}
+        order = cKDTree(points).query(X)[1]  # of another mesh these are no equilibria
         stored: dict[str, dict[str, Array]] = {}
         for name, values in arrays.items():
             path, _, what = name.rpartition(" ")

@@ -33,6 +33,9 @@ from turbine_fenicsx import (
     write_basis,
 )
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.reduction.basis_functions import BasisFunctions
+from turbine_fenicsx.reduction.interfaces import find_origins
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.vector_fields import HeldBody
 from turbine_fenicsx.reduction.whole_body import gather_body
@@ -112,6 +115,24 @@ def test_a_body_between_two_interfaces_bends_when_one_of_them_moves():
     full, reduced = (modes(system(b), count=3) for b in (body, ReducedBody("r", body, basis)))
     for a, b in zip(full.modes, reduced.modes, strict=True):
         assert b.frequency == pytest.approx(a.frequency, rel=2e-3)
+
+
+def test_a_rigid_motion_is_one_of_the_points_and_directors_alone():
+    whole = gather_body(FlexibleModel(beam()), True)
+    X = whole.positions
+    ends = [np.flatnonzero(np.abs(X[:, 2] - z) < 1e-9) for z in (0.0, SIZE[2])]
+    R, t = rotation_about((1.0, 2.0, 3.0), 1.2), np.array([1.0, -2.0, 0.5])
+
+    def check():
+        functions = BasisFunctions(whole, ends, find_origins(whole, ends), 24)
+        functions.add_linear(1, True)
+        z = functions.coordinates(t + X @ R.T - X)
+        for s, origin in enumerate(functions.origins):
+            assert np.allclose(z[4 * s], t + R @ origin - origin, atol=1e-12)
+            assert np.allclose(z[4 * s + 1 : 4 * s + 4], R.T - np.eye(3), atol=1e-12)
+        assert np.max(np.abs(z[8:])) < 1e-12
+
+    on_rank0(COMM, check)
 
 
 def test_forces_on_one_interface_move_the_body_as_the_full_one():

@@ -158,6 +158,9 @@ def test_smooth_loads_bend_and_twist_by_their_size():
     total = COMM.allreduce(nodal[0].reshape(-1, 3).sum(axis=0))
     per_length = np.linalg.norm(total) / loads.axis.length
     assert per_length == pytest.approx(size * push, rel=0.05)
+    arms = loads.axis.arms(still.model.positions)
+    turned = COMM.allreduce(np.cross(arms, nodal[2].reshape(-1, 3)).sum(axis=0) @ axes[:, 2])
+    assert turned / loads.axis.length == pytest.approx(size * moment, rel=0.1)
     X = still.gather(still.model.positions)
     tip = X[:, 0] > 20.9
     angle = np.cross(X[tip] * [0, 1, 1], twisted[tip])[:, 0].sum() / np.sum(X[tip, 1:] ** 2)
