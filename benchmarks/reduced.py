@@ -195,7 +195,7 @@ def measure_accuracy(name, folder):
 def main():
     """One of them."""
     what, *more = sys.argv[1:] or ["steps"]
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    logging.basicConfig(level=logging.INFO, format="%(message)s", force=True)
     if what == "steps":
         measure_steps()
         return

@@ -68,7 +68,7 @@ def reduce_body(
         InputError, FileError: if ``keep`` is another kind of file, or not read or written.
 
     Note:
-        Collective. Matrices of the body are gathered on one rank.
+        Collective; gathers matrices of the body on one rank. Progress is logged as INFO.
     """
     numbers = {"modes": modes, "functions": functions, "strains": strains}
     _check_arguments(system, body, numbers, loads)
