@@ -24,9 +24,9 @@ from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.reduction.load_path import LoadPath, check_loads
 from turbine_fenicsx.reduction.reduced_states import ReducedStates
 from turbine_fenicsx.reduction.smooth_loads import smooth_loads
-from turbine_fenicsx.reduction.state_file import PathStates
+from turbine_fenicsx.reduction.static_body import check_held
 from turbine_fenicsx.reduction.static_states import find_states
-from turbine_fenicsx.reduction.verdict import Verdict
+from turbine_fenicsx.reduction.verdict import StateVerdict, Verdict
 from turbine_fenicsx.system.system import MultibodySystem
 
 log = logging.getLogger(__name__)
@@ -87,20 +87,21 @@ def judge(
     """
     check_among_parts("flexible body", body, system.flexible_bodies)
     reduced = ReducedBody(f"reduced {body.name}", body, basis)
-    if loads is not None:
+    if loads:
         check_loads(loads)
+        check_held(system, body)
     couplings = [c for c in system.couplings if c.flexible is body]
     log.info("judging %r", basis)
-    pair, paths = (body, reduced), list[PathStates]()
+    pair, both = (body, reduced), ReducedStates(system, body, reduced)
     resting = [_list_frequencies(system, x, couplings, count) for x in pair]
     turning = [_turn(system, x, couplings, count, rotation) for x in pair]
-    if couplings:
-        loads = smooth_loads(system, body, unseen=True) if loads is None else loads
-        paths = find_states(system, body, loads, basis.points, keep)
-    both = ReducedStates(system, body, reduced)
     try:
-        compliances = both.compare_compliances() if couplings else {}
-        states = tuple(state for path in paths for state in both.compare(path))
+        compliances, states = dict[str, float](), tuple[StateVerdict, ...]()
+        if couplings:
+            loads = smooth_loads(system, body, unseen=True) if loads is None else loads
+            paths = find_states(system, body, loads, both.points, keep)
+            compliances = both.compare_compliances()
+            states = tuple(state for path in paths for state in both.compare(path))
     finally:
         both.destroy()
     return Verdict(

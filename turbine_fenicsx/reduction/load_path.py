@@ -19,7 +19,8 @@ class LoadPath:
     Args:
         name: A name for reports.
         forces: Forces on the flexible body, and gravity.
-        times: When its equilibria are wanted [s]; rising, from above 0 on. At time 0 it has none.
+        times: When its equilibria are wanted [s]; rising, from above 0 on. At time 0 the body is
+            undeformed.
 
     Raises:
         TypeError: if the forces are no sequence.

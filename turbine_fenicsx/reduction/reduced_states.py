@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
@@ -33,17 +34,20 @@ class ReducedStates:
         reduced: The reduced one.
 
     Attributes:
+        points: X of all nodes in the order of their numbers, shape (N, 3) [m].
         stations: Places along the span.
     """
 
     def __init__(self, system: MultibodySystem, full: FlexibleBody, reduced: ReducedBody) -> None:
-        basis = reduced.basis
-        axis = LongAxis(basis.points, basis.masses, basis.origins[0])
-        self.stations: Array = STATIONS
-        self._axis, self._F, self._points = axis, basis.functions, basis.points
-        self._meter = SpanMeter(basis.points, basis.masses, axis, tuple(STATIONS))
+        basis, self.stations = reduced.basis, STATIONS
         self._full = StaticBody(system, full, full)
         self._reduced = StaticBody(system, full, reduced)
+        self.points = X = self._full.gather(self._full.model.positions)
+        # nodes of a basis from a file may stand in another order
+        rows = cKDTree(basis.points).query(X)[1]
+        self._F, self._order = basis.functions[rows], np.argsort(rows)
+        self._axis = LongAxis(X, basis.masses[rows], basis.origins[0])
+        self._meter = SpanMeter(X, basis.masses[rows], self._axis, tuple(STATIONS))
 
     def destroy(self) -> None:
         """Free both."""
@@ -52,7 +56,7 @@ class ReducedStates:
 
     def compare_compliances(self) -> dict[str, float]:
         """Largest error of the compliance by kind of smooth load, relative to its largest one."""
-        axis, points, body = self._axis, self._points, self._full
+        axis, points, body = self._axis, self.points, self._full
         across, along = axis.axes.T[:2], axis.axes[:, 2]
         fields = [
             *(("forces across", np.broadcast_to(a, points.shape)) for a in across),
@@ -88,10 +92,10 @@ class ReducedStates:
         self._reduced.relax()
         before = np.zeros(3 * self._reduced.model.n_owned)
         for time, u in zip(path.times, path.displacements, strict=True):
-            forces = self._find_forces(u)
+            forces = self._full.find_forces(u)
             load = self._project(forces)
             found = self._reach(before, load) or self._reach_from(u, load)
-            before = load
+            before = load if found else 0.0 * load
             yield self._compare_one(path.name, float(time), u, forces, found)
 
     def _reach(self, before: Array, load: Array) -> bool:
@@ -114,7 +118,7 @@ class ReducedStates:
         body.relax()
         free = np.ones(model.mass.shape[:1], dtype=bool)
         free[: 4 * len(model.body.basis.origins)] = False
-        body.state.u[0].array[:] = model.find_nearest(u, free[None]).ravel()
+        body.state.u[0].array[:] = model.find_nearest(u[self._order], free[None]).ravel()
         return body.solve(0.0, load)
 
     def _compare_one(
@@ -131,22 +135,11 @@ class ReducedStates:
         other = self._F @ z
         apart = np.linalg.norm(self._meter.displacements(other) - displacements, axis=1)
         turned = np.degrees(self._meter.twists_between(u, other))
-        lack = self._find_forces(other) - forces
+        lack = self._full.find_forces(other) - forces
         responses = self._full.respond([lack, forces])
         lacking, applied = map(self._full.multiply, (lack, forces), responses)
         residual = float(np.sqrt(abs(lacking / applied)))
         return StateVerdict(name, time, tip, apart, twists, turned, residual)
-
-    def _find_forces(self, u: Array) -> Array:
-        """Forces that hold the full body in a displacement, shape (3 n_owned,) [N]."""
-        model = self._full.model
-        vector, out = model.new_vector(), model.new_vector()
-        vector.array[:] = self._full.take_own(u)
-        model.static_forces(vector, np.zeros(3), 0.0, out)
-        forces: Array = out.array_r.copy()
-        vector.destroy()
-        out.destroy()
-        return forces
 
     def _project(self, forces: Array) -> Array:
         """F^T f, shape (3 n_owned,) of the reduced body [N]."""

@@ -26,7 +26,10 @@ PROFILES: dict[str, Profile] = {
     "bowed": lambda s: np.sin(np.pi * s),
     "waved": lambda s: 1.0 + 0.6 * np.cos(2.5 * np.pi * s),
 }
-"""Profiles by name; the last one is for loads that are apart from those of training."""
+"""Profiles by name."""
+
+SEEN, UNSEEN = ("uniform", "growing", "bowed"), "waved"
+"""Profiles of loads for training, and of those that judge."""
 
 TWIST = 0.5
 """Twist by pitching moments in radians over the deflection by line loads in lengths."""
@@ -64,28 +67,24 @@ def smooth_loads(
     check_held(system, body)
     still = StaticBody(system, body, body)
     try:
-        along = LineLoads(still)
-        if unseen:
-            names, angles, times = ["waved"], 22.5 + 90.0 * np.arange(4), (0.5, 1.0)
-        else:
-            names, angles, times = ["uniform", "growing", "bowed"], np.arange(16) * 45.0, None
-        amplitudes = [along.find_amplitudes(PROFILES[name]) for name in names]
-        paths = []
-        for k, angle in enumerate(np.radians(angles)):
-            push, moment = amplitudes[k % len(names)]
-            sign = (-1.0) ** (k if unseen else k // 8)
-            turn = np.array([np.cos(angle), np.sin(angle), 0.0])
-            field = along.field(
-                PROFILES[names[k % len(names)]],
-                size * push * along.axis.axes @ turn,
-                sign * TWIST * size * moment,
-            )
-            name = f"{names[k % len(names)]} load at {angles[k] % 360:g} degrees, "
-            name += f"moment {'+' if sign > 0 else '-'}"
-            force = BodyForce(name, body, field=field, function=Ramp(1.0, 1.0))
-            paths.append(LoadPath(name, [force], *([times] if times else [])))
+        lines, paths = LineLoads(still), []
+        amplitudes = {name: lines.find_amplitudes(p) for name, p in PROFILES.items()}
     finally:
         still.destroy()
+    for k in range(4 if unseen else 16):
+        angle = 22.5 + 90.0 * k if unseen else 45.0 * (k % 8)
+        sign = (-1.0) ** (k if unseen else k // 8)
+        profile = UNSEEN if unseen else SEEN[k % len(SEEN)]
+        push, moment = amplitudes[profile]
+        across = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+        field = lines.field(
+            PROFILES[profile],
+            size * push * lines.axis.axes @ across,
+            sign * TWIST * size * moment,
+        )
+        name = f"{profile} load at {angle:g} degrees, moment {'+' if sign > 0.0 else '-'}"
+        force = BodyForce(name, body, field=field, function=Ramp(1.0, 1.0))
+        paths.append(LoadPath(name, [force], (0.5, 1.0) if unseen else (0.2, 0.6, 1.0)))
     return paths
 
 
@@ -102,7 +101,7 @@ class LineLoads:
     def __init__(self, still: StaticBody) -> None:
         self._still = still
         model = still.model
-        self._X = X = still.gather(model.positions)
+        X = still.gather(model.positions)
         masses = np.concatenate(model.comm.allgather(model.weights))
         self.axis = LongAxis(X, masses, still.find_ground())
         arms, s = self.axis.arms(X), self.axis.span(X)

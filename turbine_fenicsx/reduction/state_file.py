@@ -12,9 +12,11 @@ from mpi4py import MPI
 import numpy as np
 from scipy.spatial import cKDTree
 
+from turbine_fenicsx.bodies.reduced_body import SAME_PLACE
 from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.reduction.load_path import LoadPath
 
 log = logging.getLogger(__name__)
@@ -23,10 +25,10 @@ Lack = Callable[[float, Array], float]
 """Forces that a body lacks for equilibrium at a time with displacements, as a part of the loads."""
 
 MARGIN = 2.0
-"""Factor of what was lacking when a state was stored that it may lack when it is read, ..."""
+"""How much more a state may lack when it is read than when it was stored."""
 
 FLOOR = 1e-6
-"""... and what it may lack in any case."""
+"""Part of the loads that it may lack in any case."""
 
 
 class PathStates(NamedTuple):
@@ -48,8 +50,8 @@ class PathStates(NamedTuple):
 class StateFile:
     """A file of equilibria. Collective, like all methods.
 
-    States of a file are used if they are equilibria of the path of the same name. So a file of
-    another body does no harm.
+    States of a file are used if they are equilibria of the path of the same name, whatever has
+    changed since in law or loads.
 
     Args:
         comm: Communicator.
@@ -57,7 +59,7 @@ class StateFile:
         positions: X of all nodes in the order of their numbers, shape (N, 3) [m].
 
     Raises:
-        InputError: for a file of something else.
+        InputError: for a file of something else, or another mesh.
         FileError: if it cannot be read or written.
     """
 
@@ -71,15 +73,19 @@ class StateFile:
             on_rank0(comm, self._write)  # a folder that takes no file is heard of before the work
 
     def _read(self) -> dict[str, dict[str, Array]]:
-        """Arrays of each path, nodes in the order of this mesh; none of another mesh."""
+        """Arrays of each path, nodes in the order of this mesh."""
         assert self._path is not None
         if not os.path.exists(self._path):
             return {}
         arrays = read_arrays(self._path, "a file of equilibria")
         X, points = self._positions, arrays.pop("points", np.zeros((0, 3)))
-        if points.shape != X.shape or not np.all(np.isfinite(points)):
-            return {}
-        order = cKDTree(points).query(X)[1]  # of another mesh these are no equilibria
+        distance, order = np.inf, np.arange(0)
+        if points.shape == X.shape and np.all(np.isfinite(points)):
+            distance, order = cKDTree(points).query(X)
+        if np.max(distance) > SAME_PLACE * np.max(np.ptp(X, axis=0)):
+            raise InputError(
+                f"{os.fspath(self._path)!r} has equilibria of another mesh: give another file"
+            )
         stored: dict[str, dict[str, Array]] = {}
         for name, values in arrays.items():
             path, _, what = name.rpartition(" ")
@@ -123,7 +129,7 @@ class StateFile:
         write_arrays(self._path, {"points": self._positions, **arrays})
 
 
-def _take(stored: dict[str, Array], order: Array, shape: tuple[int, ...]) -> bool:
+def _take(stored: dict[str, Array], order: IntArray, shape: tuple[int, ...]) -> bool:
     """Put the nodes of stored states in order; whether they are states at all."""
     if not {"wanted", "times", "displacements", "lacks"} <= set(stored):
         return False

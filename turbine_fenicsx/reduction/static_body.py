@@ -28,7 +28,7 @@ ASTRAY = 0.5
 """Part of the displacements above which increments must not grow."""
 
 LIGHT = 1e-6
-"""Mass of the rigid bodies that other surfaces move with, relative to 1 kg."""
+"""Mass [kg] and moments of inertia [kg m^2] of the rigid bodies that other surfaces move with."""
 
 
 class StaticBody:
@@ -167,22 +167,26 @@ class StaticBody:
             time: Time of the forces [s].
             displacements: Of all nodes, shape (N, 3) [m].
         """
-        model = self.model
-        u, out = model.new_vector(), model.new_vector()
-        u.array[:] = self.take_own(displacements)
-        model.static_forces(u, self.system.gravity, time, out)
-        lack, load = out.array_r.copy(), self.forces_at_rest(time)
+        lack, load = self.find_forces(displacements, time), self.forces_at_rest(time)
         lack[self.system.coupling_blocks[0].dofs] = 0.0
-        u.destroy()
-        out.destroy()
         lacking, applied = self.multiply(lack, lack), self.multiply(load, load)
         return float(np.sqrt(lacking / applied)) if applied else np.inf
 
     def forces_at_rest(self, time: float) -> Array:
         """Applied forces on the owned nodes of the undeformed body, shape (3 n_owned,) [N]."""
+        return -self.find_forces(np.zeros((self.model.size_global, 3)), time)
+
+    def find_forces(self, displacements: Array, time: float = 0.0) -> Array:
+        """Forces that the owned nodes lack for equilibrium, shape (3 n_owned,) [N].
+
+        Args:
+            displacements: Of all nodes, shape (N, 3) [m].
+            time: Time of the applied forces [s].
+        """
         u, out = self.model.new_vector(), self.model.new_vector()
+        u.array[:] = self.take_own(displacements)
         self.model.static_forces(u, self.system.gravity, time, out)
-        values: Array = -out.array_r.copy()
+        values: Array = out.array_r.copy()
         u.destroy()
         out.destroy()
         return values

@@ -5,6 +5,7 @@ import pytest
 from hollow_blade import COMM, GEOMETRY, blade, clamped
 
 from turbine_fenicsx import BodyForce, Gravity, LoadPath, NodeForce, Ramp, equilibrium, smooth_loads
+from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction import static_states
 from turbine_fenicsx.reduction.smooth_loads import PROFILES, LineLoads
@@ -114,12 +115,27 @@ def test_states_of_other_loads_are_not_taken_from_a_file(positions, folder, monk
         states([other()], positions, file)
 
 
-def test_states_of_another_mesh_are_not_taken_from_a_file(positions, folder, monkeypatch):
+def test_a_file_of_another_mesh_is_refused_and_stays_as_it_is(positions, folder):
     file = folder / "states.npz"
     states([path("first")], positions, file)
+    before = file.read_bytes()
+    for other in (positions + 1e-3 * GEOMETRY.length, positions[:-1]):
+        with pytest.raises(ValueError, match=r"states.npz' has equilibria of another mesh: give"):
+            states([path("first")], other, file)
+    assert file.read_bytes() == before
+
+
+def test_nodes_of_a_file_may_stand_in_another_order(positions, folder, monkeypatch):
+    file = folder / "states.npz"
+    (whole,) = states([path("first")], positions, file)
+    order = np.random.default_rng(0).permutation(len(positions))
+    arrays = read_arrays(file, "")
+    arrays["points"] = positions[order]
+    arrays["first displacements"] = whole.displacements[:, order]
+    on_rank0(COMM, lambda: write_arrays(file, arrays))
     monkeypatch.setattr(StaticBody, "solve", interrupt)
-    with pytest.raises(Ended):
-        states([path("first")], positions + 1e-3 * GEOMETRY.length, file)
+    (again,) = states([path("first")], positions, file)
+    assert np.array_equal(again.displacements, whole.displacements)
 
 
 def test_a_folder_that_is_not_there_is_heard_of_before_the_work(positions, folder, monkeypatch):
