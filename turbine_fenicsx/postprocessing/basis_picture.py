@@ -6,11 +6,9 @@ import os
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.plot_style import LINE_STYLES, PALETTE, STYLE
-
-Array = npt.NDArray[np.float64]
 
 
 def draw_basis(
