@@ -65,7 +65,7 @@ def reduce_body(
     Raises:
         ModelError: for a body that is not a part of the system or whose law is not quadratic in the
             strain, and for numbers or loads that do not fit.
-        InputError, FileError: if ``keep`` is another kind of file, or not read or written.
+        InputError, FileError: if ``keep`` is no such file of this mesh, or not read or written.
 
     Note:
         Collective; gathers matrices of the body on one rank. Progress is logged as INFO.
