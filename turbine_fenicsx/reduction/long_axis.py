@@ -30,8 +30,9 @@ class LongAxis:
         self.axes: Array = np.linalg.eigh((arms * masses[:, None]).T @ arms)[1]
         if (start - self._centre) @ self.axes[:, 2] > 0.0:
             self.axes[:, 2] *= -1.0
-        if np.linalg.det(self.axes) < 0.0:
-            self.axes[:, 0] *= -1.0
+        across = self.axes[:, 1]
+        across *= np.sign(across[np.argmax(np.abs(across))])  # not by round-off, on any ranks
+        self.axes[:, 0] = np.cross(across, self.axes[:, 2])
         along = arms @ self.axes[:, 2]
         self._half = float(np.max(np.abs(along)))
         self._low, self.length = float(np.min(along)), float(np.ptp(along))

@@ -8,6 +8,7 @@ from turbine_fenicsx import BodyForce, Gravity, LoadPath, NodeForce, Ramp, equil
 from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction import static_states
+from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.smooth_loads import PROFILES, LineLoads
 from turbine_fenicsx.reduction.static_body import StaticBody
 from turbine_fenicsx.reduction.static_states import find_states
@@ -182,6 +183,18 @@ def test_smooth_loads_bend_and_twist_by_their_size():
     angle = np.cross(X[tip] * [0, 1, 1], twisted[tip])[:, 0].sum() / np.sum(X[tip, 1:] ** 2)
     assert abs(angle) == pytest.approx(size, rel=0.3)
     still.destroy()
+
+
+def test_the_axes_do_not_depend_on_round_off(positions):
+    masses, start = np.ones(len(positions)), np.array([1.0, 0.0, 0.0])
+    axes = LongAxis(positions, masses, start).axes
+    assert np.allclose(axes.T @ axes, np.eye(3), atol=1e-12) and np.linalg.det(axes) > 0.0
+    assert axes[0, 2] > 0.9
+    for seed in range(8):
+        noise = 1e-12 * np.random.default_rng(seed).standard_normal(positions.shape)
+        order = np.random.default_rng(seed).permutation(len(positions))
+        other = LongAxis((positions + noise)[order], masses, start).axes
+        assert np.allclose(other, axes, atol=1e-9)
 
 
 def test_unseen_loads_are_none_of_training():
