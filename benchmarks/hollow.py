@@ -35,11 +35,11 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.meshing.rotor import write_msh
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
-from turbine_fenicsx.turbine.blade_plan import ROOTS
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine
-from turbine_fenicsx.turbine.rotor_plan import plan_rotor
-from turbine_fenicsx.turbine.start import make_start
+from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.run.start import make_start
 
 FILE, SPEED = "IEA-22-280-RWT.yaml", "7.061 rpm"
 DT, TOLERANCE, DISSIPATION = 0.01, 1e-8, 0.1

@@ -17,11 +17,11 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.meshing import load_msh
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
-from turbine_fenicsx.turbine.blade_plan import ROOTS
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.flexible_blades import FlexibleBlades
-from turbine_fenicsx.turbine.model import assemble
-from turbine_fenicsx.turbine.nacelle import Nacelle
+from turbine_fenicsx.turbine.components.flexible_blades import FlexibleBlades
+from turbine_fenicsx.turbine.components.model import assemble
+from turbine_fenicsx.turbine.components.nacelle import Nacelle
 
 
 def build(problem, model, comm):

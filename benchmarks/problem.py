@@ -112,8 +112,8 @@ def write_mesh(elements: tuple[int, int, int], folder: Path) -> tuple[str, str]:
     """Make the mesh of the rotor; returns the paths for ``msh`` and ``arrays``."""
     from turbine_fenicsx.meshing import build_rotor
     from turbine_fenicsx.meshing.read import read_msh
+    from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     plan = plan_rotor(Case.parse(mesh_case(elements)))
     layout, name = plan.layout, "x".join(map(str, elements))
@@ -148,8 +148,8 @@ def prepare(folder: Path, elements: tuple[int, int, int], **more: Any) -> Path:
 
 def tip_points() -> list[np.ndarray]:
     """Initial positions of the tips of the default blades [m]."""
+    from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
 
     return plan_rotor(Case.parse({})).tips
 

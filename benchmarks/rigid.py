@@ -16,10 +16,10 @@ import numpy as np
 
 from turbine_fenicsx import Gravity, Hat, JointTorque, MultibodySystem, RigidBody, Simulation
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import assemble
-from turbine_fenicsx.turbine.nacelle import Nacelle
-from turbine_fenicsx.turbine.pitch import Pitch
-from turbine_fenicsx.turbine.rigid_blades import RigidBlades
+from turbine_fenicsx.turbine.components.model import assemble
+from turbine_fenicsx.turbine.components.nacelle import Nacelle
+from turbine_fenicsx.turbine.components.pitch import Pitch
+from turbine_fenicsx.turbine.components.rigid_blades import RigidBlades
 
 TORQUE, DURATION, DT, STEPS = -3.6e7, 3.0, 0.02, 600
 

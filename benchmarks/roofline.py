@@ -25,7 +25,7 @@ from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.foundation.form_cache import describe_processors
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.components.model import build_turbine
 
 KINDS = {
     "linear": {"mesh": {"elements": [6, 6, 72]}},

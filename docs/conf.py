@@ -49,7 +49,7 @@ nitpick_ignore_regex = [
     ("py:class", r"turbine_fenicsx\..*\.(_\w+|[A-Z])"),
     (
         "py:class",
-        r"turbine_fenicsx\.turbine\.case\.(quantities\.require_number|section\.check_names)",
+        r"turbine_fenicsx\.case\.(quantities\.require_number|section\.check_names)",
     ),  # checks, no classes
     ("py:class", r"turbine_fenicsx\.foundation\.memo\.Value"),  # a type variable
 ]

@@ -12,10 +12,11 @@ tests=(
     tests/unit/materials/test_{cell_fields,laminate}.py
     tests/unit/meshing/test_{gmsh_process,meshing,users_meshes}.py
     tests/unit/postprocessing/test_{pictures,plots,report}.py
-    tests/unit/simulation/{test_checkpoint,observers/test_{fields,gauges,openfast,points,xdmf}}.py
+    tests/unit/records/test_xdmf.py
+    tests/unit/simulation/{test_checkpoint,observers/test_{fields,gauges,openfast,points}}.py
     tests/unit/system/test_{body_fields,cell_numbers,coupling,linear_form,skin,system}.py
     tests/unit/time_stepping/test_{newton,newton_failures}.py
-    tests/unit/turbine/{case/test_case,test_hollow_blades,test_turbine_gauges,test_turbine_tower}.py
+    tests/unit/turbine/{case/test_case,blades/test_hollow_blades,components/test_turbine_{gauges,tower}}.py
     tests/unit/windio/test_windio_blade.py
     tests/cli/test_{command_line,restart}.py
     tests/verification/test_root_loads.py

@@ -10,8 +10,8 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
-from turbine_fenicsx.postprocessing.parts import Part, Parts
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
+from turbine_fenicsx.records.parts import Part, Parts
+from turbine_fenicsx.records.xdmf import XdmfSeries
 
 ANGLES = ("yaw", "rotor")
 HUB_CENTRE = np.array([0.0, 0.0, -5.0])

@@ -1,10 +1,10 @@
 """The rigid turbine of the paper as a list of parts, without loads."""
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import assemble
-from turbine_fenicsx.turbine.nacelle import Nacelle
-from turbine_fenicsx.turbine.pitch import Pitch
-from turbine_fenicsx.turbine.rigid_blades import RigidBlades
+from turbine_fenicsx.turbine.components.model import assemble
+from turbine_fenicsx.turbine.components.nacelle import Nacelle
+from turbine_fenicsx.turbine.components.pitch import Pitch
+from turbine_fenicsx.turbine.components.rigid_blades import RigidBlades
 
 
 def rigid_turbine(comm, **keys):

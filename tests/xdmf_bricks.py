@@ -11,7 +11,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
+from turbine_fenicsx.records.xdmf import XdmfSeries
 
 comm = MPI.COMM_WORLD
 VTK_TYPES = {"line": 4, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}

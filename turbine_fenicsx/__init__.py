@@ -12,10 +12,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from turbine_fenicsx._version import __version__ as __version__
+
 with suppress(ImportError):  # DOLFINx from PyPI: its MPI must be there before petsc4py
     import dolfinx_solver  # noqa: F401
 
-__version__ = "0.3.0.dev0"
 
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 _PUBLIC = {

@@ -120,13 +120,13 @@ from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
 from turbine_fenicsx.time_stepping.stepper import Stepper as Stepper
 from turbine_fenicsx.time_stepping.stepper import StepReport as StepReport
 from turbine_fenicsx.turbine.case.case import Case as Case
-from turbine_fenicsx.turbine.component import Assembly as Assembly
-from turbine_fenicsx.turbine.component import Channels as Channels
-from turbine_fenicsx.turbine.component import Component as Component
-from turbine_fenicsx.turbine.component import Turbine as Turbine
-from turbine_fenicsx.turbine.model import build_turbine as build_turbine
-from turbine_fenicsx.turbine.model import list_components as list_components
-from turbine_fenicsx.turbine.run import restart_case as restart_case
-from turbine_fenicsx.turbine.run import run_case as run_case
+from turbine_fenicsx.turbine.components.component import Assembly as Assembly
+from turbine_fenicsx.turbine.components.component import Channels as Channels
+from turbine_fenicsx.turbine.components.component import Component as Component
+from turbine_fenicsx.turbine.components.component import Turbine as Turbine
+from turbine_fenicsx.turbine.components.model import build_turbine as build_turbine
+from turbine_fenicsx.turbine.components.model import list_components as list_components
+from turbine_fenicsx.turbine.run.run import restart_case as restart_case
+from turbine_fenicsx.turbine.run.run import run_case as run_case
 
 __version__: str

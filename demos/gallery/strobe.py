@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
-from turbine_fenicsx.postprocessing.output_folder import read_field_parts
-from turbine_fenicsx.postprocessing.parts import Parts
+from turbine_fenicsx.records.output_folder import read_field_parts
+from turbine_fenicsx.records.parts import Parts
 
 SIZE = (900, 675)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8c6bb1", "#7f7f7f")

@@ -13,7 +13,7 @@ from published import load, references
 from recording import recorded
 from strobe import Look, draw
 
-from turbine_fenicsx.postprocessing.output_folder import read_history
+from turbine_fenicsx.records.output_folder import read_history
 
 
 @dataclass(frozen=True)

@@ -16,14 +16,14 @@ from diagrams import HAMILTONIAN, MOMENTA, ROTOR, STRAIN, YAW, changes, curves, 
 
 from turbine_fenicsx import Hat
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.output_folder import (
+from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
+from turbine_fenicsx.postprocessing.plots import draw
+from turbine_fenicsx.records.output_folder import (
     make_target_folder,
     read_field_times,
     read_history,
     read_tables,
 )
-from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
-from turbine_fenicsx.postprocessing.plots import draw
 
 HERE = Path(__file__).parent
 CASES = ("rigid", "hybrid_stiff", "hybrid_soft")

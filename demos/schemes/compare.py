@@ -17,8 +17,8 @@ import matplotlib
 import numpy as np
 
 from turbine_fenicsx import Case
-from turbine_fenicsx.postprocessing.output_folder import read_history
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.records.output_folder import read_history
+from turbine_fenicsx.turbine.run.run import run_case
 
 PAPER = Path(__file__).parents[1] / "paper"
 TURBINES = {"rigid": "free rigid rotor", "hybrid_soft": "spinning soft blades"}

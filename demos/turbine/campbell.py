@@ -10,7 +10,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx import Case
-from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
+from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
 
 case = Case.load(Path(__file__).with_name("flexible_tower.toml"))
 speeds = tuple(rpm * pi / 30.0 for rpm in (0.0, 7.0, 14.0))

@@ -9,7 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx import Case
-from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
+from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
 
 case = Case.load(Path(__file__).with_name("flexible_tower.toml"))
 wanted = ModesWanted(count=12, locked=("rotor", "yaw"))  # parked: both brakes are on

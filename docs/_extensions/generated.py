@@ -1,9 +1,9 @@
 """Parts of pages that are made from the package; ``make reference`` writes them.
 
 Between ``<!-- generated: NAME -->`` and ``<!-- end -->`` stand tables that can be read without
-Sphinx: ``case-tables`` and ``case-units`` from `turbine_fenicsx.turbine.case.tables`, ``commands``
-from the parsers of the command line, ``public-names`` from the package. ``<!-- room: NAME -->``
-is where Sphinx lists the modules of a room with their docstrings.
+Sphinx: ``case-tables`` and ``case-units`` from the tables of a case, ``commands`` from the parsers
+of the command line, ``public-names`` from the package. ``<!-- room: NAME -->`` is where Sphinx
+lists the modules of a room with their docstrings.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def summary(thing: Any) -> str:
 
 def case_tables(_: str) -> str:
     """All tables of a case file with their keys."""
-    from turbine_fenicsx.turbine.case.reference import list_tables
+    from turbine_fenicsx.turbine.tables.reference import list_tables
 
     return "\n".join(map(_case_table, list_tables()))
 
@@ -81,7 +81,7 @@ def _links(text: str) -> str:
 
 def case_units(_: str) -> str:
     """Units and prefixes."""
-    from turbine_fenicsx.turbine.case import quantities
+    from turbine_fenicsx.case import quantities
 
     units = ", ".join(f"`{name}`" for name in quantities._UNITS)
     powers = {name: str(n).translate(SUPERSCRIPT) for name, n in quantities._PREFIXES.items()}

@@ -15,10 +15,10 @@ TRIES = 6000
 
 def attack(tries, random, folder):
     """Damage, read, compare with what was written; only the one before may come in its place."""
+    from turbine_fenicsx.records.checkpoint_file import list_checkpoints
     from turbine_fenicsx.simulation.checkpoint import Checkpoints
-    from turbine_fenicsx.simulation.checkpoint_file import list_checkpoints
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.model import build_turbine
+    from turbine_fenicsx.turbine.components.model import build_turbine
 
     logging.disable(logging.WARNING)  # each try is warned of
     tally, out = Tally(), folder / "run"

@@ -9,7 +9,7 @@ from tests.attack._tally import Tally
 from tests.damage import damaged
 from turbine_fenicsx.meshing import BladeGeometry, MeshError, MeshOptions, RotorLayout, build_rotor
 from turbine_fenicsx.meshing.read import read_msh
-from turbine_fenicsx.turbine.blade_mesh import examine_blades
+from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 
 TRIES = 3000
 BLADE = BladeGeometry()

@@ -16,8 +16,8 @@ from patience import patience
 
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.output_folder import holds_run, read_field_times, read_history
-from turbine_fenicsx.turbine.run import restart_case
+from turbine_fenicsx.records.output_folder import holds_run, read_field_times, read_history
+from turbine_fenicsx.turbine.run.run import restart_case
 
 ROOT = Path(__file__).parents[2]
 RIGID = ("output.fields_every=0.1", "output.checkpoint_every=0.06")
@@ -206,7 +206,7 @@ def at_every_change_of_a_file(event, arguments):
     count += 1
 
 from turbine_fenicsx.cli.main import main
-import turbine_fenicsx.turbine.run
+import turbine_fenicsx.turbine.run.run
 sys.addaudithook(at_every_change_of_a_file)
 sys.exit(main(sys.argv[1:]))
 """

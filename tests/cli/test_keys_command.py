@@ -3,8 +3,8 @@
 import pytest
 
 from turbine_fenicsx.cli.main import main
-from turbine_fenicsx.turbine.case.reference import Key, list_tables
-from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.tables.reference import Key, list_tables
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 
 def test_every_table_and_every_key_is_printed(capfd):
@@ -58,7 +58,7 @@ def test_a_key_without_a_docstring_is_refused(monkeypatch):
     class Bare(Tables):
         more: float = 1.0
 
-    from turbine_fenicsx.turbine.case import reference
+    from turbine_fenicsx.turbine.tables import reference
 
     monkeypatch.setattr(reference, "Tables", Bare)
     with pytest.raises(ValueError, match=r"Bare\.more has no docstring"):

@@ -14,8 +14,8 @@ from outputs import read_fields
 
 from turbine_fenicsx.analysis.bordered_solver import BorderedSolver
 from turbine_fenicsx.cli.main import main
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.mode_tables import read_table
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import read_table
 
 pytest.importorskip("slepc4py")
 SMALL = ("--set", "mesh.elements=[1,1,6]")
@@ -170,7 +170,7 @@ def test_modes_are_not_overwritten_unasked(case, out, capfd, monkeypatch):
 
     command = ["modes", case, "--count", "2", "-o", str(out), *SMALL]
     with monkeypatch.context() as patch:
-        patch.setattr("turbine_fenicsx.turbine.find_modes.build_turbine", build)
+        patch.setattr("turbine_fenicsx.turbine.modes.find_modes.build_turbine", build)
         is_refused(command, capfd, "holds modes already; --overwrite replaces them")
     assert (out / "modes.csv").read_bytes() == before
 

@@ -7,7 +7,7 @@ import pytest
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.run.run import run_case
 
 SHORT = ("--quiet", "--set", "time.end=0.06", "output.fields_every=0.02")
 pytestmark = pytest.mark.usefixtures("no_pictures")
@@ -45,7 +45,7 @@ def test_a_second_run_is_refused_and_nothing_changes(
     def build(*_):
         raise AssertionError("heavy work before the refusal")
 
-    monkeypatch.setattr("turbine_fenicsx.turbine.run.build_turbine", build)
+    monkeypatch.setattr("turbine_fenicsx.turbine.run.run.build_turbine", build)
     is_refused(finished, capfd, repr(str(out)), "--overwrite", "`turbine-fenicsx restart`")
     with pytest.raises(InputError, match="--overwrite"):
         run_case(Case.load(demo("rigid.toml")), out, comm, "none")
@@ -86,7 +86,7 @@ def test_a_case_that_cannot_be_built_overwrites_nothing(finished, tmp_path, capf
         raise InputError("the mesh is inside out")
 
     before = content(tmp_path / "out")
-    monkeypatch.setattr("turbine_fenicsx.turbine.run.build_turbine", build)
+    monkeypatch.setattr("turbine_fenicsx.turbine.run.run.build_turbine", build)
     is_refused([*finished, "--overwrite"], capfd, "inside out")
     after = content(tmp_path / "out")
     assert {p: d for p, d in after.items() if p.name != "run.log"} == {

@@ -10,10 +10,10 @@ import pytest
 
 from tests.attack.power_cuts import damage
 from turbine_fenicsx.cli.main import main
-from turbine_fenicsx.postprocessing.output_folder import read_field_times
-from turbine_fenicsx.simulation.observers.row_file import RowFile
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
-from turbine_fenicsx.turbine.run import restart_case
+from turbine_fenicsx.records.output_folder import read_field_times
+from turbine_fenicsx.records.row_file import RowFile
+from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.turbine.run.run import restart_case
 
 CHANGES = ("output.checkpoint_every=0.04", "output.fields_every=0.02")
 SERIES = ("history.csv", "history.out", "fields.bin", "fields.xdmf")
@@ -283,7 +283,7 @@ def test_a_folder_that_is_gone_ends_the_run_at_the_next_checkpoint(demo, tmp_pat
     """In one sentence; nothing is made anew, and what was renamed can go on."""
     from turbine_fenicsx.foundation.errors import FileError
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.run import run_case
+    from turbine_fenicsx.turbine.run.run import run_case
 
     out, steps = tmp_path / "out", []
 

@@ -12,7 +12,7 @@ from restarted_runs import SOFT, assert_same, columns, restart, rows, run, summa
 from turbine_fenicsx.linear_solvers import quasi_newton
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.run import restart_case, run_case
+from turbine_fenicsx.turbine.run.run import restart_case, run_case
 
 TWO_RANKS = ("mesh.elements=[1,1,6]", "output.fields_every=0.04")
 KINDS = ("energy_[", "work_[", "linear_momentum", "angular_momentum", "angle_", "tip_", "stress")

@@ -14,8 +14,8 @@ from turbine_fenicsx import (
     SolverOptions,
     Stepper,
 )
-from turbine_fenicsx.turbine.model import Turbine
-from turbine_fenicsx.turbine.scheme import make_stepper
+from turbine_fenicsx.turbine.components.model import Turbine
+from turbine_fenicsx.turbine.run.scheme import make_stepper
 
 comm = MPI.COMM_WORLD
 

@@ -5,7 +5,7 @@ import pytest
 from runs import assert_constraints_hold, comm, run_turbine
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.components.model import build_turbine
 
 STIFF = {"law": "transversely_isotropic"}
 SOFT = {"law": "st_venant_kirchhoff"}

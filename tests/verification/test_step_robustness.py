@@ -24,7 +24,7 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.components.model import build_turbine
 
 
 def driven_beam(torque):

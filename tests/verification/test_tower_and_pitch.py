@@ -15,15 +15,15 @@ from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.tower import TowerCase
-from turbine_fenicsx.turbine.channels import turbine_channels
-from turbine_fenicsx.turbine.flexible_blades import blade_axes
-from turbine_fenicsx.turbine.model import assemble, build_turbine
-from turbine_fenicsx.turbine.rotor_plan import plan_rotor
-from turbine_fenicsx.turbine.run import restart_case, run_case
-from turbine_fenicsx.turbine.scheme import make_stepper
-from turbine_fenicsx.turbine.tower import Tower
+from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.components.model import assemble, build_turbine
+from turbine_fenicsx.turbine.components.tower import Tower
+from turbine_fenicsx.turbine.run.channels import turbine_channels
+from turbine_fenicsx.turbine.run.run import restart_case, run_case
+from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.tables.tower import TowerCase
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1
 FEATHER = {"bearings": True, "drive": "prescribed", "angle": ANGLE, "start": 0.03, "duration": 0.2}

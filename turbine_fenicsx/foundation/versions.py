@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-import turbine_fenicsx
+from turbine_fenicsx._version import __version__
 
 PACKAGES = (
     *("fenics-dolfinx", "dolfinx-solver-real", "fenics-ufl", "fenics-ffcx"),
@@ -20,7 +20,7 @@ PACKAGES = (
 
 def list_versions() -> dict[str, str]:
     """Versions of everything that matters for a result, as far as it is installed."""
-    found = {"turbine_fenicsx": turbine_fenicsx.__version__, "python": platform.python_version()}
+    found = {"turbine_fenicsx": __version__, "python": platform.python_version()}
     with suppress(ImportError):
         from mpi4py import MPI
         from petsc4py import PETSc

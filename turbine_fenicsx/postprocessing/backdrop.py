@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.postprocessing.camera import Frame
-from turbine_fenicsx.postprocessing.conventions import HUB, NACELLE, TOWER
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
-from turbine_fenicsx.postprocessing.parts import Parts
+from turbine_fenicsx.records.conventions import HUB, NACELLE, TOWER
+from turbine_fenicsx.records.parts import Parts
 
 _ABOVE_GROUND = 1.45
 """Height of the hub of a turbine without a tower, in radii of the rotor."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.mode_tables import Branch, read_campbell
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, STYLE
+from turbine_fenicsx.records.mode_tables import Branch, read_campbell
 
 HARMONICS = (1, 3, 6)
 """Multiples of the speed, at which a rotor of three blades is shaken."""

@@ -6,8 +6,8 @@ import os
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.names import TIME
-from turbine_fenicsx.postprocessing.output_folder import need_folder, read_history, read_tables
+from turbine_fenicsx.records.names import TIME
+from turbine_fenicsx.records.output_folder import need_folder, read_history, read_tables
 
 
 def read_run(folder: str | os.PathLike[str]) -> Any:

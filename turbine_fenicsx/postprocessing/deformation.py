@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.rotations import nearest_rotation
-from turbine_fenicsx.postprocessing.parts import Parts
+from turbine_fenicsx.records.parts import Parts
 
 Points = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.mode_tables import format_rows
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import format_rows
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 GLASS_SLOPE, STEEL_SLOPE, FREQUENCY = 10.0, 4.0, 1.0
 """Slopes for laminates with glass fibres and for steel [-]; frequency of equivalent cycles [Hz]."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.postprocessing.deformation import exaggerate
-from turbine_fenicsx.postprocessing.parts import Part, Parts
+from turbine_fenicsx.records.parts import Part, Parts
 
 AMPLITUDE = "amplitude"
 """Field of `ModeReader`: how far a point moves, 1 where it moves most."""

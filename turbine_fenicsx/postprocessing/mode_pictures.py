@@ -10,11 +10,9 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.field_reader import AMPLITUDE
-from turbine_fenicsx.postprocessing.output_folder import read_field_times
 from turbine_fenicsx.postprocessing.pictures import Look, draw_scene
-
-TITLES = "modes"
-"""Name of the text in ``modes.xdmf`` that holds the titles of the modes."""
+from turbine_fenicsx.records.mode_tables import TITLES
+from turbine_fenicsx.records.output_folder import read_field_times
 
 LOOK = Look(AMPLITUDE, view="corner", limits=(0.0, 1.0), size=(1000, 1200))
 """How modes are drawn: those parts are red that move most."""

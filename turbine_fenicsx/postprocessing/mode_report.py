@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.campbell import plot_campbell
 from turbine_fenicsx.postprocessing.mode_pictures import LOOK, render_modes
-from turbine_fenicsx.postprocessing.mode_tables import read_table
-from turbine_fenicsx.postprocessing.output_folder import need_folder, read_tables
 from turbine_fenicsx.postprocessing.page import embed_figure, fill_page, format_case, format_note
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import read_table
+from turbine_fenicsx.records.output_folder import need_folder, read_tables
 
 _SIZE = (800, 960)
 """Of the pictures, of which the page shows a sheet [pixels]."""

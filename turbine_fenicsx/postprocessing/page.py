@@ -7,9 +7,9 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-import turbine_fenicsx
+from turbine_fenicsx._version import __version__
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.records import names
 
 
 def fill_page(title: str, subtitle: str, sections: Mapping[str, str]) -> str:
@@ -23,7 +23,7 @@ def fill_page(title: str, subtitle: str, sections: Mapping[str, str]) -> str:
     template = Template(Path(__file__).with_name("report.html").read_text(encoding="utf-8"))
     return template.substitute(
         title=escape(title),
-        subtitle=escape(f"{subtitle}; written by turbine_fenicsx {turbine_fenicsx.__version__}."),
+        subtitle=escape(f"{subtitle}; written by turbine_fenicsx {__version__}."),
         body="\n".join(
             f"<section><h2>{escape(name)}</h2>\n{text}</section>"
             for name, text in sections.items()

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
-from turbine_fenicsx.postprocessing.names import Family
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_dots, draw_line
+from turbine_fenicsx.foundation.diagram_style import PALETTE
+from turbine_fenicsx.postprocessing.plot_style import Look, draw_dots, draw_line
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.records.names import Family
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 Panel = Callable[[Any, TimeSeries, Look], None]
 

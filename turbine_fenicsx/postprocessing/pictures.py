@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 from turbine_fenicsx.postprocessing import scene
 from turbine_fenicsx.postprocessing.camera import VIEWS
-from turbine_fenicsx.postprocessing.output_folder import read_field_parts, read_field_times
+from turbine_fenicsx.records.output_folder import read_field_parts, read_field_times
 
 _MOST_FRAMES_PER_SECOND = 60.0
 

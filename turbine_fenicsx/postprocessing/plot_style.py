@@ -12,37 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.postprocessing.names import TIME
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.foundation.diagram_style import PALETTE
+from turbine_fenicsx.records.names import TIME
+from turbine_fenicsx.records.output_folder import TimeSeries
 
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Colours of Okabe and Ito, which colour-blind readers can distinguish."""
-
-LINE_STYLES = ("-", "--", ":", "-.", (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
-MARKERS = ("o", "s", "^", "D", "v", "P")
-STYLE = {
-    "font.size": 10.0,
-    "axes.titlesize": 11.0,
-    "axes.titlelocation": "left",
-    "axes.titlepad": 8.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-3, 5),
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.4,
-    "legend.fontsize": 9.0,
-    "legend.frameon": False,
-    "legend.borderpad": 0.0,
-    "legend.borderaxespad": 0.3,
-    "legend.columnspacing": 1.0,
-    "legend.handlelength": 1.2,
-    "legend.handletextpad": 0.5,
-    "pdf.fonttype": 42,  # outlines of letters that journals accept
-    "savefig.dpi": 200,
-}
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 _LETTERS = 55
 """How many letters stand beside each other above a panel; a sample of a colour takes five."""

@@ -11,24 +11,22 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from turbine_fenicsx.foundation.diagram_style import LINE_STYLES, MARKERS, PALETTE, STYLE
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names, power_balance
 from turbine_fenicsx.postprocessing import panels as p
+from turbine_fenicsx.postprocessing import power_balance
 from turbine_fenicsx.postprocessing import wind_panels as w
-from turbine_fenicsx.postprocessing.names import Family
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries, read_history
 from turbine_fenicsx.postprocessing.panels import Panel
 from turbine_fenicsx.postprocessing.plot_style import (
-    LINE_STYLES,
-    MARKERS,
-    PALETTE,
-    STYLE,
     Look,
     add_quantity_legend,
     add_run_legend,
     make_room,
     put_prefix_into_label,
 )
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.names import Family
+from turbine_fenicsx.records.output_folder import TimeSeries, read_history
 
 __all__ = ["PALETTE", "PAPER_TOLERANCE", "Look", "Panel", "choose_figures", "draw", "plot_summary"]
 

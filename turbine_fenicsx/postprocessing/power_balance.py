@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_line
+from turbine_fenicsx.foundation.diagram_style import PALETTE
+from turbine_fenicsx.postprocessing.plot_style import Look, draw_line
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 WINDOWS = 200
 """Maximum number of parts of a run over which means of power are taken."""

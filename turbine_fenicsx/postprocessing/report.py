@@ -14,22 +14,12 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.postprocessing.fatigue import (
     FREQUENCY,
     GLASS_SLOPE,
     STEEL_SLOPE,
     find_fatigue,
     list_loads,
-)
-from turbine_fenicsx.postprocessing.output_folder import (
-    TimeSeries,
-    need_folder,
-    read_field_times,
-    read_histories,
-    read_solver_tolerance,
-    read_tables,
 )
 from turbine_fenicsx.postprocessing.page import (
     embed_figure,
@@ -42,6 +32,16 @@ from turbine_fenicsx.postprocessing.page import (
 from turbine_fenicsx.postprocessing.panels import find_energy_steps, is_turbine
 from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.records.output_folder import (
+    TimeSeries,
+    need_folder,
+    read_field_times,
+    read_histories,
+    read_solver_tolerance,
+    read_tables,
+)
 
 _CAPTIONS = {
     "energy": "Energies; the error is the change of the total energy H beyond the work W of the "

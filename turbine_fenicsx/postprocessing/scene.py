@@ -20,9 +20,9 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
-from turbine_fenicsx.postprocessing.conventions import NACELLE
 from turbine_fenicsx.postprocessing.field_reader import FieldReader, ModeReader
-from turbine_fenicsx.postprocessing.parts import Part, Parts
+from turbine_fenicsx.records.conventions import NACELLE
+from turbine_fenicsx.records.parts import Part, Parts
 
 _MOST_SCALES = 3
 """With more bodies than this, all have the same scale of colours."""

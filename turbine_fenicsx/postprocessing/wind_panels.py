@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.conventions import OPENFAST_SIGNS
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.foundation.diagram_style import PALETTE
 from turbine_fenicsx.postprocessing.panels import Panel, rotor_speed
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, Look, draw_line
+from turbine_fenicsx.postprocessing.plot_style import Look, draw_line
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 GENERATORS = ("generator", "motion_of_rotor")
 """Names under which a generator takes work, with a torque or a speed that it keeps."""

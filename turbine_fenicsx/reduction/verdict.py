@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.postprocessing.basis_picture import draw_basis
+from turbine_fenicsx.reduction.basis_picture import draw_basis
 
 LARGEST_FREQUENCY_ERROR = 1e-3
 """Maximum relative error of a frequency without a warning."""

@@ -21,13 +21,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx import __version__
+from turbine_fenicsx._version import __version__
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.checkpoint_file import (
+from turbine_fenicsx.records.checkpoint_file import (
     UnusableError,
     list_checkpoints,
     read_arrays,

@@ -25,7 +25,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import ModelWarning
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 

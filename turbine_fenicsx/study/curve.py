@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.case.quantities import Unit, unit_of
+from turbine_fenicsx.foundation.diagram_style import PALETTE
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.postprocessing.names import split_unit
-from turbine_fenicsx.postprocessing.plot_style import PALETTE, put_prefix_into_label
+from turbine_fenicsx.postprocessing.plot_style import put_prefix_into_label
+from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.picture import STYLE, name_and_unit
 from turbine_fenicsx.study.plan import Run
 from turbine_fenicsx.study.results import find_quantity
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.quantities import Unit, unit_of
 
 LARGEST_REFERENCE = 100_000
 """Rows of a table of references; more are a slip."""

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from turbine_fenicsx.case.mistakes import find_mistakes
+from turbine_fenicsx.case.toml_file import read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.mistakes import find_mistakes
-from turbine_fenicsx.turbine.case.toml_file import read_toml
 
 
 def flatten(table: Mapping[str, Any], start: str = "") -> Iterator[tuple[str, Any]]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.postprocessing.names import split_unit
 from turbine_fenicsx.postprocessing.plots import PALETTE
+from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.study.convergence import Series
 
 _MARKERS = "os^Dvp"

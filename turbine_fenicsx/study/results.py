@@ -11,9 +11,9 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import suggest
-from turbine_fenicsx.postprocessing import names
-from turbine_fenicsx.postprocessing.names import INTERRUPTED, TIME, split_unit
-from turbine_fenicsx.postprocessing.output_folder import holds_run
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.names import INTERRUPTED, TIME, split_unit
+from turbine_fenicsx.records.output_folder import holds_run
 from turbine_fenicsx.study.file import flatten
 from turbine_fenicsx.study.plan import Run
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
+from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
 
 SPEEDS = (0.0, 2.0, 4.0, 6.0, 7.061, 8.0)  # [rpm]; 7.061 is rated
 COUNT = 10

@@ -13,9 +13,9 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.postprocessing.output_folder import read_history
+from turbine_fenicsx.records.output_folder import read_history
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.run.run import run_case
 
 LOADED = 1.0  # the hat of torque ends [s]
 END = 752.0  # [s]; 100 revolutions

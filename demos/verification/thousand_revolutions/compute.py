@@ -13,10 +13,10 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.postprocessing.output_folder import read_history
+from turbine_fenicsx.records.output_folder import read_history
 from turbine_fenicsx.simulation.observers.history import Channel, History
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.run.run import run_case
 
 STEP = 0.05  # [s]; 99 steps per revolution
 LOADED = 14.0  # the hat of torque ends [s]

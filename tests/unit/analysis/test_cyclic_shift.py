@@ -11,7 +11,7 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.model import build_turbine
+from turbine_fenicsx.turbine.components.model import build_turbine
 
 pytestmark = pytest.mark.parallel
 

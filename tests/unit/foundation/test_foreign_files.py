@@ -11,9 +11,9 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.meshing.read import check_header
-from turbine_fenicsx.postprocessing.mode_tables import read_table
-from turbine_fenicsx.postprocessing.output_folder import read_history, read_tables
-from turbine_fenicsx.turbine.resume import _hash_file
+from turbine_fenicsx.records.mode_tables import read_table
+from turbine_fenicsx.records.output_folder import read_history, read_tables
+from turbine_fenicsx.turbine.run.resume import _hash_file
 from turbine_fenicsx.wind.aerodyn_files import read_aerodyn_polar
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 from turbine_fenicsx.wind.inflow import SteadyWind

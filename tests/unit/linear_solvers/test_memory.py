@@ -8,9 +8,9 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.linear_solvers.factor import SparseFactor
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
-from turbine_fenicsx.turbine.model import build_turbine
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
+from turbine_fenicsx.turbine.run.run import run_case
 
 pytestmark = pytest.mark.parallel
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.postprocessing import colours
-from turbine_fenicsx.postprocessing.parts import Part, Parts
 from turbine_fenicsx.postprocessing.scene import colour_parts
+from turbine_fenicsx.records.parts import Part, Parts
 
 PARTS = Parts(
     (

@@ -15,7 +15,7 @@ from turbine_fenicsx.postprocessing.fatigue import (
     find_fatigue,
     format_fatigue,
 )
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 # ASTM E1049-85, figure 6 and the table of its rainflow count
 STANDARD = [-2, 1, -3, 5, -1, 3, -4, 4, -2]

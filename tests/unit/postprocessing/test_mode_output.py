@@ -10,11 +10,11 @@ import pytest
 from outputs import PARTS
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing import names
 from turbine_fenicsx.postprocessing.campbell import plot_campbell, spread
 from turbine_fenicsx.postprocessing.mode_pictures import LOOK, read_mode_titles, render_modes
 from turbine_fenicsx.postprocessing.mode_report import report_modes
-from turbine_fenicsx.postprocessing.mode_tables import format_rows, read_campbell, read_table
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import format_rows, read_campbell, read_table
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),
@@ -100,7 +100,7 @@ def shapes(tmp_path):
     """A folder with the shapes of two modes of boxes: blade 1 moves, then blade 2."""
     from outputs import turbine
 
-    from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
+    from turbine_fenicsx.records.xdmf import XdmfSeries
 
     path = tmp_path / "modes.xdmf"
     write(tmp_path / "modes.csv", rows())

@@ -41,7 +41,7 @@ def pixels(path: Path) -> np.ndarray:
 READ = """
 import json, sys, pyvista
 from turbine_fenicsx.postprocessing.field_reader import FieldReader
-from turbine_fenicsx.postprocessing.parts import Parts
+from turbine_fenicsx.records.parts import Parts
 path, text = sys.argv[1:]
 readers = [FieldReader(path, Parts.from_text(text), scale) for scale in (1.0, 3.0)]
 print(json.dumps([readers[k].grid(1).points.tolist() for k in (0, 1, 1)]))

@@ -10,8 +10,8 @@ from outputs import ANGLES, history, write
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import plots
-from turbine_fenicsx.postprocessing.output_folder import read_histories, read_history
-from turbine_fenicsx.turbine.rotor_plan import PITCH_SIGNS
+from turbine_fenicsx.records.output_folder import read_histories, read_history
+from turbine_fenicsx.turbine.blades.rotor_plan import PITCH_SIGNS
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from turbine_fenicsx.postprocessing import names, plots
-from turbine_fenicsx.postprocessing.output_folder import TimeSeries
+from turbine_fenicsx.foundation.diagram_style import STYLE
+from turbine_fenicsx.postprocessing import plots
 from turbine_fenicsx.postprocessing.panels import energy_steps, find_energy_steps
-from turbine_fenicsx.postprocessing.plot_style import STYLE, Look
+from turbine_fenicsx.postprocessing.plot_style import Look
 from turbine_fenicsx.postprocessing.power_balance import powers, works
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.output_folder import TimeSeries
 
 T = np.linspace(0.0, 10.0, 401)
 WIND, GENERATOR, FRICTION, TINY = 5e6 * T + 1e6 * np.sin(T), -3e6 * T, 1e6 * T, 1e-4 * T

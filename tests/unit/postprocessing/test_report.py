@@ -13,8 +13,8 @@ from outputs import history, turbine, write
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import report as module
 from turbine_fenicsx.postprocessing.fatigue import find_fatigue
-from turbine_fenicsx.postprocessing.output_folder import read_history
 from turbine_fenicsx.postprocessing.report import report
+from turbine_fenicsx.records.output_folder import read_history
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_case
 

@@ -7,8 +7,8 @@ import pytest
 from outputs import history, write
 
 from turbine_fenicsx.postprocessing import plots, wind_panels
-from turbine_fenicsx.postprocessing.output_folder import read_histories, read_history
 from turbine_fenicsx.postprocessing.report import report
+from turbine_fenicsx.records.output_folder import read_histories, read_history
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:Unable to import Axes3D"),

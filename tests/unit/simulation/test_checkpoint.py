@@ -9,17 +9,17 @@ from turbine_fenicsx import Gravity, Hat, JointTorque, Revolute
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.records.checkpoint_file import (
+    list_checkpoints,
+    read_arrays,
+    read_head,
+    write_checkpoint,
+)
 from turbine_fenicsx.simulation.checkpoint import (
     KEPT_CHECKPOINTS,
     Checkpoints,
     restore_state,
     save_state,
-)
-from turbine_fenicsx.simulation.checkpoint_file import (
-    list_checkpoints,
-    read_arrays,
-    read_head,
-    write_checkpoint,
 )
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem

@@ -10,8 +10,8 @@ import pytest
 
 from turbine_fenicsx.foundation.errors import FileError
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.records.checkpoint_file import list_checkpoints
 from turbine_fenicsx.simulation.checkpoint import Checkpoints, write_restart_data
-from turbine_fenicsx.simulation.checkpoint_file import list_checkpoints
 
 pytestmark = pytest.mark.parallel
 

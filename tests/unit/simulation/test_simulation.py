@@ -11,7 +11,7 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.newton import SolverOptions
-from turbine_fenicsx.turbine.summary import Statistics
+from turbine_fenicsx.turbine.run.summary import Statistics
 
 pytestmark = pytest.mark.parallel
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.names import split_unit
+from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.study.convergence import (
     choose_reference,
     make_series,
@@ -26,7 +26,7 @@ from turbine_fenicsx.study.results import (
 )
 from turbine_fenicsx.study.run import StudyResult, find_orders
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.run import run_case
+from turbine_fenicsx.turbine.run.run import run_case
 
 H = np.array([0.4, 0.2, 0.1, 0.05])
 

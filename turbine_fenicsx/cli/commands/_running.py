@@ -36,8 +36,8 @@ def carry_out(
     from turbine_fenicsx.foundation.errors import FileError, StepFailure
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
-    from turbine_fenicsx.postprocessing import names
-    from turbine_fenicsx.turbine.summary import format_table
+    from turbine_fenicsx.records import names
+    from turbine_fenicsx.turbine.run.summary import format_table
 
     out = options.out
     resume = f"`turbine-fenicsx restart {shlex.quote(out)}` resumes from there"

@@ -71,7 +71,7 @@ def _write(options: argparse.Namespace) -> list[str]:
     from turbine_fenicsx.foundation.errors import FileError, InputError
     from turbine_fenicsx.foundation.files import replace_file
     from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
-    from turbine_fenicsx.postprocessing.output_folder import add_openfast, read_histories
+    from turbine_fenicsx.records.output_folder import add_openfast, read_histories
 
     for slope in options.slope:
         if not 1.0 <= slope <= 100.0:

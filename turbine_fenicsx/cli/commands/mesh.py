@@ -22,7 +22,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.meshing import write_rotor
-    from turbine_fenicsx.turbine.rotor_plan import plan_rotor
+    from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 
     if on_rank0(comm, lambda: os.path.lexists(options.out)) and not options.overwrite:
         raise InputError(f"{options.out!r} is there already: --overwrite replaces it")

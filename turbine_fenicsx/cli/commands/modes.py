@@ -79,7 +79,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import FileError, StepFailure
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
-    from turbine_fenicsx.turbine.find_modes import ModesWanted, find_modes
+    from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
 
     if speeds is None:
         speeds = (case.turbine.rotor_speed,)
@@ -119,7 +119,7 @@ def _speeds(options: argparse.Namespace) -> tuple[float, ...] | None:
 
 def _show(table: Any, wanted: Any, options: argparse.Namespace, comm: Any) -> bool:
     """Print the modes at one speed; of several, which of them it is."""
-    from turbine_fenicsx.turbine.mode_files import RPM, format_modes
+    from turbine_fenicsx.turbine.modes.mode_files import RPM, format_modes
 
     if comm.rank == 0 and not options.quiet:
         speed = f"{table.speed * RPM:.4g} rpm"

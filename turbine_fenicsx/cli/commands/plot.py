@@ -60,12 +60,12 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 def _draw(options: argparse.Namespace) -> list[str]:
     """Draw all figures."""
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.output_folder import (
+    from turbine_fenicsx.postprocessing.plots import choose_figures, draw
+    from turbine_fenicsx.records.output_folder import (
         make_target_folder,
         read_histories,
         read_solver_tolerance,
     )
-    from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 
     if options.tolerance is not None and not 0.0 < options.tolerance < float("inf"):
         raise InputError(f"--tolerance {options.tolerance:g}: must be greater than 0")

@@ -105,17 +105,17 @@ def _render(options: argparse.Namespace) -> None:
     from turbine_fenicsx.cli.commands._frames import Frames
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.output_folder import (
-        holds_modes,
-        make_target_folder,
-        need_folder,
-        read_field_times,
-    )
     from turbine_fenicsx.postprocessing.pictures import (
         Look,
         choose_movie_steps,
         render_movie,
         render_times,
+    )
+    from turbine_fenicsx.records.output_folder import (
+        holds_modes,
+        make_target_folder,
+        need_folder,
+        read_field_times,
     )
 
     folder = need_folder(options.folder)
@@ -160,7 +160,7 @@ def _render_modes(folder: Path, options: argparse.Namespace) -> None:
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.postprocessing import mode_pictures
-    from turbine_fenicsx.postprocessing.output_folder import make_target_folder
+    from turbine_fenicsx.records.output_folder import make_target_folder
 
     _check(options)
     for name in ("times", "range"):
@@ -212,7 +212,7 @@ def _check(options: argparse.Namespace) -> None:
 def _check_movie(path: str) -> None:
     """Refuse a movie that cannot be written."""
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.output_folder import make_target_folder
+    from turbine_fenicsx.records.output_folder import make_target_folder
 
     make_target_folder(Path(path).parent)
     if Path(path).is_dir():

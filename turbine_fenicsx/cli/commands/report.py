@@ -50,12 +50,12 @@ def _write(options: argparse.Namespace) -> str:
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.postprocessing.mode_report import report_modes
-    from turbine_fenicsx.postprocessing.output_folder import (
+    from turbine_fenicsx.postprocessing.report import report
+    from turbine_fenicsx.records.output_folder import (
         holds_modes,
         make_target_folder,
         need_folder,
     )
-    from turbine_fenicsx.postprocessing.report import report
     from turbine_fenicsx.turbine.case.description import describe_case
 
     times = None if options.times is None else parse_numbers("--times", options.times)

@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Resume and print a short table."""
     need_dolfinx()
-    from turbine_fenicsx.turbine.run import restart_case
+    from turbine_fenicsx.turbine.run.run import restart_case
 
     return carry_out(
         options,

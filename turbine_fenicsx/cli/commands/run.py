@@ -30,7 +30,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     """Run the case and print a short table."""
     case = load_case(options, comm)
     need_dolfinx()
-    from turbine_fenicsx.turbine.run import run_case
+    from turbine_fenicsx.turbine.run.run import run_case
 
     return carry_out(
         options,

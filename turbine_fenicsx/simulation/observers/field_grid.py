@@ -17,9 +17,9 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.postprocessing.parts import Part, Parts
+from turbine_fenicsx.records.parts import Part, Parts
+from turbine_fenicsx.records.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem

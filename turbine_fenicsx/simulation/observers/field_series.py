@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.records.stored_grids import read_grids
+from turbine_fenicsx.records.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.observer import describe_shortfall
-from turbine_fenicsx.simulation.observers.stored_grids import read_grids
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 

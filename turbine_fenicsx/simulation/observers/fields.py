@@ -11,10 +11,10 @@ import numpy as np
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.observers.cell_values import CellValues, gather_values
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
 from turbine_fenicsx.simulation.observers.field_series import FieldSeries
-from turbine_fenicsx.simulation.observers.xdmf import XdmfSeries
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 

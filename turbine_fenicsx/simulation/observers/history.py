@@ -15,9 +15,9 @@ from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.observer import describe_shortfall
-from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.stepper import Stepper

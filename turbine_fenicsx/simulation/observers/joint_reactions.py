@@ -28,7 +28,7 @@ from turbine_fenicsx.foundation.checks import check_among_parts, check_array, ch
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.step_loads import StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot

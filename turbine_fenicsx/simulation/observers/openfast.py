@@ -8,17 +8,17 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from turbine_fenicsx import __version__
+from turbine_fenicsx._version import __version__
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.postprocessing.conventions import OPENFAST_HEAD
-from turbine_fenicsx.postprocessing.names import split_unit
+from turbine_fenicsx.records.conventions import OPENFAST_HEAD
+from turbine_fenicsx.records.names import split_unit
+from turbine_fenicsx.records.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import (
     Channel,
     restore_channels,
     save_channels,
 )
-from turbine_fenicsx.simulation.observers.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
 _WIDTH = 14

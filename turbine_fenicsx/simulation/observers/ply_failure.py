@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.materials.ply_table import Criterion
-from turbine_fenicsx.postprocessing import names
+from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot

@@ -12,16 +12,16 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from turbine_fenicsx.case.mistakes import Key, Mistake, find_mistakes, remove_keys
+from turbine_fenicsx.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.consistency import describe_unused_keys, find_contradictions
-from turbine_fenicsx.turbine.case.control import place_control_files
-from turbine_fenicsx.turbine.case.event import name_events
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake, find_mistakes, remove_keys
-from turbine_fenicsx.turbine.case.tables import Tables
-from turbine_fenicsx.turbine.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.turbine.case.turbine_file import FILE, add_file, find_file
 from turbine_fenicsx.turbine.case.warnings import find_warnings
+from turbine_fenicsx.turbine.tables.control import place_control_files
+from turbine_fenicsx.turbine.tables.event import name_events
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 
 class Case(Tables):

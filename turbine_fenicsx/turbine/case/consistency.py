@@ -15,26 +15,26 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.case.mistakes import Key, Mistake
+from turbine_fenicsx.case.section import MAX_ELEMENTS, UnusedKeys
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.blade_walls import WALL_CHECKS, find_unused_wall_keys
-from turbine_fenicsx.turbine.case.control_checks import CONTROL_CHECKS, find_unused_control_keys
-from turbine_fenicsx.turbine.case.damping import check_damping
-from turbine_fenicsx.turbine.case.gauges import check_gauges
-from turbine_fenicsx.turbine.case.generator import check_generator, find_unused_generator_keys
-from turbine_fenicsx.turbine.case.load_tables import TABLE_CHECKS
-from turbine_fenicsx.turbine.case.mistakes import Key, Mistake
-from turbine_fenicsx.turbine.case.pitch import check_pitch, find_unused_pitch_keys
-from turbine_fenicsx.turbine.case.rigid_parts import check_inertia
-from turbine_fenicsx.turbine.case.section import MAX_ELEMENTS, UnusedKeys
-from turbine_fenicsx.turbine.case.tables import BladeCase, MeshCase, Tables
-from turbine_fenicsx.turbine.case.tower import TOWER_CHECKS, find_unused_tower_keys
 from turbine_fenicsx.turbine.case.turbine_file import (
     FILE_CHECKS,
     find_unused_file_keys,
     load_turbine,
 )
 from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS, find_unused_wind_keys
+from turbine_fenicsx.turbine.tables.blade_walls import WALL_CHECKS, find_unused_wall_keys
+from turbine_fenicsx.turbine.tables.control_checks import CONTROL_CHECKS, find_unused_control_keys
+from turbine_fenicsx.turbine.tables.damping import check_damping
+from turbine_fenicsx.turbine.tables.gauges import check_gauges
+from turbine_fenicsx.turbine.tables.generator import check_generator, find_unused_generator_keys
+from turbine_fenicsx.turbine.tables.load_tables import TABLE_CHECKS
+from turbine_fenicsx.turbine.tables.pitch import check_pitch, find_unused_pitch_keys
+from turbine_fenicsx.turbine.tables.rigid_parts import check_inertia
+from turbine_fenicsx.turbine.tables.tables import BladeCase, MeshCase, Tables
+from turbine_fenicsx.turbine.tables.tower import TOWER_CHECKS, find_unused_tower_keys
 
 MAX_STEPS = 1e9
 """Steps of a run; a million times as many as the paper's."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
+from turbine_fenicsx.case.quantities import unit_of
+from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.consistency import find_unused_keys
-from turbine_fenicsx.turbine.case.quantities import unit_of
-from turbine_fenicsx.turbine.case.section import Section
 
 _OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
 """Tables of what a turbine has only if its case says so."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 _LEAST_TWIST = radians(1.0)
 """Blades with less twist are rare: a file of degrees may hold radians [rad]."""
@@ -33,7 +33,7 @@ def doubt_files(case: Tables) -> Iterator[str]:
         yield from _doubt_height(case, case.wind.file)
     if not case.wind.blows or case.aero.file is None:
         return
-    from turbine_fenicsx.turbine.aero_blade import find_aero_file, is_windio, load_aero_blade
+    from turbine_fenicsx.turbine.case.aero_blade import find_aero_file, is_windio, load_aero_blade
 
     path, aero = find_aero_file(case), load_aero_blade(case)
     yield from aero.warnings

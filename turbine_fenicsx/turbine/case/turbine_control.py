@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.turbine.case.control import is_controller
-from turbine_fenicsx.turbine.case.quantities import to_si
+from turbine_fenicsx.turbine.tables.control import is_controller
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
     from turbine_fenicsx.wind.rotor import Rotor

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turbine_fenicsx.case.section import Section, UnusedKeys
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.turbine.case.section import Section, UnusedKeys
-from turbine_fenicsx.turbine.case.tables import Tables
 from turbine_fenicsx.turbine.case.turbine_control import (
     GeneratorShaft,
     design_control,
     find_generator,
 )
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
     from turbine_fenicsx.windio import WindIOTurbine

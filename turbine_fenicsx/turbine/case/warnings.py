@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import cos, pi
 
 from turbine_fenicsx.turbine.case.file_doubts import doubt_files
-from turbine_fenicsx.turbine.case.tables import Tables
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 _BUILT_MASS, _BUILT_LENGTH, _BUILT_POWER = 17.7e3, 61.5, 2.3
 """Mass [kg] and length [m] of a blade of the NREL 5 MW turbine; how masses grow with length."""

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from math import degrees
 from pathlib import Path
 
+from turbine_fenicsx.case.section import UnusedKeys
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.section import UnusedKeys
-from turbine_fenicsx.turbine.case.tables import Tables
-from turbine_fenicsx.turbine.case.wind_table import (
+from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.turbine.tables.wind_table import (
     FALLBACKS,
     check_wind_table,
     describe_wind_table,
@@ -55,7 +55,7 @@ def _check_data(case: Tables) -> str:
             "aero.file: expected one beside a wind, a primary file of AeroDyn 15 or a windIO file "
             "with the polars of the blades"
         )
-    from turbine_fenicsx.turbine.aero_blade import load_aero_blade
+    from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 
     key = "turbine.file" if case.aero.file is None else "aero.file"
     try:
@@ -86,7 +86,7 @@ def _check_field(case: Tables) -> str:
         return check_wind_table(w.table, case.time.end)
     if w.file is None and (w.box.files is None or _check_box(case) or not w.speed):
         return ""
-    from turbine_fenicsx.turbine.inflow import list_field_mistakes
+    from turbine_fenicsx.turbine.case.inflow import list_field_mistakes
 
     try:
         found = list_field_mistakes(case)
@@ -165,7 +165,7 @@ def describe_aerodynamics(case: Tables) -> list[str]:
     w = case.wind
     if not w.blows:
         return []
-    from turbine_fenicsx.turbine.aero_blade import find_aero_file, load_aero_blade
+    from turbine_fenicsx.turbine.case.aero_blade import find_aero_file, load_aero_blade
 
     blade = load_aero_blade(case)
     wind = (

@@ -23,8 +23,8 @@ from turbine_fenicsx import (
 from turbine_fenicsx.bodies.rigid_surface import inertia_box
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.postprocessing.output_folder import read_field_parts
-from turbine_fenicsx.postprocessing.parts import Part
+from turbine_fenicsx.records.output_folder import read_field_parts
+from turbine_fenicsx.records.parts import Part
 from turbine_fenicsx.simulation.observers.carriers import find_carriers
 from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import History, angle_channel, energy_channel
@@ -125,7 +125,7 @@ def test_surfaces_and_names_of_ones_own(folder):
 
 def test_carriers_of_a_tower_with_a_rotor_and_of_what_floats():
     from turbine_fenicsx.turbine.case.case import Case
-    from turbine_fenicsx.turbine.model import build_turbine
+    from turbine_fenicsx.turbine.components.model import build_turbine
 
     case = Case.parse({"tower": {"flexible": True}, "pitch": {"bearings": True}})
     system = build_turbine(case, comm).system

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.quantities import to_si
 
 DEMOS = Path(__file__).parents[4] / "demos" / "paper"
 UNITS = ["s", "m", "kg", "kg m^2", "kg/m^3", "Pa", "N m", "N m s/rad", "m/s^2", "rad", ""]

@@ -8,8 +8,8 @@ from case_mistakes import mistakes
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.rotations import E1, E3
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.inflow import make_inflow
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-from turbine_fenicsx.turbine.inflow import make_inflow
 
 SIZE = {"points": [128, 17, 17], "spacing": ["5 m", "10 m", "10 m"]}
 

@@ -6,11 +6,11 @@ from aero_files import write_aerodyn, write_turbsim
 from case_mistakes import mistakes
 
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
-from turbine_fenicsx.turbine.aero_blade import load_aero_blade
-from turbine_fenicsx.turbine.aero_models import make_aero_models
+from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.inflow import make_inflow
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-from turbine_fenicsx.turbine.inflow import make_inflow
+from turbine_fenicsx.turbine.components.aero_models import make_aero_models
 
 RIGID = {"model": "rigid"}
 

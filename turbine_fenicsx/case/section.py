@@ -1,0 +1,46 @@
+"""Base of the tables of a case file: strictness, ranges, kinds of values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from turbine_fenicsx.case.quantities import EulerMoment, Whole, require_number
+from turbine_fenicsx.foundation.text_files import quote
+
+HUGE = 1e30
+"""No number of a case is larger, so that products of a few of them are finite."""
+
+MAX_ELEMENTS = 1_000_000
+"""Elements of a blade or of a tower."""
+
+Positive = Field(gt=0.0, le=HUGE)
+NotNegative = Field(ge=0.0, le=HUGE)
+Finite = Field(ge=-HUGE, le=HUGE)
+
+Moment = Annotated[EulerMoment, Positive]
+Degree = Annotated[Literal[1, 2], BeforeValidator(require_number)]
+Count = Annotated[Whole, Field(ge=1, le=100_000)]
+Flag = Annotated[bool, Field(strict=True)]
+
+UnusedKeys = Iterator[tuple[str, tuple[str, ...], str]]
+"""Tables, their keys without effect, and the reasons."""
+
+
+class Section(BaseModel):
+    """A table of a case file; unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def check_names(value: Any) -> Any:
+    """Names that a user gives to tables are plain words, which can be parts of names of columns."""
+    for name in value if isinstance(value, dict) else ():
+        if not (isinstance(name, str) and name.isascii() and name.isidentifier()):
+            raise ValueError(
+                "expected names of letters, digits and _ that begin with a letter, got "
+                f"{quote(str(name))}"
+            )
+    return value

@@ -1,0 +1,1 @@
+"""Blades of a case: shape, mesh, material, places about the hub."""

@@ -1,0 +1,145 @@
+"""The wind of a case, in the axes of the turbine."""
+
+from __future__ import annotations
+
+import os
+from functools import lru_cache
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.turbine.tables.wind import BoxCase, WindCase
+from turbine_fenicsx.turbine.tables.wind_table import FALLBACKS, load_wind_table
+from turbine_fenicsx.wind.gusts import (
+    CoherentGust,
+    DirectionChange,
+    OperatingGust,
+    TurbineClass,
+    WindShear,
+)
+from turbine_fenicsx.wind.inflow import Inflow, PlacedInflow, SteadyWind
+from turbine_fenicsx.wind.mann import TurbulentWind, read_mann_box
+from turbine_fenicsx.wind.ramped_inflow import RampedInflow
+from turbine_fenicsx.wind.tabulated_wind import TabulatedWind
+from turbine_fenicsx.wind.turbsim import read_turbsim
+from turbine_fenicsx.wind.turbulence import TurbulenceField
+
+AXES = np.array([E3, E1, E2])
+"""Axes x, y, z of the wind as rows: downwind, to the left looking downwind, up."""
+
+
+def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInflow | None:
+    """The wind of a case; None without one. Collective.
+
+    Args:
+        case: The case.
+        comm: Whose rank 0 reads the file of the wind, if it has one.
+
+    Raises:
+        InputError: if it cannot be read, on all ranks.
+    """
+    w = case.wind
+    if not w.blows:
+        return None
+    if w.table is not None:
+        inflow: Inflow = on_rank0(comm, lambda: make_tabulated_wind(case))
+    elif w.file is not None or w.box.files is not None:
+        inflow = on_rank0(comm, lambda: load_turbulence(case))
+    else:
+        inflow = _make_wind(case)
+    if w.ramp:
+        inflow = RampedInflow(inflow, w.ramp)
+    return PlacedInflow(inflow, AXES, (0.0, case.turbine.hub_rise - case.hub_height, 0.0))
+
+
+def make_tabulated_wind(case: Tables) -> TabulatedWind:
+    """The wind of a table; shear, direction and inclination that it has not are those of the case.
+
+    Raises:
+        InputError: if it cannot be read.
+    """
+    w = case.wind
+    assert w.table is not None
+    table = load_wind_table(w.table)
+    columns = {key: np.full(len(table.times), getattr(w, key)) for key in FALLBACKS}
+    diameter = 2.0 * (case.blade.hub_radius + case.blade.length)
+    return TabulatedWind(table.times, {**columns, **table.columns}, case.hub_height, diameter)
+
+
+def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
+    """The turbulence of a case; files that have not changed are read once.
+
+    Raises:
+        InputError: if they cannot be read, are no file of TurbSim, or no box of the given size.
+    """
+    w = case.wind
+    if w.file is not None:
+        return _load_field(w.file, _find_changes(w.file))
+    assert w.speed is not None and w.box.files is not None
+    mean = SteadyWind(w.speed, case.hub_height, w.shear)
+    return _load_box(w.box, mean, tuple(_find_changes(path) for path in w.box.files))
+
+
+def _find_changes(path: str) -> tuple[int, int]:
+    """When a file was changed, and its size."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {quote(path)}: {error}") from None
+    return status.st_mtime_ns, status.st_size
+
+
+@lru_cache(maxsize=1)
+def _load_field(path: str, changes: tuple[int, int]) -> TurbulenceField:
+    """The turbulence of a file as it is now."""
+    return read_turbsim(path)
+
+
+@lru_cache(maxsize=1)
+def _load_box(
+    box: BoxCase, mean: SteadyWind, changes: tuple[tuple[int, int], ...]
+) -> TurbulentWind:
+    """The turbulence of a box as it is now."""
+    assert box.files is not None and box.points is not None and box.spacing is not None
+    return read_mann_box(box.files, box.points, box.spacing, mean, box.periodic, box.scale)
+
+
+def list_field_mistakes(case: Tables) -> list[str]:
+    """Mistakes of a case's turbulence, one sentence each.
+
+    Raises:
+        InputError: if it cannot be read.
+    """
+    radius = case.blade.hub_radius + case.blade.length
+    centre = np.array([-case.turbine.hub_distance, 0.0, case.hub_height])
+    return load_turbulence(case).list_mistakes(case.time.end, centre, radius)
+
+
+def _make_wind(case: Tables) -> Inflow:
+    """The steady wind of a case, or its gust."""
+    w, height = case.wind, case.hub_height
+    assert w.speed is not None
+    if w.gust == "none":
+        return SteadyWind(w.speed, height, w.shear, w.direction, w.inclination)
+    diameter = 2.0 * (case.blade.hub_radius + case.blade.length)
+    return _make_gust(w, height, diameter)
+
+
+def _make_gust(w: WindCase, height: float, diameter: float) -> Inflow:
+    """A transient of IEC 61400-1."""
+    kind = TurbineClass(w.turbine_class, w.turbulence)
+    assert w.speed is not None
+    common = (w.speed, height, diameter, w.gust_start, kind, w.shear, w.direction)
+    if w.gust == "EOG":
+        return OperatingGust(*common)
+    if w.gust == "EDC":
+        return DirectionChange(*common, sign=w.gust_sign)
+    if w.gust == "ECD":
+        return CoherentGust(*common, sign=w.gust_sign)
+    return WindShear(*common, sign=w.gust_sign, horizontal=w.gust == "EWSH")

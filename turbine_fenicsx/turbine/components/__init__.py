@@ -1,0 +1,1 @@
+"""Components of a turbine, each with its parts, columns and pictures."""

@@ -1,0 +1,131 @@
+"""The controller of a case: what it measures on the turbine, and what it acts on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from turbine_fenicsx.control.discon import Discon
+from turbine_fenicsx.control.drives import PitchDrive, YawDrive
+from turbine_fenicsx.control.fixed import FixedCommands
+from turbine_fenicsx.control.foreign import ForeignController
+from turbine_fenicsx.control.held import HeldBrake, HeldTorque
+from turbine_fenicsx.control.interface import Controller
+from turbine_fenicsx.control.loop import Actuators, ControlLoop
+from turbine_fenicsx.control.pi import PIController
+from turbine_fenicsx.control.python_class import PythonClass
+from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.drivetrain import SHAFT, fast_shaft
+from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.sensors import Sensors
+from turbine_fenicsx.turbine.tables.control_checks import (
+    check_control,
+    check_events,
+    has_brake,
+    list_events,
+)
+
+FOLDER = "controller"
+"""Folder for the files of a library, in the output folder."""
+
+_Held = TypeVar("_Held")
+
+
+@dataclass(frozen=True)
+class Control(Component):
+    """Generator torque and brake, and the controller that sets them and the drives.
+
+    The torque acts between generator and nacelle.
+    """
+
+    def mistakes(self, case: Case) -> list[str]:
+        """Missing files, drives or brakes."""
+        return [sentence for sentence in (check_control(case), check_events(case)) if sentence]
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """The torque ``generator`` and, where it has a torque, the friction ``brake``."""
+        case = assembly.case
+        names = [ROTOR, *((SHAFT,) if case.drivetrain.model == "two_mass" else ())]
+        factors = dict.fromkeys(names, case.drivetrain.ratio)
+        found: list[Any] = [HeldTorque("generator", factors)]
+        if has_brake(case):
+            found.append(HeldBrake("brake", names))
+        return found
+
+    def channels(self, turbine: Turbine) -> Channels:
+        """Torque, power and speed of the generator in the step, and the commands held from now."""
+        actuators, d = list_actuators(turbine), turbine.case.drivetrain
+        places = turbine.system.joint_coordinate_names
+        factors = fast_shaft(turbine.system, d.ratio)
+        terms = [(places.index(name), factor) for name, factor in factors.items()]
+
+        def values(s: Snapshot) -> list[float]:
+            speed = sum(factor * float(s.state.joint_rates[k]) for k, factor in terms)
+            torque = -actuators.generator.last
+            pitch = [np.degrees(drive.target or 0.0) for drive in actuators.pitch]
+            power = d.efficiency * torque * speed
+            return [1e-3 * torque, 1e-3 * power, speed * 30.0 / np.pi, *map(float, pitch)]
+
+        commands = [f"BlPitchC{k + 1}_[deg]" for k in range(len(actuators.pitch))]
+        columns = ("GenTq_[kN-m]", "GenPwr_[kW]", "GenSpeed_[rpm]", *commands)
+        return Channels(openfast=[Channel(columns, values)])
+
+    def observers(self, turbine: Turbine, folder: Path) -> list[ControlLoop]:
+        """The loop that asks the controller after each step. Collective.
+
+        Raises:
+            InputError: if it cannot be made.
+        """
+        case, actuators = turbine.case, list_actuators(turbine)
+        controller = _make_controller(turbine, folder, actuators)
+        sensors = Sensors(turbine, actuators)
+        return [ControlLoop(controller, sensors, actuators, list_events(case), case.time.step)]
+
+
+def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Controller:
+    """The controller that a case names. Collective."""
+    case, comm = turbine.case, turbine.comm
+    c = case.control
+    if c.kind == "none":
+        pitch = case.pitch.initial
+        return FixedCommands(0.0, (pitch, pitch, pitch))
+    if c.kind == "pi":
+        torque, law = c.torque.make(), c.pitch.make()
+        return PIController(torque, law, c.filter_frequency, c.torque.rate)
+    if c.python_class:
+        path, name = c.python_class
+        who = f"the controller {name!r} of '{path}'"
+        return ForeignController(comm, lambda: PythonClass(path, name), who)
+    assert c.library and c.input
+    library, infile = Path(c.library), Path(c.input)
+    limits = (c.pitch.fine, c.pitch.largest)
+    return ForeignController(
+        comm,
+        lambda: Discon(library, infile, folder / FOLDER, limits),
+        f"the controller '{library}'",
+    )
+
+
+def list_actuators(turbine: Turbine) -> Actuators:
+    """Actuators among the parts of a turbine."""
+    motions = [part.motion for part in turbine.parts if isinstance(part, PrescribedMotion)]
+    return Actuators(
+        next(_pick(turbine.parts, HeldTorque)),
+        tuple(_pick(motions, PitchDrive)),
+        next(_pick(motions, YawDrive), None),
+        next(_pick(turbine.parts, HeldBrake), None),
+        turbine.case.drivetrain.brake_torque,
+    )
+
+
+def _pick(things: list[Any], kind: type[_Held]) -> Iterator[_Held]:
+    """Those of a kind."""
+    return (thing for thing in things if isinstance(thing, kind))

@@ -1,0 +1,136 @@
+"""Three flexible blades, one body, on the hub or on the rings of the pitch bearings (section 3).
+
+The frame of a blade is that of OpenFAST, with the origin at the centre of the root. Its x points
+downwind, without precone along the shaft, and z along the span to the tip. So y = z x x points to
+the trailing edge of a rotor that turns clockwise, seen from upwind. It is fixed to what carries the
+root: to the hub, or with pitch bearings to the ring, so that it pitches with the blade. Root loads
+are those that the blade exerts on its parent body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.frame_fields import frame_fields
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.meshing import RotorLayout
+from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import BLADES, HUB
+from turbine_fenicsx.simulation.observers.cell_values import CellValues
+from turbine_fenicsx.simulation.observers.gauges import gauge_channel
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
+from turbine_fenicsx.turbine.blades.station_check import check_stations
+from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.gauges import make_gauges
+from turbine_fenicsx.turbine.components.pitch import RINGS
+
+BODY = "blades"
+"""Name of the flexible body of all blades."""
+
+
+ROOT_LOADS = tuple(
+    family(blade=k, axis=axis)
+    for k in range(1, len(ROOTS) + 1)
+    for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
+    for axis in "xyz"
+)
+"""Columns of ``history.csv`` with the loads of the blades on what carries them."""
+
+OPENFAST_ROOTS = tuple(
+    f"Root{kind}{axis}b{k}_[{unit}]"
+    for k in range(1, len(ROOTS) + 1)
+    for kind, unit in (("F", "kN"), ("M", "kN-m"))
+    for axis in "xyz"
+)
+"""Columns of ``history.out`` with these."""
+
+
+@dataclass(frozen=True)
+class FlexibleBlades(Component):
+    """The mesh of the blades as one flexible body, and a coupling of each root."""
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
+        rotor = assembly.rotor
+        source, make = rotor.mesh_source()
+
+        def examine(mesh: MeshArrays) -> tuple[str, ...]:
+            mistakes = rotor.list_mistakes(mesh)
+            if not mistakes:
+                check_stations(assembly.case, mesh, rotor.layout, rotor.blades.degree)
+            return mistakes
+
+        mesh = assembly.load_mesh(BODY, source, make, examine)
+        frames = {
+            mesh.cell_names[name]: rotor.layout.frame(k) for k, name in enumerate(BLADES, start=1)
+        }
+        axes = frame_fields(mesh.mesh, mesh.cell_tags, frames)
+        body = rotor.blades.make_body(BODY, mesh, axes)
+        hub = assembly.part(HUB)
+        return [body] + [
+            Coupling(root, body, mesh.facets(root), assembly.find(ring) or hub)
+            for root, ring in zip(ROOTS, RINGS, strict=True)
+        ]
+
+    def channels(self, turbine: Turbine) -> Channels:
+        """Tip deflections, root forces and moments, strain gauges, failure of plies."""
+        system, layout, blades = turbine.system, turbine.rotor.layout, turbine.rotor.blades
+        numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
+        reactions, followed = [], []
+        for k, name, point in zip(numbers, ROOTS, turbine.rotor.tips, strict=True):
+            coupling = turbine.part(name)
+            axes = blade_axes(layout, int(k))
+            root = layout.point_on_span(int(k), blades.hub_radius)
+            reactions.append(Reaction(coupling, root, axes))
+            followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
+        loads, tips = Reactions(system, reactions), Tips(system, followed)
+        bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
+        gauges = make_gauges(turbine, turbine.part(BODY))
+        plies = find_plies(turbine)
+        failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
+        motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]
+        return Channels(
+            history=[
+                tip_channel(tips),
+                Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
+                Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
+                *([gauge_channel(gauges)] if gauges else []),
+                *failure,
+            ],
+            openfast=[
+                Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
+                Channel(
+                    OPENFAST_ROOTS, lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads
+                ),
+            ],
+        )
+
+    def fields(self, turbine: Turbine) -> list[CellValues]:
+        """The failure index of plies, by Tsai and Wu."""
+        plies = find_plies(turbine)
+        return [failure_field(plies.stresses, leave_out=plies.made_up)] if plies else []
+
+
+def find_plies(turbine: Turbine) -> BladePlies | None:
+    """Plies of the blades; None if they are of one material. Collective."""
+    return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
+
+
+def blade_axes(layout: RotorLayout, blade: int) -> Array:
+    """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
+
+    Args:
+        layout: Where the blades stand.
+        blade: Number of the blade, from 1.
+    """
+    a1, a2, a3 = layout.frame(blade)
+    return np.array([a3, -a2, a1])

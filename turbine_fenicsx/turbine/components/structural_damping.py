@@ -1,0 +1,218 @@
+"""Structural damping of blades and tower, Rayleigh's with the ratios of named modes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from turbine_fenicsx.analysis.cross_sections import CrossSections
+from turbine_fenicsx.analysis.held_modes import HeldMode, Rider, held_modes
+from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.rotations import E2, skew
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.meshing.tower import BOTTOM, TOP
+from turbine_fenicsx.records.conventions import BLADES, TOWER
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.components.component import Assembly, Component
+from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
+from turbine_fenicsx.turbine.components.mode_names import (
+    BLADE_WAYS,
+    name_tower,
+    sum_squares,
+)
+from turbine_fenicsx.turbine.components.tower import AXES
+from turbine_fenicsx.turbine.tables.damping import DampingCase
+
+log = logging.getLogger(__name__)
+
+COUNT = 10
+"""Number of modes among which the named ones are looked for."""
+
+
+@dataclass(frozen=True)
+class StructuralDamping(Component):
+    """Rayleigh damping of the flexible blades and of the tower, as far as the case asks for it."""
+
+    def parts(self, assembly: Assembly) -> list[RayleighDamping]:
+        """Parts ``damping_of_blades`` and ``damping_of_tower``."""
+        case, found = assembly.case, []
+        blades, tower = assembly.find(BODY), assembly.find(TOWER)
+        if blades is not None and case.blade.damping.acts:
+            found.append(_damp_blades(assembly, blades, case.blade.damping))
+        if tower is not None and case.tower.damping.acts:
+            found.append(_damp_tower(assembly, tower, case.tower.damping))
+        return found
+
+
+def _damp_blades(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> RayleighDamping:
+    """The damping of all blades, found from the first one: they are equal."""
+    mesh = assembly.meshes[BODY]
+    held = [
+        HeldPart(mesh.facets(root), mesh.cells(blade))
+        for root, blade in zip(ROOTS, BLADES, strict=True)
+    ]
+    damping = RayleighDamping(
+        f"damping_of_{BODY}", body, stiffness=wanted.stiffness_time or 0.0, held=held
+    )
+    if not wanted.ratios:
+        return damping
+    system, model = _make_system(assembly, damping, held[:1])
+    nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
+    root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
+    layout, speed = assembly.rotor.layout, assembly.case.blade.damping.speed
+    spin = speed * skew(layout.axes[2])
+    # centrifugal force -M S^2 (X - centre)
+    arms, load = model.new_vector(), model.new_vector()
+    arms.array[:] = -((model.positions - np.asarray(layout.centre)) @ (spin @ spin).T).ravel()
+    model.momentum(arms, load)
+    modes = held_modes(model, nodes, root, COUNT, load=load, spin=spin)
+    axes = blade_axes(layout, 1)
+    sections = _cut(system, nodes, axes)
+    named = _name(modes, [BLADE_WAYS[_find_way(sections, nodes, mode)] for mode in modes])
+    return _meet(damping, model, wanted, named, "blade")
+
+
+def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> RayleighDamping:
+    """The damping of the tower with nacelle and rotor as one rigid body on top."""
+    mesh = assembly.meshes[TOWER]
+    damping = RayleighDamping(
+        f"damping_of_{TOWER}",
+        body,
+        stiffness=wanted.stiffness_time or 0.0,
+        held=[HeldPart(mesh.facets(BOTTOM))],
+    )
+    if not wanted.ratios:
+        return damping
+    system, model = _make_system(assembly, damping, damping.held)
+    nodes = np.arange(model.n_owned)
+    foot, top = (nodes_of_facets(model.space, mesh.facets(name)) for name in (BOTTOM, TOP))
+    gravity = -assembly.case.loads.gravity * np.asarray(E2)
+    rider = Rider.of(top, np.zeros(3), _sum_inertia(assembly, body), gravity)
+    weight = model.new_vector()
+    weight.array[:] = (model.nodal_mass[:, None] * gravity).ravel()
+    modes = held_modes(model, nodes, foot, COUNT, load=weight, rider=rider)
+    sections = _cut(system, nodes, AXES)
+    ways = []
+    for mode in modes:
+        shape = sections.motion(mode.shape)
+        ways.append(name_tower(shape, shape / sections.roots, sections.stations)[0].way)
+    return _meet(damping, model, wanted, _name(modes, ways), "tower")
+
+
+def _make_system(
+    assembly: Assembly, damping: RayleighDamping, held: Sequence[HeldPart]
+) -> tuple[MultibodySystem, FlexibleModel]:
+    """The body alone, with a mass coefficient of one for what `held` holds; its model."""
+    unit = replace(damping, stiffness=0.0, mass=1.0, held=held)
+    system = MultibodySystem(assembly.comm, [damping.flexible, unit])
+    return system, on_mesh(system.flexible_models[0], "ratios of damping")
+
+
+def _cut(system: MultibodySystem, nodes: IntArray, axes: Array) -> CrossSections:
+    """Cross-sections of a part of the only body of a system."""
+    piece = Piece(system.flexible_bodies[0].name, 0, nodes)
+    state = system.initial_state()
+    found = CrossSections(system, state, piece, axes, axes[2])
+    state.destroy()
+    return found
+
+
+def _find_way(sections: CrossSections, nodes: IntArray, mode: HeldMode) -> int:
+    """Number of the way in which most of a blade moves."""
+    return int(sum_squares([sections.motion(mode.shape[nodes])]).argmax())
+
+
+def _name(modes: Sequence[HeldMode], ways: Sequence[str]) -> dict[str, HeldMode]:
+    """Modes by their keys, ``flap_1``: numbered by frequency among those of one way."""
+    found: dict[str, HeldMode] = {}
+    for mode, way in zip(modes, ways, strict=True):
+        key = way.replace("-", "_").replace(" ", "_")
+        number = 1 + sum(name.rpartition("_")[0] == key for name in found)
+        found[f"{key}_{number}"] = mode
+    return found
+
+
+def _meet(
+    damping: RayleighDamping,
+    model: FlexibleModel,
+    wanted: DampingCase,
+    named: Mapping[str, HeldMode],
+    table: str,
+) -> RayleighDamping:
+    """The damping with coefficients that meet the ratios.
+
+    A mode u of modal mass 1 has the ratio (beta u^T K(0) u + alpha u^T Q^T W Q u)/(2 w). The model
+    has the masses W relative to the root, as of `MassDamper` with alpha = 1.
+
+    Raises:
+        ModelError: if there is no such mode, or no coefficients meet the ratios.
+    """
+    keys, rows, damper = list(wanted.ratios), [], model.mass_damper
+    assert damper is not None
+    for key in keys:
+        if key not in named:
+            raise ModelError(
+                f"{table}.damping.{key}: expected one of the modes that were found: "
+                f"{', '.join(named)}"
+            )
+        mode = named[key]
+        u = np.zeros(mode.shape.size)
+        power = np.array([damper.power(u, mode.shape.ravel())])
+        of_mass = float(sum_over_ranks(model.body.mesh.comm, power)[0])
+        rows.append(np.array([mode.strain, of_mass]) / (2.0 * mode.frequency))
+    asked = np.array(list(wanted.ratios.values()))
+    if len(keys) == 1:
+        beta, alpha = float(asked[0] / rows[0][0]), 0.0
+    else:
+        beta, alpha = map(float, np.linalg.solve(rows, asked))
+    if min(beta, alpha) < 0.0:
+        # with the first ratio, stiffness or mass alone give the second one these
+        ends = sorted(asked[0] * rows[1] / rows[0])
+        raise ModelError(
+            f"{table}.damping.{keys[1]} = {asked[1]:.4g}: expected {ends[0]:.4g} to {ends[1]:.4g} "
+            f"beside {keys[0]} = {asked[0]:.4g}, as stiffness and mass can give"
+        )
+    log.info(
+        "damping of the %s: %s, stiffness %.4g s, mass %.4g 1/s",
+        table,
+        ", ".join(
+            f"{key} at {named[key].frequency / (2.0 * np.pi):.4g} Hz by {100.0 * ratio:.3g} %"
+            for key, ratio in wanted.ratios.items()
+        ),
+        beta,
+        alpha,
+    )
+    return replace(damping, stiffness=beta, mass=alpha)
+
+
+def _sum_inertia(assembly: Assembly, tower: FlexibleBody) -> Array:
+    """Mass, first and second moments about the origin of all that stands on the tower, (4, 4)."""
+    total = np.zeros((4, 4))
+    for body in (x for x in assembly.parts if isinstance(x, RigidBody)):
+        R = np.asarray(body.directors, dtype=float)
+        r = np.append(1.0, np.asarray(body.position, dtype=float))
+        total += body.mass * np.outer(r, r)
+        total[1:, 1:] += R @ np.diag(body.euler) @ R.T
+    for part in (x for x in assembly.parts if isinstance(x, FlexibleBody) and x is not tower):
+        model = FlexibleModel(part)
+        arms, momenta = model.new_vector(), model.new_vector()
+        arms.array[:] = model.positions.ravel()
+        model.momentum(arms, momenta)
+        own = np.zeros((4, 4))
+        own[0, 0] = model.nodal_mass.sum()
+        own[0, 1:] = own[1:, 0] = model.nodal_mass @ model.positions
+        own[1:, 1:] = model.positions.T @ momenta.array_r.reshape(-1, 3)
+        total += sum_over_ranks(assembly.comm, own)
+    return total

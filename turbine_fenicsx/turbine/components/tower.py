@@ -1,0 +1,100 @@
+"""The flexible tower: a tube of hexahedra between the ground and the yaw bearing.
+
+The frame of the tower is that of OpenFAST and does not move: x points downwind, z up, and y = z x x
+to the left, looking downwind. Base loads are those that the tower exerts on the ground, about the
+centre of its foot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.materials.lame import lame_constants
+from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
+from turbine_fenicsx.meshing import TowerGeometry, mesh_tower
+from turbine_fenicsx.meshing.tower import BOTTOM, TOP
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import TOWER
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.nacelle import SUPPORT
+from turbine_fenicsx.turbine.tables.tower import TOWER_CHECKS, TowerCase
+
+FOOT, HEAD = "tower_foot", "tower_head"
+"""Names of the couplings to the ground and to the rigid body that carries the yaw bearing."""
+
+AXES = np.array([E3, E1, E2])
+"""Axes x, y, z of the frame of the tower as rows."""
+
+
+def tower_geometry(tower: TowerCase) -> TowerGeometry:
+    """Shape of the tower of a case.
+
+    Raises:
+        ModelError: for a wall that leaves no hollow.
+    """
+    t = tower
+    if t.stations is None:
+        return TowerGeometry.cone(t.height, t.bottom_diameter, t.top_diameter, t.wall)
+    return TowerGeometry(t.height, t.stations, t.diameters or (), t.walls or ())
+
+
+@dataclass(frozen=True)
+class Tower(Component):
+    """The tube, the rigid body at its top, and a coupling at each end."""
+
+    def mistakes(self, case: Case) -> list[str]:
+        """Contradictions in the table of the tower."""
+        return [sentence for _, check in TOWER_CHECKS if (sentence := check(case.tower))]
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """Cells are curved if the displacement is quadratic."""
+        t = assembly.case.tower
+        geometry = tower_geometry(t)
+        mesh = assembly.load_mesh(
+            TOWER, "mesh of the tower", lambda: mesh_tower(geometry, t.elements, t.degree)
+        )
+        material = StVenantKirchhoff(*lame_constants(t.young, t.poisson))
+        body = FlexibleBody(TOWER, mesh.mesh, material, t.density, t.degree)
+        top = RigidBody(SUPPORT, t.top_mass, t.top_euler)
+        foot = Coupling(FOOT, body, mesh.facets(BOTTOM), None)
+        return [top, body, foot, Coupling(HEAD, body, mesh.facets(TOP), top)]
+
+    def channels(self, turbine: Turbine) -> Channels:
+        """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
+        system, top = turbine.system, turbine.part(SUPPORT)
+        first, start = system.first_coordinate[top], np.asarray(top.position, dtype=float)
+        centre = (0.0, -turbine.case.tower.height, 0.0)
+        base = Reactions(system, [Reaction(turbine.part(FOOT), centre, AXES)])
+        loads = [
+            family(axis=axis)
+            for family in (names.TOWER_BASE_FORCE, names.TOWER_BASE_MOMENT)
+            for axis in "xyz"
+        ]
+        out = [
+            f"TwrBs{kind}{axis}t_[{unit}]"
+            for kind, unit in (("F", "kN"), ("M", "kN-m"))
+            for axis in "xyz"
+        ]
+
+        def channels(motions: list[str], loads: list[str], factor: float) -> list[Channel]:
+            return [
+                Channel(
+                    tuple(motions),
+                    lambda s: (AXES @ (s.state.q[first : first + 3] - start)).tolist(),
+                ),
+                Channel(tuple(loads), lambda s: (factor * base.mean_at(s)).ravel().tolist(), base),
+            ]
+
+        motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
+        ways = [f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")]
+        return Channels(channels(motions, loads, 1.0), channels(ways, out, 1e-3))

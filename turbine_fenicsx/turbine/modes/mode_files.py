@@ -1,0 +1,124 @@
+"""The modes of a turbine as files: ``modes.csv``, ``modes.xdmf``, ``campbell.csv``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import pi
+from pathlib import Path
+
+from turbine_fenicsx.analysis.mode import Modes
+from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import TITLES, Row, format_rows
+from turbine_fenicsx.simulation.mode_shapes import write_mode_shapes
+from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
+from turbine_fenicsx.turbine.components.component import Turbine
+from turbine_fenicsx.turbine.modes.mode_table import ModeRow
+
+RPM = 30.0 / pi
+"""Revolutions per minute of one rad/s."""
+
+
+@dataclass(frozen=True)
+class ModeTable:
+    """The modes at one speed.
+
+    Args:
+        speed: Of the rotor [rad/s].
+        rows: The modes.
+    """
+
+    speed: float
+    rows: tuple[ModeRow, ...]
+
+
+def write_tables(folder: Path, turbine: Turbine, tables: Sequence[ModeTable]) -> list[str]:
+    """Write ``modes.csv``, and of several speeds ``campbell.csv``; their names. Collective.
+
+    Raises:
+        FileError: if a file cannot be written.
+    """
+    rows = [
+        _make_row(table.speed, number, row)
+        for table in tables
+        for number, row in enumerate(table.rows, start=1)
+    ]
+    files = {"modes.csv": rows}
+    if len(tables) > 1:
+        columns = (names.SPEED, names.MODE, names.FREQUENCY, names.DAMPING_RATIO, names.MODE_NAME)
+        files["campbell.csv"] = [{column: row[column] for column in columns} for row in rows]
+    for name, content in files.items():
+        text = format_rows(content).encode()
+        on_rank0(turbine.comm, partial(replace_file, folder / name, text))
+    return list(files)
+
+
+def write_shapes(folder: Path, turbine: Turbine, modes: Modes, table: ModeTable) -> str:
+    """Write ``modes.xdmf``; its name. Collective.
+
+    Raises:
+        FileError: if a file cannot be written.
+    """
+    grid = FieldGrid(
+        turbine.system, turbine.surfaces(), turbine.parts_of_cells(), turbine.part_names()
+    )
+    titles = [
+        f"{k}  {row.name}\n{_describe_frequency(row)}" for k, row in enumerate(table.rows, start=1)
+    ]
+    write_mode_shapes(folder / "modes.xdmf", grid, modes, {TITLES: json.dumps(titles)})
+    return "modes.xdmf"
+
+
+def format_modes(table: ModeTable) -> str:
+    """The modes at one speed as lines to read."""
+    parts = [part.replace("_", " ") for part in table.rows[0].shares]
+    damped = any(abs(row.damping_ratio) > 5e-6 for row in table.rows)
+    head = ["", "f [Hz]", *["damping"] * damped, *parts, "moves", "name"]
+    lines = [head]
+    for number, row in enumerate(table.rows, start=1):
+        falls = row.growth and not row.frequency
+        frequency = "grows" if falls else f"{row.frequency:.4f}"
+        damping = ["" if falls else f"{100.0 * row.damping_ratio:.2f} %"] * damped
+        shares = [f"{100.0 * x:.0f} %" for x in row.shares.values()]
+        ways = sorted(row.ways.items(), key=lambda item: -item[1])
+        motion = ", ".join(f"{way} {100.0 * x:.0f} %" for way, x in ways[:2] if x > 0.095)
+        lines.append([str(number), frequency, *damping, *shares, motion, row.name])
+    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
+    left = len(head) - 2  # words stand to the left, numbers to the right
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if k >= left else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
+
+
+def _make_row(speed: float, number: int, row: ModeRow) -> Row:
+    """A row of ``modes.csv``."""
+    return {
+        names.SPEED: speed * RPM,
+        names.MODE: number,
+        names.FREQUENCY: row.frequency,
+        names.DAMPING_RATIO: row.damping_ratio,
+        names.GROWTH_RATE: row.growth,
+        **{names.MODAL_MASS(part=part): x for part, x in row.shares.items()},
+        **{
+            names.MOTION_SHARE(way=way.replace(" ", "_").replace("-", "_")): x
+            for way, x in row.ways.items()
+        },
+        names.MODE_NAME: row.name,
+    }
+
+
+def _describe_frequency(row: ModeRow) -> str:
+    """Frequency and damping of a mode in words."""
+    if row.growth and not row.frequency:
+        return f"grows by a factor of e in {1.0 / row.growth:.3g} s"
+    damped = abs(row.damping_ratio) > 5e-6
+    damping = f", damping {100.0 * row.damping_ratio:.2f} %" if damped else ""
+    return f"{row.frequency:.3f} Hz{damping}"

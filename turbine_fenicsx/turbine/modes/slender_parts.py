@@ -1,0 +1,100 @@
+"""Blades and tower as slender parts, described by the motion of their cross-sections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turbine_fenicsx.analysis.cross_sections import CrossSections
+from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.analysis.mode import Mode, Motion
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.records.conventions import BLADES, TOWER
+from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.components.component import Turbine
+from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
+from turbine_fenicsx.turbine.components.tower import AXES as TOWER_AXES
+
+
+@dataclass(frozen=True, eq=False)
+class SlenderPart:
+    """A blade as seen from what carries its root, or the tower as seen from the ground.
+
+    Args:
+        piece: Its nodes.
+        sections: Its cross-sections.
+        carrier: The rigid body at its root; None is the ground.
+        first: First coordinate of the parent body.
+    """
+
+    piece: Piece
+    sections: CrossSections
+    carrier: RigidBody | None
+    first: int
+
+    def shape(self, motion: Motion) -> Array:
+        """Motion of the cross-sections relative to the parent body, see `CrossSections.motion`.
+
+        Returns:
+            Motion along x, y, z and about z, shape (stations, 4). Collective.
+        """
+        own = motion.u[self.piece.body].array_r.reshape(-1, 3)[self.piece.nodes]
+        if self.carrier is not None:
+            xi = self.carrier.body_coordinates(self.sections.positions)
+            carried = motion.q[self.first : self.first + 12].reshape(4, 3)
+            own = own - np.column_stack([np.ones(len(xi)), xi]) @ carried
+        return self.sections.motion(own)
+
+    def complex_shape(self, mode: Mode) -> Array:
+        """That of both parts of a mode, a + i b, complex, shape (stations, 4). Collective."""
+        b = 0.0 if mode.imaginary is None else self.shape(mode.imaginary)
+        found: Array = self.shape(mode.real) + 1j * b
+        return found
+
+
+def find_slender_parts(turbine: Turbine, state: State) -> dict[str, SlenderPart]:
+    """Flexible blades and tower of a turbine by their names. Collective.
+
+    Args:
+        turbine: The turbine.
+        state: Where the motions start from.
+    """
+    system, found = turbine.system, {}
+    bodies = [body.name for body in system.flexible_bodies]
+    if BODY in bodies:
+        layout = turbine.rotor.layout
+        for k, (name, root) in enumerate(zip(BLADES, ROOTS, strict=True), start=1):
+            piece = Piece(name, bodies.index(BODY), _find_nodes(turbine, BODY, name))
+            axes = blade_axes(layout, k)
+            carrier = turbine.part(root).rigid
+            found[name] = _make_part(system, state, piece, axes, carrier)
+    if TOWER in bodies:
+        nodes = np.arange(system.flexible_models[bodies.index(TOWER)].n_owned)
+        piece = Piece(TOWER, bodies.index(TOWER), nodes)
+        found[TOWER] = _make_part(system, state, piece, TOWER_AXES, None)
+    return found
+
+
+def _make_part(
+    system: MultibodySystem, state: State, piece: Piece, axes: Array, carrier: RigidBody | None
+) -> SlenderPart:
+    """A part with axes that have turned with its parent body."""
+    turned, first = axes, 0
+    if carrier is not None:
+        first = system.first_coordinate[carrier]
+        R = state.q[first + 3 : first + 12].reshape(3, 3).T @ np.asarray(carrier.directors).T
+        turned = axes @ R.T
+    return SlenderPart(piece, CrossSections(system, state, piece, turned, axes[2]), carrier, first)
+
+
+def _find_nodes(turbine: Turbine, body: str, volume: str) -> IntArray:
+    """Owned nodes in the cells of a volume."""
+    model = next(m for m in turbine.system.flexible_models if m.body.name == body)
+    space = on_mesh(model, "names of modes").space
+    return nodes_of_cells(space, turbine.meshes[body].cells(volume))

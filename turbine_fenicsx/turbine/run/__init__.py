@@ -1,0 +1,1 @@
+"""A case as a run: start, time series, summary, restart."""

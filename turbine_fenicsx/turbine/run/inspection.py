@@ -1,0 +1,115 @@
+"""A look at the mesh of a case, the user's own or a built-in one, without DOLFINx."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.meshing import mesh_tower
+from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.meshing.topology import count_nodes
+from turbine_fenicsx.meshing.tower import BOTTOM, TOP
+from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan, plan_rotor
+from turbine_fenicsx.turbine.blades.station_check import list_station_mistakes
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.tower import tower_geometry
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Findings on a mesh.
+
+    Args:
+        mistakes: What is wrong with it, one sentence each.
+        warnings: What looks wrong, one sentence each.
+        report: Size, unknowns, volumes, masses and quality in a few lines; empty if it cannot be
+            read.
+    """
+
+    mistakes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    report: str
+
+
+def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
+    """Read the mesh of a case on rank 0 and look at everything.
+
+    Args:
+        case: A hybrid turbine.
+        comm: Communicator.
+
+    Raises:
+        InputError: on every rank, if a built-in mesh cannot be made or a file not be read.
+
+    Note:
+        Collective over ``comm``.
+    """
+    try:
+        plan = plan_rotor(case, comm)
+        name, make = plan.mesh_source()
+        return on_rank0(comm, lambda: _inspect(case, plan, name, make))
+    except OSError as error:
+        raise InputError(str(error)) from None
+
+
+def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArrays]) -> Inspection:
+    """Look at the mesh on this rank."""
+    try:
+        mesh = make()
+    except ModelError as error:
+        return Inspection((str(error),), (), "")
+    report, found = mesh.examine(), examine_blades(mesh, plan.layout, plan.blades)
+    warnings = [*report.warnings, *found.warnings, *plan.blades.find_warnings(report)]
+    mistakes = tuple(f"{name}: {m}" for m in (*report.mistakes, *plan.list_mistakes(mesh)))
+    if not mistakes:
+        mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
+    made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
+    unknowns = _describe_unknowns(mesh, ROOTS, plan.blades.degree)
+    return Inspection(mistakes, tuple(warnings), "\n".join([str(report), unknowns, *made]))
+
+
+def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:
+    """Mass and centre of mass of a rigid blade, in a line. Collective.
+
+    Raises:
+        InputError: if the layup of a file cannot be meshed.
+    """
+    plan = plan_rotor(case, comm)
+    inertia = on_rank0(comm, plan.blades.find_inertia)
+    if inertia is None:
+        return ["rigid turbine, no mesh of blades"]
+    return [
+        f"rigid blades with the inertia of their layup: mass of a blade {inertia.mass / 1e3:.6g} "
+        f"t, centre of mass {inertia.centre[0] - plan.blades.hub_radius:.4g} m from the root"
+    ]
+
+
+def describe_tower(case: Case) -> list[str]:
+    """Lines on size, unknowns, mass and quality of the tower, if it is flexible."""
+    if not case.tower.flexible:
+        return []
+    t = case.tower
+    mesh = mesh_tower(tower_geometry(t), t.elements, t.degree)
+    report = mesh.examine()
+    return [
+        str(report),
+        _describe_unknowns(mesh, (BOTTOM, TOP), t.degree),
+        f"mass of the tower {sum(report.volumes.values()) * t.density / 1e3:.6g} t",
+    ]
+
+
+def _describe_unknowns(mesh: MeshArrays, coupled: tuple[str, ...], degree: int) -> str:
+    """Numbers of displacements, and of multipliers on the surfaces that rigid bodies hold."""
+    tags = [mesh.surfaces[name] for name in coupled if name in mesh.surfaces]
+    facets = mesh.facets[np.isin(mesh.facet_groups, tags)]
+    nodes = count_nodes(mesh.cells, mesh.reference, 3, degree)
+    held = count_nodes(facets, mesh.reference, 2, degree)
+    return f"unknowns: {3 * nodes} displacements, {3 * held} coupling multipliers"

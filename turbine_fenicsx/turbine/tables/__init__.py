@@ -1,0 +1,1 @@
+"""The tables of case files, one file for each: keys, meaning, unit, range, checks."""

@@ -1,0 +1,161 @@
+"""The tables of the controller: their keys, and what they have to do with the rest of a case."""
+
+from __future__ import annotations
+
+import os
+from math import pi
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from turbine_fenicsx.case.quantities import (
+    AngularSpeed,
+    Number,
+    Power,
+    Radians,
+    Seconds,
+    Torque,
+    TorqueGain,
+    TorqueRate,
+)
+from turbine_fenicsx.case.section import NotNegative, Positive, Section
+from turbine_fenicsx.control.pi import PitchLaw
+from turbine_fenicsx.control.torque_law import TorqueLaw
+
+PYTHON = "python:"
+
+_TORQUE, _PITCH = TorqueLaw(), PitchLaw()
+
+
+class TorqueLawCase(Section):
+    """Torque over the speed of the generator, of ``control.kind = "pi"``.
+
+    There is none below ``cut_in_speed``, ``gain`` times speed squared from ``optimal_speed`` on,
+    and constant power from ``rated_speed`` on; straight lines are between these regions, the second
+    with a ``slip``. The defaults are those of ``turbine.file``; without one, of the NREL 5 MW
+    turbine.
+    """
+
+    cut_in_speed: Annotated[AngularSpeed, Positive] = _TORQUE.cut_in_speed
+    """Generator speed below which there is no torque."""
+    optimal_speed: Annotated[AngularSpeed, Positive] = _TORQUE.optimal_speed
+    """Generator speed at which region 2 begins."""
+    gain: Annotated[TorqueGain, Positive] = _TORQUE.gain
+    """Torque by generator speed squared in region 2."""
+    rated_speed: Annotated[AngularSpeed, Positive] = _TORQUE.rated_speed
+    """Generator speed from which on power is constant."""
+    rated_power: Annotated[Power, Positive] = _TORQUE.rated_power
+    """Mechanical power of the generator above rated speed."""
+    slip: Annotated[Number, Positive] = _TORQUE.slip
+    """Torque of region 2 1/2 rises from rated speed/(1 + slip) on."""
+    largest: Annotated[Torque, Positive] = _TORQUE.largest
+    """Largest torque."""
+    rate: Annotated[TorqueRate, Positive] = 15000.0
+    """Largest change of torque in time."""
+
+    def make(self) -> TorqueLaw:
+        """The law; raises ModelError where its regions do not follow each other."""
+        return TorqueLaw(**self.model_dump(exclude={"rate"}))
+
+
+Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
+
+
+class PitchLawCase(Section):
+    """PI law of the pitch, of ``control.kind = "pi"``; defaults as for the torque.
+
+    The pitch keeps the generator at ``speed``. Gains fall with the pitch and are half at
+    ``gain_angle``; from ``rated_margin`` above the ``fine`` pitch on power is kept constant.
+    """
+
+    speed: Annotated[AngularSpeed, Positive] = _PITCH.speed
+    """Generator speed that the pitch keeps."""
+    proportional_gain: Annotated[Seconds, NotNegative] = _PITCH.proportional_gain
+    """K_P at the fine pitch, pitch by speed."""
+    integral_gain: Annotated[Number, Positive] = _PITCH.integral_gain
+    """K_I at the fine pitch, pitch by angle."""
+    gain_angle: Annotated[Radians, Positive] = _PITCH.gain_angle
+    """Pitch above the fine one at which gains are half."""
+    fine: Angle = _PITCH.fine
+    """Smallest pitch, that below rated power."""
+    largest: Angle = _PITCH.largest
+    """Largest pitch."""
+    rate: Annotated[AngularSpeed, Positive] = _PITCH.rate
+    """Largest change of pitch in time."""
+    rated_margin: Annotated[Radians, NotNegative] = _PITCH.rated_margin
+    """Pitch above the fine one from which on power is kept constant whatever the speed."""
+
+    def make(self) -> PitchLaw:
+        """The law; raises ModelError for limits that leave no pitch."""
+        return PitchLaw(**self.model_dump())
+
+
+def is_controller(kind: str) -> bool:
+    """Whether a key ``control.kind`` names a controller, right or wrong in its detail."""
+    return kind in ("pi", "discon") or kind.startswith(PYTHON)
+
+
+def _check_kind(kind: str) -> str:
+    """One of the kinds; the file of a Python controller becomes absolute."""
+    if kind in ("none", "pi", "discon"):
+        return kind
+    file, _, name = kind.removeprefix(PYTHON).rpartition(":")
+    if not kind.startswith(PYTHON) or not file or not name.isidentifier():
+        raise ValueError('expected "none", "pi", "discon" or "python:FILE:CLASS"')
+    return f"{PYTHON}{os.path.abspath(file)}:{name}"
+
+
+File = Annotated[str, AfterValidator(os.path.abspath)]
+
+
+class ControlCase(Section):
+    """Controller: what it is, and where it comes from.
+
+    It commands generator torque and pitch, and is asked after each step. ``"pi"`` is built in and
+    takes its values from the tables below. ``"discon"`` is a ``library`` in Bladed's shape with its
+    ``input`` file, such as ROSCO; ``"python:FILE:CLASS"`` a class in a file of yours. Libraries and
+    Python files are run with your rights.
+    """
+
+    kind: Annotated[str, AfterValidator(_check_kind)] = "none"
+    """Controller: ``"none"``, ``"pi"``, ``"discon"`` or ``"python:FILE:CLASS"``, see
+    howto/control."""
+    library: File | None = None
+    """Shared library with the routine DISCON, relative to the case file."""
+    input: File | None = None
+    """Input file of the library, often called DISCON.IN, relative to the case file."""
+    filter_frequency: Annotated[AngularSpeed, Positive] = 1.570796
+    """Corner of the low pass of the generator speed."""
+    torque: TorqueLawCase = TorqueLawCase()
+    pitch: PitchLawCase = PitchLawCase()
+
+    @property
+    def python_class(self) -> tuple[Path, str] | None:
+        """File and class of a Python controller; None for others."""
+        if not self.kind.startswith(PYTHON):
+            return None
+        file, _, name = self.kind.removeprefix(PYTHON).rpartition(":")
+        return Path(file), name
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Files that a run needs, by what they are."""
+        if self.python_class:
+            return {"controller": str(self.python_class[0])}
+        if self.kind == "discon":
+            return {"library of the controller": str(self.library), "DISCON.IN": str(self.input)}
+        return {}
+
+
+def place_control_files(data: Any, folder: Path) -> None:
+    """Make the files that the table ``control`` names relative to a folder."""
+    table = data.get("control")
+    if not isinstance(table, dict):
+        return
+    for key in ("library", "input"):
+        if isinstance(table.get(key), str):
+            table[key] = str(folder / table[key])
+    kind = table.get("kind")
+    if isinstance(kind, str) and kind.startswith(PYTHON):
+        table["kind"] = f"{PYTHON}{folder / kind.removeprefix(PYTHON)}"

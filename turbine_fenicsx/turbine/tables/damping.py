@@ -1,0 +1,153 @@
+"""Structural damping of blades and tower: ratios of named modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import hypot, pi
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+from turbine_fenicsx.case.quantities import AngularSpeed, Seconds, Unit, to_si
+from turbine_fenicsx.case.section import Finite, NotNegative, Section
+from turbine_fenicsx.foundation.text_files import quote
+
+MAX_RATIO = 0.3
+"""Largest damping ratio of a mode: beyond, it is a mistake of the unit."""
+
+MAX_NAMED = 2
+"""Number of modes that stiffness and mass together can meet."""
+
+
+def to_ratio(value: Any) -> float:
+    """A damping ratio, a part of the critical damping.
+
+    Args:
+        value: A number, ``"0.5 %"``, or a logarithmic decrement: ``"3 % logdec"``.
+
+    Raises:
+        ValueError: if it is none, or out of range.
+    """
+    text = value.strip() if isinstance(value, str) else value
+    try:
+        decrement = isinstance(text, str) and text.endswith("logdec")
+        if decrement:
+            text = text.removesuffix("logdec").strip()
+        hundredth = isinstance(text, str) and text.endswith("%")
+        if hundredth:
+            text = text.removesuffix("%").strip()
+        ratio = to_si(text, "") * (0.01 if hundredth else 1.0)
+        if decrement:
+            ratio /= hypot(2.0 * pi, ratio)
+    except ValueError:
+        ratio = -1.0
+    if not 0.0 <= ratio <= MAX_RATIO:
+        raise ValueError(
+            f'expected a damping ratio from 0 to {MAX_RATIO:g}, for example "0.5 %" or "3 % logdec"'
+        )
+    return ratio
+
+
+Ratio = Annotated[float, BeforeValidator(to_ratio), Unit("")]
+
+
+class DampingCase(Section):
+    """Common keys of the damping of blades and tower."""
+
+    stiffness_time: Annotated[Seconds, NotNegative] | None = None
+    """Factor of the stiffness in the damping matrix, in place of ratios: ``mu`` of windIO and
+    BeamDyn."""
+
+    @property
+    def ratios(self) -> dict[str, float]:
+        """Ratios of the named modes."""
+        values = {name: getattr(self, name) for name in type(self).model_fields}
+        skip = {"stiffness_time", "speed"}
+        return {name: x for name, x in values.items() if name not in skip and x is not None}
+
+    @property
+    def acts(self) -> bool:
+        """Whether something is damped."""
+        return bool(self.stiffness_time) or any(self.ratios.values())
+
+    def describe(self) -> str:
+        """The damping in words; empty if there is none."""
+        if self.stiffness_time:
+            return f"in proportion to the stiffness, {self.stiffness_time:g} s"
+        if not self.acts:
+            return ""
+        ratios = self.ratios
+        if len(set(ratios.values())) == 1:
+            return f"{100.0 * next(iter(ratios.values())):.3g} % of {' and '.join(ratios)}"
+        return ", ".join(f"{100.0 * x:.3g} % of {name}" for name, x in ratios.items())
+
+
+class BladeDampingCase(DampingCase):
+    """Damping ratios of one or two modes of a blade that is clamped at its root.
+
+    Stiffness and mass dampen in such proportions that these modes have the ratios; others have
+    more where their frequencies are higher. One value in place of the table counts for ``flap_1``
+    and ``edge_1``.
+    """
+
+    flap_1: Ratio | None = None
+    """Ratio of the first flapwise mode, or its logarithmic decrement: ``"3 % logdec"``."""
+    flap_2: Ratio | None = None
+    """Ratio of the second flapwise mode."""
+    edge_1: Ratio | None = None
+    """Ratio of the first edgewise mode."""
+    edge_2: Ratio | None = None
+    """Ratio of the second edgewise mode."""
+    speed: Annotated[AngularSpeed, Finite] = 0.0
+    """Speed of the rotor at which the blade has these ratios; a rotor that turns is stiffer, and
+    damped less."""
+
+
+class TowerDampingCase(DampingCase):
+    """Damping ratios of one or two modes of the tower, which carries nacelle and rotor.
+
+    As for blades; nacelle and rotor count as one rigid body. One value in place of the table counts
+    for ``fore_aft_1`` and ``fore_aft_2``.
+    """
+
+    fore_aft_1: Ratio | None = None
+    """Ratio of the first mode fore and aft."""
+    fore_aft_2: Ratio | None = None
+    """Ratio of the second mode fore and aft."""
+    side_side_1: Ratio | None = None
+    """Ratio of the first mode to the sides."""
+    side_side_2: Ratio | None = None
+    """Ratio of the second mode to the sides."""
+
+
+def _spread(*names: str) -> Callable[[Any], Any]:
+    """A function that makes a table with some modes of one ratio."""
+
+    def make(value: Any) -> Any:
+        if isinstance(value, Mapping | Section):
+            return value
+        return dict.fromkeys(names, to_ratio(value))
+
+    return make
+
+
+BladeDamping = Annotated[BladeDampingCase, BeforeValidator(_spread("flap_1", "edge_1"))]
+TowerDamping = Annotated[TowerDampingCase, BeforeValidator(_spread("fore_aft_1", "fore_aft_2"))]
+
+
+def check_damping(key: str, damping: DampingCase) -> str:
+    """A sentence if the ratios do not go together.
+
+    Args:
+        key: Of the table, for example "blade.damping".
+        damping: The table.
+    """
+    named = list(damping.ratios)
+    if named and damping.stiffness_time is not None:
+        return f"{key}.stiffness_time = {damping.stiffness_time:g}: expected none beside {named[0]}"
+    if len(named) > MAX_NAMED:
+        return (
+            f"{key}: expected ratios of at most {MAX_NAMED} modes, which stiffness and mass can "
+            f"meet, got {quote(named)}"
+        )
+    return ""

@@ -1,0 +1,98 @@
+"""The tables of nacelle, hub and rigid blades."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from turbine_fenicsx.bodies.inertia import principal_inertia
+from turbine_fenicsx.case.quantities import EulerMoment, Kilograms, Metres
+from turbine_fenicsx.case.section import Finite, Moment, Positive, Section
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.tables.parameters import Inertia, TurbineParameters, Vector
+
+_DEFAULTS = TurbineParameters()
+
+Coordinate = Annotated[Metres, Finite]
+Product = Annotated[EulerMoment, Finite]
+
+
+class RigidBladeCase(Section):
+    """Mass [kg] and Euler values [kg m^2] of a rigid blade."""
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.blade.mass
+    """Mass."""
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.blade.euler
+    """Principal values of the Euler tensor along chord, span and rotor axis."""
+
+    def inertia_data(self) -> Inertia:
+        """The numbers for the builders."""
+        return Inertia(self.mass, self.euler)
+
+
+class NacelleCase(Section):
+    """Mass [kg], centre of mass [m] and inertia [kg m^2] of the nacelle.
+
+    ``centre`` counts from the tower top along e1, e2, e3. ``inertia`` is the tensor about the
+    centre of mass, J11, J22, J33 and, if there are, J12, J13, J23; it takes the place of the Euler
+    values ``euler``.
+    """
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    """Mass."""
+    centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Centre of mass from the tower top, along e₁, e₂, e₃."""
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+    """Principal values E₁, E₂, E₃ of the Euler tensor."""
+    inertia: Annotated[tuple[Product, ...], Field(min_length=3, max_length=6)] | None = None
+    """Tensor of inertia about the centre of mass in place of ``euler``: J₁₁, J₂₂, J₃₃, or these and
+    J₁₂, J₁₃, J₂₃, in the axes of ``centre``."""
+
+    def inertia_data(self) -> Inertia:
+        """The numbers for the builders."""
+        return Inertia(self.mass, self.euler, self.centre, self.tensor)
+
+    @property
+    def tensor(self) -> tuple[Vector, Vector, Vector] | None:
+        """The tensor of inertia, rows."""
+        if self.inertia is None:
+            return None
+        J11, J22, J33, J12, J13, J23 = (*self.inertia, 0.0, 0.0, 0.0)[:6]
+        return (J11, J12, J13), (J12, J22, J23), (J13, J23, J33)
+
+
+class HubCase(NacelleCase):
+    """Mass [kg], centre of mass [m] and inertia [kg m^2] of the hub.
+
+    Its axes are those of the rotor: to the side, up, and along the shaft, downwind. ``centre``
+    counts from the rotor centre.
+    """
+
+    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    """Mass."""
+    centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Centre of mass from the rotor centre, to the side, up and along the shaft."""
+    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+    """Principal values E₁, E₂, E₃ of the Euler tensor."""
+
+
+def check_inertia(key: str, part: NacelleCase) -> str:
+    """A sentence if the tensor of inertia belongs to no body.
+
+    Args:
+        key: Of the table, for example "turbine.hub".
+        part: The table.
+    """
+    J = part.inertia
+    if J is None or part.tensor is None:
+        return ""
+    words = f"{key}.inertia = {quote(list(J))}"
+    if len(J) not in (3, 6):
+        return f"{words}: expected J11, J22, J33, or these and J12, J13, J23, got {len(J)} numbers"
+    try:
+        principal_inertia(key, part.tensor)
+    except ModelError as error:
+        return f"{words}: {error}"
+    return ""

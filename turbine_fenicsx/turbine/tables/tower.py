@@ -1,0 +1,144 @@
+"""The table of the tower: its keys, and what they have to do with each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from math import prod
+from typing import Annotated
+
+from pydantic import Field
+
+from turbine_fenicsx.case.quantities import Density, Kilograms, Metres, Number, Pascal
+from turbine_fenicsx.case.section import (
+    MAX_ELEMENTS,
+    Count,
+    Degree,
+    Flag,
+    Moment,
+    NotNegative,
+    Positive,
+    Section,
+    UnusedKeys,
+)
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
+
+
+class TowerCase(Section):
+    """Tower: a hollow tube of hexahedra below the yaw bearing, clamped to the ground.
+
+    It is a cone from ``bottom_diameter`` to ``top_diameter`` with a uniform ``wall``, or linear
+    between ``stations``, fractions of the height, with ``diameters`` and ``walls`` at these.
+
+    A rigid body at its top, of the mass and Euler values in e1, e2, e3 given here, carries the yaw
+    bearing. With ``flexible = false`` the yaw bearing stands on the ground.
+    """
+
+    flexible: Flag = False
+    """Whether there is a flexible tower, see howto/turbine_options."""
+    height: Annotated[Metres, Positive] = 80.0
+    """Height of the yaw bearing above the foot."""
+    bottom_diameter: Annotated[Metres, Positive] = 6.0
+    """Outer diameter at the foot."""
+    top_diameter: Annotated[Metres, Positive] = 4.0
+    """Outer diameter at the top."""
+    wall: Annotated[Metres, Positive] = 0.04
+    """Thickness of the wall, less than half of the diameters."""
+    stations: tuple[Annotated[Number, NotNegative], ...] | None = None
+    """Places along the height, as fractions from 0 at the foot to 1; with ``diameters`` and
+    ``walls`` in place of a cone."""
+    diameters: tuple[Annotated[Metres, Positive], ...] | None = None
+    """Outer diameter at each station, linear between."""
+    walls: tuple[Annotated[Metres, Positive], ...] | None = None
+    """Thickness of the wall at each station, linear between."""
+    elements: tuple[Count, Count, Count] = (8, 1, 8)
+    """Numbers of hexahedra around, 3 or more, through the wall and along the height."""
+    degree: Degree = 2
+    """Polynomial degree of the displacement; 2 for curved cells, 1 is much too stiff."""
+    young: Annotated[Pascal, Positive] = 210e9
+    """Young's modulus E."""
+    poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
+    """Poisson's ratio."""
+    density: Annotated[Density, Positive] = 7850.0
+    """Density."""
+    damping: TowerDamping = TowerDampingCase()
+    """Structural damping: a ratio such as ``"1 %"``, or a table with ratios of named modes, see
+    howto/damping; 1 % beside ``turbine.file``."""
+    top_mass: Annotated[Kilograms, Positive] = 2000.0
+    """Mass of the rigid body at the top, which carries the yaw bearing."""
+    top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
+    """Principal values of its Euler tensor along e₁, e₂, e₃."""
+
+
+def _check_stations(t: TowerCase) -> str:
+    """Stations rise from 0 to 1, and each has a diameter and a wall."""
+    lists = {"stations": t.stations, "diameters": t.diameters, "walls": t.walls}
+    missing = [name for name, values in lists.items() if values is None]
+    if not t.flexible or len(missing) == len(lists):
+        return ""
+    if missing:
+        there = " and ".join(f"tower.{name}" for name in lists if name not in missing)
+        return f"tower.{missing[0]}: expected beside {there}"
+    s, d, w = (values or () for values in lists.values())
+    if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not all(a < b for a, b in pairwise(s)):
+        return (
+            f"tower.stations = {quote(list(s))}: expected increasing fractions of the height that "
+            "begin with 0 and end with 1"
+        )
+    for name, values in (("diameters", d), ("walls", w)):
+        if len(values) != len(s):
+            return (
+                f"tower.{name} = {quote(list(values))}: expected one for each of the {len(s)} "
+                f"tower.stations, got {len(values)}"
+            )
+    for wall, diameter in zip(w, d, strict=True):
+        if wall >= 0.5 * diameter:
+            return (
+                f"tower.walls: {wall:g} leaves no hollow, expected less than {0.5 * diameter:g} m, "
+                "half of the diameter there"
+            )
+    return ""
+
+
+def _check_wall(t: TowerCase) -> str:
+    """The tower is hollow."""
+    inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
+    if not t.flexible or t.stations is not None or t.wall < inner:
+        return ""
+    return (
+        f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
+        "smaller diameter"
+    )
+
+
+def _check_size(t: TowerCase) -> str:
+    """The tower is a tube, of not absurdly many elements."""
+    if not t.flexible:
+        return ""
+    if t.elements[0] < 3:
+        return f"tower.elements = {quote(list(t.elements))}: expected 3 or more around the tower"
+    if prod(t.elements) <= MAX_ELEMENTS:
+        return ""
+    return (
+        f"tower.elements = {quote(list(t.elements))}: expected at most {MAX_ELEMENTS} elements, "
+        f"got {prod(t.elements)}"
+    )
+
+
+TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
+    (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _check_wall),
+    (("tower.stations", "tower.diameters", "tower.walls"), _check_stations),
+    (("tower.elements",), _check_size),
+    (("tower.damping",), lambda t: check_damping("tower.damping", t.damping)),
+)
+"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
+
+
+def find_unused_tower_keys(tower: TowerCase) -> UnusedKeys:
+    """Keys without effect."""
+    if not tower.flexible:
+        others = set(type(tower).model_fields) - {"flexible"}
+        yield "tower", tuple(others), "without tower.flexible = true"
+    elif tower.stations is not None:
+        yield "tower", ("bottom_diameter", "top_diameter", "wall"), "beside tower.stations"
