@@ -6,6 +6,7 @@ are the file's alone.
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache, partial
@@ -134,7 +135,7 @@ def tabulate_file(
         if turbine.yaw and turbine.yaw.mass > 0.0:
             found["tower"]["top_mass"] = turbine.yaw.mass
     if generator is not None:
-        found.update(design_control(turbine, generator).tables)
+        found.update(copy.deepcopy(design_control(turbine, generator).tables))
         if rigid:
             del found["pitch"]["bearings"]  # rigid blades have them always
     return found

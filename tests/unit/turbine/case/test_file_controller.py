@@ -30,6 +30,11 @@ def test_speeds_limits_and_rates_are_those_of_the_file():
     assert (pitch.bearings, pitch.drive, pitch.frequency) == (True, "actuator", 3.14)
 
 
+def test_a_case_with_rigid_blades_leaves_the_next_one_its_pitch_bearings():
+    case(turbine={"file": str(find_turbine(IEA_15)), "model": "rigid"})
+    assert case().pitch.bearings
+
+
 def test_gains_are_near_those_chosen_by_hand():
     """Those chosen by hand for demos/iea15_gust are 2.2 s, 0.23 and 4 degrees."""
     pitch = case().control.pitch
