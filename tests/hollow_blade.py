@@ -17,7 +17,7 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.meshing import load_arrays
 from turbine_fenicsx.meshing.hollow import mesh_hollow
-from turbine_fenicsx.meshing.hollow_ellipse import EllipticShape
+from turbine_fenicsx.meshing.hollow_shape import EllipticShape
 from turbine_fenicsx.meshing.model import MeshArrays
 
 COMM = MPI.COMM_WORLD

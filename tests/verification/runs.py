@@ -15,7 +15,7 @@ from turbine_fenicsx import (
     Stepper,
 )
 from turbine_fenicsx.turbine.components.model import Turbine
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper
 
 comm = MPI.COMM_WORLD
 

@@ -10,8 +10,7 @@ from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.channels import turbine_channels
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, turbine_channels
 
 LOADS = {"rotor_torque": -3.6e7, "yaw_torque": -3.6e6, "duration": 0.12, "gravity": 9.81}
 CASES = {

@@ -20,9 +20,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
 from turbine_fenicsx.turbine.components.model import assemble, build_turbine
 from turbine_fenicsx.turbine.components.tower import Tower
-from turbine_fenicsx.turbine.run.channels import turbine_channels
-from turbine_fenicsx.turbine.run.run import restart_case, run_case
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, restart_case, run_case, turbine_channels
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 
 STEP, END, ANGLE = 0.02, 0.28, 0.1

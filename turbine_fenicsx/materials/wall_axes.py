@@ -1,7 +1,7 @@
 """Axes and thickness coordinate of walls meshed with one hexahedron through the thickness.
 
 The axes of the reference cell must point along the span, around the section and outwards through
-the wall, as those of `turbine_fenicsx.meshing.hollow_block.HollowBlock` do.
+the wall, as those of `turbine_fenicsx.meshing.hollow.HollowBlock` do.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 from turbine_fenicsx.meshing.blade import BladeGeometry as BladeGeometry
 from turbine_fenicsx.meshing.blade import RotorLayout as RotorLayout
 from turbine_fenicsx.meshing.errors import MeshError as MeshError
+from turbine_fenicsx.meshing.hollow import HollowBlock as HollowBlock
 from turbine_fenicsx.meshing.hollow import mesh_hollow as mesh_hollow
-from turbine_fenicsx.meshing.hollow_block import HollowBlock as HollowBlock
 from turbine_fenicsx.meshing.hollow_shape import HollowShape as HollowShape
 from turbine_fenicsx.meshing.hollow_shape import Web as Web
 from turbine_fenicsx.meshing.load import LoadedMesh as LoadedMesh

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.meshing.hollow_contour import Contours
+from turbine_fenicsx.meshing.hollow_shape import Contours
 
 _FILL = 0.6  # thickest wall over the radius of the inscribed ball
 _TOUCH = 0.97  # the ball is as large as 97 % of its radius fits

@@ -14,7 +14,7 @@ from turbine_fenicsx.meshing.block import BladeBlock
 from turbine_fenicsx.meshing.cell_data import write_cell_data
 from turbine_fenicsx.meshing.errors import MeshError
 from turbine_fenicsx.meshing.hollow import mesh_hollow
-from turbine_fenicsx.meshing.hollow_ellipse import EllipticShape
+from turbine_fenicsx.meshing.hollow_shape import EllipticShape
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.options import MeshOptions
 from turbine_fenicsx.meshing.quality import MeshReport

@@ -17,6 +17,8 @@ and the cost of a time does not depend on how many there are. `sync` forces the 
 system's memory to the disk, as must be before a checkpoint counts.
 """
 
+from __future__ import annotations
+
 import errno
 import os
 from collections.abc import Mapping, Sequence
@@ -32,9 +34,46 @@ from numpy.typing import NDArray
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
-from turbine_fenicsx.records.mixed_topology import mixed_topology
 from turbine_fenicsx.records.number_files import NumberFiles, Rows
 from turbine_fenicsx.records.stored_grids import read_grids
+
+CELL_KINDS: dict[str, tuple[tuple[int, ...], int]] = {
+    "line": ((2, 2), 2),
+    "triangle": ((4,), 3),
+    "quadrilateral": ((5,), 4),
+    "tetrahedron": ((6,), 4),
+    "hexahedron": ((9,), 8),
+}
+"""Cell kind to what stands before its vertices, XDMF's number of the kind and for lines the number
+of vertices, and their number."""
+
+
+def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
+    """Cells as XDMF wants a mixed topology: number of the kind, vertices, number of the kind, ...
+
+    Raises:
+        ModelError: if a kind is unknown, a shape is wrong or a point does not exist.
+    """
+    parts = [np.empty(0, dtype=np.int32)]
+    for kind, block in cells:
+        if kind not in CELL_KINDS:
+            raise ModelError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
+        head, n_vertices = CELL_KINDS[kind]
+        vertices = np.asarray(block)
+        if vertices.ndim != 2 or vertices.shape[1] != n_vertices:
+            raise ModelError(
+                f"{kind} cells have shape {vertices.shape}, expected (n, {n_vertices})"
+            )
+        if vertices.size and not 0 <= vertices.min() <= vertices.max() < n_points:
+            raise ModelError(
+                f"{kind} cells name points {vertices.min()} to {vertices.max()}, "
+                f"there are 0 to {n_points - 1}"
+            )
+        table = np.empty((len(vertices), len(head) + n_vertices), dtype=np.int32)
+        table[:, : len(head)], table[:, len(head) :] = head, vertices
+        parts.append(table.ravel())
+    return np.concatenate(parts)
+
 
 _HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n'
 _SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\n'

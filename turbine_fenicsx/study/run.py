@@ -1,12 +1,14 @@
-"""A whole study: run what is missing, write the tables and the picture."""
+"""A whole study: run what is missing, show progress, write the tables and the picture."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.study.convergence import Series, choose_reference, make_series, write_series
@@ -14,7 +16,6 @@ from turbine_fenicsx.study.curve import read_reference
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import Run, group_series, plan
-from turbine_fenicsx.study.progress import StudyProgress
 from turbine_fenicsx.study.results import (
     check_quantities,
     find_drifts,
@@ -23,6 +24,44 @@ from turbine_fenicsx.study.results import (
     read_results,
     write_table,
 )
+
+
+class StudyProgress:
+    """Shows how many runs are done; failures are always said immediately.
+
+    Args:
+        total: Number of runs.
+        style: "bar", "log", "none", or "auto": a bar if stderr is a terminal.
+    """
+
+    def __init__(self, total: int, style: str = "auto") -> None:
+        if style == "auto":
+            style = "bar" if sys.stderr.isatty() else "log"
+        self._style, self._total, self._done = style, total, 0
+        self._bar: tqdm | None = tqdm(total=total, unit="run") if style == "bar" else None
+
+    def show(self, outcome: Outcome) -> None:
+        """Show the outcome of a run."""
+        self._done += 1
+        if outcome.reason:
+            said = f"failed: {outcome.reason}"
+        elif outcome.seconds is None:
+            said = "was finished before"
+        else:
+            said = f"finished in {outcome.seconds:.1f} s"
+        line = f"{self._done}/{self._total} {outcome.run.name}: {said}"
+        if self._bar is not None:
+            self._bar.update()
+            if outcome.reason:
+                self._bar.write(line, file=sys.stderr)
+        elif self._style == "log":
+            print(line, file=sys.stderr, flush=True)
+
+    def finish(self) -> None:
+        """Close the bar."""
+        if self._bar is not None:
+            self._bar.close()
+
 
 MAX_DRIFT = 1e-3
 """Means of two halves of a time that differ by less are those of a stationary run [-]."""

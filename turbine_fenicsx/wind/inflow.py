@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.forces.time_functions import Ramp
 from turbine_fenicsx.foundation.checks import (
     check_array,
     check_not_negative,
@@ -125,3 +126,21 @@ def check_one_of(what: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
         allowed = ", ".join(repr(choice) for choice in choices)
         raise ModelError(f"{what} must be one of {allowed}, got {value!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class RampedInflow:
+    """Another wind times a ramp that begins at t = 0.
+
+    Args:
+        inflow: The wind.
+        duration: Time in which it sets in, positive [s].
+    """
+
+    inflow: Inflow
+    duration: float
+
+    def velocity(self, position: Array, time: float) -> Array:
+        """As `Inflow.velocity`."""
+        factor = Ramp(1.0, self.duration, smooth=True)(time)
+        return np.asarray(factor * self.inflow.velocity(position, time))

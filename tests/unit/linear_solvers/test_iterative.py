@@ -12,10 +12,13 @@ from turbine_fenicsx import StepTimes, StVenantKirchhoff
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.linear_solvers.iterative import SectionMultigrid
+from turbine_fenicsx.linear_solvers.iterative import (
+    SectionMultigrid,
+    take_diagonal,
+    take_upper_triangle,
+)
 from turbine_fenicsx.linear_solvers.sections import section_motions
 from turbine_fenicsx.linear_solvers.symmetric import GatheredFactor, SymmetricFactor
-from turbine_fenicsx.linear_solvers.triangle import take_diagonal, take_upper_triangle
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

@@ -5,8 +5,8 @@ import pytest
 from hollow_shapes import ZERO, airfoil, linear, webbed_ellipse
 
 from turbine_fenicsx.meshing.hollow import mesh_hollow
+from turbine_fenicsx.meshing.hollow_ends import TIP
 from turbine_fenicsx.meshing.hollow_shape import Web
-from turbine_fenicsx.meshing.hollow_tip import TIP
 from turbine_fenicsx.meshing.quality import cell_volumes, scaled_jacobian
 from turbine_fenicsx.meshing.topology import count_coincident_nodes, faces_of
 

@@ -23,9 +23,8 @@ from xdmf_bricks import (
 )
 
 from turbine_fenicsx.foundation.errors import FileError
-from turbine_fenicsx.records.mixed_topology import CELL_KINDS
 from turbine_fenicsx.records.stored_grids import read_grids
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.xdmf import CELL_KINDS, XdmfSeries
 
 pytestmark = pytest.mark.parallel
 

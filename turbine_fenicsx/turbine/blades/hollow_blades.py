@@ -20,9 +20,8 @@ from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import WallTable, tabulate_walls
 from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout, place_blades, read_msh
-from turbine_fenicsx.meshing.hollow import mesh_hollow
-from turbine_fenicsx.meshing.hollow_block import HollowBlock
-from turbine_fenicsx.meshing.hollow_cells import HEXAHEDRON
+from turbine_fenicsx.meshing.hollow import HollowBlock, mesh_hollow
+from turbine_fenicsx.meshing.hollow_ends import HEXAHEDRON
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.quality import cell_centres, cell_moments, cell_volumes
 from turbine_fenicsx.system.ply_stresses import PlyStresses

@@ -20,7 +20,7 @@ from turbine_fenicsx.meshing import (
     mesh_rotor,
     read_msh,
 )
-from turbine_fenicsx.meshing.hollow_ellipse import EllipticShape
+from turbine_fenicsx.meshing.hollow_shape import EllipticShape
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades, find_curved_cells

@@ -12,12 +12,12 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.laminate_theory import Plies
-from turbine_fenicsx.meshing.hollow_tip import TIP
+from turbine_fenicsx.meshing.hollow_ends import TIP
 from turbine_fenicsx.windio import WindIOBlade
 from turbine_fenicsx.windio.blade import FACE_NAME
 
 NAMES = ("part", "span_start", "span_end", "arc_start", "arc_end", "wanted", "thickness")
-"""Data of cells that are needed, see `turbine_fenicsx.meshing.hollow_block.HollowBlock`."""
+"""Data of cells that are needed, see `turbine_fenicsx.meshing.hollow.HollowBlock`."""
 
 SLENDER = 3.0
 """Minimum ratio of width to thickness of half of a trailing edge's face that is a wall."""

@@ -23,9 +23,8 @@ from turbine_fenicsx.wind.gusts import (
     TurbineClass,
     WindShear,
 )
-from turbine_fenicsx.wind.inflow import Inflow, PlacedInflow, SteadyWind
+from turbine_fenicsx.wind.inflow import Inflow, PlacedInflow, RampedInflow, SteadyWind
 from turbine_fenicsx.wind.mann import TurbulentWind, read_mann_box
-from turbine_fenicsx.wind.ramped_inflow import RampedInflow
 from turbine_fenicsx.wind.tabulated_wind import TabulatedWind
 from turbine_fenicsx.wind.turbsim import read_turbsim
 from turbine_fenicsx.wind.turbulence import TurbulenceField

@@ -8,13 +8,18 @@ about a shaft with the unit vector e moves a point in the middle x_m of its chor
 
 so forces with the moment M about the shaft there do the work 2 tan(theta/2) M: the torque in the
 step is M tan(theta/2)/(theta/2), and torque times mean speed is the power exactly.
+
+Forces F and moments M act on the sections of a blade, which move with v and turn with omega in the
+middle of a step. Their work dt sum (F.v + M.omega) is that blade's share of the work of the wind to
+round-off: loads go to nodes and directors by the transpose of how these move.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -22,7 +27,9 @@ from turbine_fenicsx.forces.line_source import SAME_TIME, StepLoads
 from turbine_fenicsx.forces.rigid_section_loads import RigidSectionLoads, RigidStations
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionLoads, StationLine
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import cross_rows
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.observer import Observer
@@ -32,14 +39,83 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.inflow import AXES
-from turbine_fenicsx.turbine.components.aero_models import make_aero_models
-from turbine_fenicsx.turbine.components.blade_works import BladeWorks
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.tower import tower_geometry
 from turbine_fenicsx.turbine.components.wind_fields import WindFields
+from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aerodynamics import RotorAerodynamics
+from turbine_fenicsx.wind.skew import SkewedWake
+from turbine_fenicsx.wind.stall import OeyeStall
+from turbine_fenicsx.wind.tower_shadow import TowerShadow
 from turbine_fenicsx.wind.turning_start import TurningAtRest
+
+
+class BladeWorks:
+    """Adds up the works of a run, step after step, and survives a restart.
+
+    Args:
+        blades: Number of blades, each with equally many stations.
+        find_loads: Loads in the step that led to a state; called on all ranks.
+
+    Attributes:
+        name: Under which checkpoints know it.
+        works: Work on each blade since the start, shape (blades,) [J].
+    """
+
+    name = "works on blades"
+
+    def __init__(self, blades: int, find_loads: Callable[[Snapshot], StepLoads]) -> None:
+        self._find_loads = find_loads
+        self.works: Array = np.zeros(blades)
+
+    def start(self, snapshot: Snapshot, resumed: bool) -> None:
+        """No step is done yet."""
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Add the works of a step."""
+        motion, F, M, times = self._find_loads(snapshot)
+        power = np.sum(F * motion.velocity + M * motion.angular_velocity, axis=1)
+        self.works += times.dt * power.reshape(len(self.works), -1).sum(axis=1)
+
+    def finish(self) -> None:
+        """Nothing has to be closed."""
+
+    def save(self) -> RestartData:
+        """The works so far."""
+        return RestartData({"works": self.works.tolist()})
+
+    def restore(self, data: RestartData) -> None:
+        """Restore works."""
+        self.works = np.array(data.numbers["works"], dtype=float)
+
+
+class AeroModels(TypedDict):
+    """Arguments of `RotorAerodynamics`; None for what a case leaves out."""
+
+    stall: OeyeStall | None
+    skew: SkewedWake | None
+    tower: TowerShadow | None
+
+
+def make_aero_models(case: Tables) -> AeroModels:
+    """Dynamic stall, skewed wake and tower of a case."""
+    aero = case.aero
+    return {
+        "stall": OeyeStall() if aero.dynamic_stall == "oeye" else None,
+        "skew": SkewedWake() if aero.skewed_wake else None,
+        "tower": None if aero.tower_shadow == "none" else _make_tower(case),
+    }
+
+
+def _make_tower(case: Tables) -> TowerShadow:
+    """The undeformed tower, which ends at the yaw bearing in the origin."""
+    shape, aero = tower_geometry(case.tower), case.aero
+    drag = aero.tower_drag if aero.tower_shadow == "powles" else 0.0
+    heights, radii = shape.height * np.array(shape.stations), 0.5 * np.array(shape.diameters)
+    return TowerShadow((0.0, -shape.height, 0.0), (0.0, 0.0, 0.0), heights, radii, drag=drag)
+
 
 WIND = "wind"
 """Name under which the work of the wind is reported."""

@@ -1,4 +1,4 @@
-"""Running a case: everything from the case to the files, and resuming it later."""
+"""Running a case: integrator, time series, all files, and resuming it later."""
 
 from __future__ import annotations
 
@@ -33,21 +33,78 @@ from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.energy_check import judge_energy
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.fields import Fields
-from turbine_fenicsx.simulation.observers.history import History, read_columns
+from turbine_fenicsx.simulation.observers.history import (
+    History,
+    angle_channel,
+    energy_channel,
+    numerics_channel,
+    read_columns,
+    work_channel,
+)
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
+from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
+from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha
+from turbine_fenicsx.time_stepping.newton import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.component import Component, Turbine
+from turbine_fenicsx.turbine.components.component import Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.channels import CONVENTIONS, turbine_channels
 from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
-from turbine_fenicsx.turbine.run.scheme import make_stepper
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
+
+CONVENTIONS = (
+    "Azimuth is 0 when blade 1 points up (AzimB1Up = 0); RotSpeed is the mean of the step that "
+    "ends at the time of the row, loads are those of the last two"
+)
+"""Line in the head of ``history.out``."""
+
+
+def turbine_channels(turbine: Turbine, stepper: Stepper, stress: bool) -> Channels:
+    """Columns of both time series from left to right. Collective.
+
+    Args:
+        turbine: The turbine.
+        stepper: What integrates it.
+        stress: Whether the largest stress has a column, if anything is flexible.
+    """
+    system = turbine.system
+    found = [component.channels(turbine) for component in turbine.components]
+    return Channels(
+        history=[
+            energy_channel(),
+            angle_channel(system),
+            *(channel for each in found for channel in each.history),
+            *([stress_channel(system)] if stress and system.flexible_bodies else []),
+            work_channel(stepper),
+            numerics_channel(),
+        ],
+        openfast=[channel for each in found for channel in each.openfast],
+    )
+
+
+def make_stepper(case: Case, system: MultibodySystem) -> Stepper:
+    """Integrator of the turbine of a case. Collective."""
+    options = SolverOptions(
+        linear_solver=case.solver.linear_solver,
+        tolerance=case.solver.tolerance,
+        max_iterations=case.solver.max_iterations,
+    )
+    if case.time.scheme == "generalised_alpha":
+        return GeneralisedAlpha(system, case.time.spectral_radius, options)
+    return EnergyMomentum(
+        system,
+        numerical_dissipation=case.turbine.numerical_dissipation,
+        angle_form=case.turbine.angle_form,
+        options=options,
+    )
+
 
 log = logging.getLogger(__name__)
 

@@ -25,7 +25,7 @@ from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.records.output_folder import read_field_parts
 from turbine_fenicsx.records.parts import Part
-from turbine_fenicsx.simulation.observers.carriers import find_carriers
+from turbine_fenicsx.simulation.observers.field_grid import find_carriers
 from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import History, angle_channel, energy_channel
 

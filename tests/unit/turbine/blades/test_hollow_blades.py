@@ -18,8 +18,7 @@ from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
-from turbine_fenicsx.turbine.run.run import run_case
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, run_case
 from turbine_fenicsx.turbine.run.start import list_held
 from turbine_fenicsx.turbine.run.summary import list_masses
 

@@ -10,7 +10,7 @@ from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.inflow import make_inflow
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-from turbine_fenicsx.turbine.components.aero_models import make_aero_models
+from turbine_fenicsx.turbine.components.wind import make_aero_models
 
 RIGID = {"model": "rigid"}
 

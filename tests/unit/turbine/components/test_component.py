@@ -25,8 +25,7 @@ from turbine_fenicsx.bodies.rigid_surface import inertia_box
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.meshing import load
-from turbine_fenicsx.turbine.run.channels import turbine_channels
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, turbine_channels
 from turbine_fenicsx.turbine.tables.pitch import PitchCase
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 

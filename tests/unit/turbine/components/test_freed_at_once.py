@@ -10,8 +10,7 @@ from turbine_fenicsx.simulation.observers.history import History
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.channels import turbine_channels
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, turbine_channels
 from turbine_fenicsx.turbine.run.summary import Statistics
 
 pytestmark = pytest.mark.parallel

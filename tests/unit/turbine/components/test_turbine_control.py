@@ -17,7 +17,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.components.control import list_actuators
 from turbine_fenicsx.turbine.components.sensors import Sensors
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import rotor_inertia
 

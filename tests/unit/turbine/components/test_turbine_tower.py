@@ -8,10 +8,8 @@ from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.components.tower import tower_geometry
-from turbine_fenicsx.turbine.run.channels import turbine_channels
 from turbine_fenicsx.turbine.run.inspection import describe_tower
-from turbine_fenicsx.turbine.run.run import run_case
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, run_case, turbine_channels
 from turbine_fenicsx.turbine.run.summary import count_unknowns, list_masses, rotor_inertia
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 

@@ -12,8 +12,7 @@ from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.components.nacelle import Nacelle
 from turbine_fenicsx.turbine.components.pitch import Pitch
-from turbine_fenicsx.turbine.run.channels import turbine_channels
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper, turbine_channels
 
 COLUMNS = ["Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]"]
 COLUMNS += [f"BldPitch{k}_[deg]" for k in (1, 2, 3)]

@@ -22,7 +22,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.loads import make_hat
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run import run
-from turbine_fenicsx.turbine.run.scheme import make_stepper
+from turbine_fenicsx.turbine.run.run import make_stepper
 from turbine_fenicsx.turbine.run.start import list_held, make_start
 
 pytestmark = pytest.mark.parallel
