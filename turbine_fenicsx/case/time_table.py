@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -108,27 +106,6 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
                 + f" must lie between {low:g} and {high:g}"
             )
     return TimeTable(name, times, table)
-
-
-def cached_reader(read: Callable[[str], TimeTable]) -> Callable[[str], TimeTable]:
-    """A reader that reads a file again only if it has changed.
-
-    Args:
-        read: Reads a path.
-    """
-
-    @lru_cache(maxsize=4)
-    def at(path: str, changed: tuple[int, int]) -> TimeTable:
-        return read(path)
-
-    def reader(path: str) -> TimeTable:
-        try:
-            status = os.stat(path)
-        except (OSError, ValueError):
-            return read(path)  # says what is wrong
-        return at(path, (status.st_mtime_ns, status.st_size))
-
-    return reader
 
 
 def _split(text: str) -> list[tuple[int, list[str], str]]:

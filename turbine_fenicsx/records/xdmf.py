@@ -112,7 +112,7 @@ class XdmfSeries:
         Args:
             comm: Communicator over which the grid is distributed.
             path: XML file, usually ``OUT/fields.xdmf``; missing folders are made.
-            cells: Blocks of this rank: kind (a key of `mixed_topology.CELL_KINDS`) and global point
+            cells: Blocks of this rank: kind (a key of `CELL_KINDS`) and global point
                 numbers in VTK order, shape (n, vertices). A rank may hold none.
             n_points: Number of points of this rank.
             point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and

@@ -6,18 +6,20 @@ import hashlib
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import isfinite, prod
 from pathlib import Path
 from typing import Any
 
+from turbine_fenicsx.case.files import list_files, make_absolute
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 _LONGEST_NAME = 120
 
@@ -102,28 +104,19 @@ def format_case(case: Case) -> str:
         all keys, set or not, and of the contents of the files.
     """
     digest = hashlib.sha256()
-    for key, value in _make_portable(case.model_dump()):
+    tables = make_absolute(case.model_dump(), Tables)
+    for key, value in flatten(tables):
         digest.update(f"{key} = {json.dumps(value)}\n".encode())
-        if _is_file(key, value):
-            with open_regular(value) as file:
+    for _, name in list_files(tables, Tables):
+        if Path(name).is_file():  # a key without effect may name none
+            with open_regular(name) as file:
                 digest.update(file.read())
     lines = [
         f"{key} = {json.dumps(value, ensure_ascii=False)}\n"  # JSON values are TOML values
-        for key, value in _make_portable(case.model_dump(exclude_unset=True))
+        for key, value in flatten(make_absolute(case.model_dump(exclude_unset=True), Tables))
         if value is not None
     ]
     return f"# a run of a study, hash {digest.hexdigest()}\n{''.join(lines)}"
-
-
-def _make_portable(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Dotted keys and values, files by their absolute paths."""
-    for key, value in flatten(tables):
-        yield key, str(Path(value).resolve()) if _is_file(key, value) else value
-
-
-def _is_file(key: str, value: Any) -> bool:
-    """Whether a value names a file; keys of files end with this word."""
-    return key.endswith("file") and isinstance(value, str) and Path(value).is_file()
 
 
 def group_series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:

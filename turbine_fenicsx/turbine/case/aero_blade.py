@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
-from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.turbine.tables.wind import is_windio
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 from turbine_fenicsx.wind.resampling import place_stations, resample_blade
@@ -34,24 +31,16 @@ def find_aero_file(case: Tables) -> str:
 def load_aero_blade(case: Tables) -> AeroBlade:
     """A blade at the stations of a quadrature over its span.
 
-    A file that has not changed is read once.
-
     Raises:
         InputError: if the file cannot be read, or is none that is known.
         ModelError: if what it says cannot be a blade.
     """
-    path = find_aero_file(case)
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {quote(path)}: {error}") from None
-    changed = (status.st_mtime_ns, status.st_size)
-    return _load(path, changed, case.aero.stations, case.blade.hub_radius)
+    return _load(find_aero_file(case), case.aero.stations, case.blade.hub_radius)
 
 
-@lru_cache(maxsize=4)
-def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float) -> AeroBlade:
-    """The blade of a file as it is now."""
+@read_if_changed()
+def _load(path: str, stations: int, hub_radius: float) -> AeroBlade:
+    """The blade of a file."""
     if is_windio(path):
         from turbine_fenicsx.wind.windio_blade import make_aero_blade
 
@@ -63,8 +52,3 @@ def _load(path: str, changed: tuple[int, int], stations: int, hub_radius: float)
     blade = read_aerodyn(path, hub_radius)
     radius, lengths = place_stations(blade.hub_radius, blade.tip_radius, stations)
     return replace(resample_blade(blade, radius), lengths=lengths)
-
-
-def is_windio(name: str) -> bool:
-    """Whether a file is one of windIO by its name."""
-    return Path(name).suffix.lower() in (".yaml", ".yml")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from turbine_fenicsx.case.files import place_files
 from turbine_fenicsx.case.mistakes import Key, Mistake, find_mistakes, remove_keys
 from turbine_fenicsx.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.foundation.errors import InputError
@@ -19,7 +19,6 @@ from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.consistency import describe_unused_keys, find_contradictions
 from turbine_fenicsx.turbine.case.turbine_file import FILE, add_file, find_file
 from turbine_fenicsx.turbine.case.warnings import find_warnings
-from turbine_fenicsx.turbine.tables.control import place_control_files
 from turbine_fenicsx.turbine.tables.event import name_events
 from turbine_fenicsx.turbine.tables.tables import Tables
 
@@ -100,8 +99,7 @@ class Draft:
                 _apply_override(data, override)
             except InputError as error:
                 found.append(Mistake((), str(error)))
-        _find_files(data, Path(path).parent)
-        place_control_files(data, Path(path).parent)
+        data = place_files(data, Tables, Path(path).parent)
         draft = Draft.parse(data, Path(path).parent)
         return Draft(draft.case, (*found, *draft.mistakes, *_mesh_file(draft.case)))
 
@@ -126,28 +124,6 @@ class Draft:
         unread = {FILE} if file or folder is None else set()
         wrong = {mistake.key for mistake in found} | unread
         return Draft(case, (*file, *found, *find_contradictions(case, wrong)))
-
-
-def _find_files(data: dict[str, Any], folder: Path) -> None:
-    """Make the files that tables name relative to a folder; ``turbine.file`` is found later."""
-    for name in ("mesh", "wind", "aero", "loads", "pitch"):
-        table = data.get(name)
-        if isinstance(table, dict) and isinstance(table.get("file"), str):
-            table["file"] = _find_beside(table["file"], folder, name == "aero")
-    wind = data.get("wind")
-    box = wind.get("box") if isinstance(wind, dict) else None
-    if isinstance(box, dict) and isinstance(box.get("files"), list):
-        box["files"] = [str(folder / x) if isinstance(x, str) else x for x in box["files"]]
-
-
-def _find_beside(name: str, folder: Path, windio: bool) -> str:
-    """A file in a folder, or one of windIO's examples, which are known by their names alone."""
-    if windio and Path(name).suffix.lower() in (".yaml", ".yml"):
-        from turbine_fenicsx.windio import find_turbine_file
-
-        with suppress(InputError):
-            return str(find_turbine_file(name, folder))
-    return str(folder / name)
 
 
 def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:

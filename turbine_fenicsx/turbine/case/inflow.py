@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from functools import lru_cache
-
 from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
-from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.turbine.tables.wind import BoxCase, WindCase
 from turbine_fenicsx.turbine.tables.wind_table import FALLBACKS, load_wind_table
@@ -79,34 +75,23 @@ def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
     """
     w = case.wind
     if w.file is not None:
-        return _load_field(w.file, _find_changes(w.file))
+        return _load_field(w.file)
     assert w.speed is not None and w.box.files is not None
     mean = SteadyWind(w.speed, case.hub_height, w.shear)
-    return _load_box(w.box, mean, tuple(_find_changes(path) for path in w.box.files))
+    return _load_box(w.box.files, w.box, mean)
 
 
-def _find_changes(path: str) -> tuple[int, int]:
-    """When a file was changed, and its size."""
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {quote(path)}: {error}") from None
-    return status.st_mtime_ns, status.st_size
-
-
-@lru_cache(maxsize=1)
-def _load_field(path: str, changes: tuple[int, int]) -> TurbulenceField:
-    """The turbulence of a file as it is now."""
+@read_if_changed(size=1)
+def _load_field(path: str) -> TurbulenceField:
+    """The turbulence of a file."""
     return read_turbsim(path)
 
 
-@lru_cache(maxsize=1)
-def _load_box(
-    box: BoxCase, mean: SteadyWind, changes: tuple[tuple[int, int], ...]
-) -> TurbulentWind:
-    """The turbulence of a box as it is now."""
-    assert box.files is not None and box.points is not None and box.spacing is not None
-    return read_mann_box(box.files, box.points, box.spacing, mean, box.periodic, box.scale)
+@read_if_changed(size=1)
+def _load_box(files: tuple[str, str, str], box: BoxCase, mean: SteadyWind) -> TurbulentWind:
+    """The turbulence of a box."""
+    assert box.points is not None and box.spacing is not None
+    return read_mann_box(files, box.points, box.spacing, mean, box.periodic, box.scale)
 
 
 def list_field_mistakes(case: Tables) -> list[str]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache, partial
+from functools import partial
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.case.section import Section, UnusedKeys
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
@@ -53,22 +54,13 @@ OWN = {"blade": ("layup",)}
 """Keys of blades that are."""
 
 
-def load_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
-    """The turbine of a windIO file; a file that has not changed is read once.
+@read_if_changed("windIO file")
+def load_turbine(path: str) -> WindIOTurbine:
+    """The turbine of a windIO file.
 
     Raises:
         InputError: if it cannot be read, or is no turbine that can be built.
     """
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read the windIO file {quote(str(path))}: {error}") from None
-    return _load(os.fspath(path), status.st_mtime_ns, status.st_size)
-
-
-@lru_cache(maxsize=4)
-def _load(path: str, changed: int, size: int) -> WindIOTurbine:
-    """The turbine of a file as it is now."""
     from turbine_fenicsx.windio import read_turbine
 
     try:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
+from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,
     Number,
@@ -109,6 +111,17 @@ def _check_kind(kind: str) -> str:
 File = Annotated[str, AfterValidator(os.path.abspath)]
 
 
+class ControllerFile(DataFile):
+    """Marks the kind of a controller, which names a file if it is one in Python."""
+
+    def change(self, value: str, change: Callable[[str], str]) -> str:
+        """The kind with another name of the file."""
+        if not value.startswith(PYTHON):
+            return value
+        file, _, name = value.removeprefix(PYTHON).rpartition(":")
+        return f"{PYTHON}{change(file)}:{name}"
+
+
 class ControlCase(Section):
     """Controller: what it is, and where it comes from.
 
@@ -118,12 +131,12 @@ class ControlCase(Section):
     Python files are run with your rights.
     """
 
-    kind: Annotated[str, AfterValidator(_check_kind)] = "none"
+    kind: Annotated[str, AfterValidator(_check_kind), ControllerFile("controller")] = "none"
     """Controller: ``"none"``, ``"pi"``, ``"discon"`` or ``"python:FILE:CLASS"``, see
     howto/control."""
-    library: File | None = None
+    library: Annotated[File | None, DataFile("library of the controller")] = None
     """Shared library with the routine DISCON, relative to the case file."""
-    input: File | None = None
+    input: Annotated[File | None, DataFile("DISCON.IN")] = None
     """Input file of the library, often called DISCON.IN, relative to the case file."""
     filter_frequency: Annotated[AngularSpeed, Positive] = 1.570796
     """Corner of the low pass of the generator speed."""
@@ -137,25 +150,3 @@ class ControlCase(Section):
             return None
         file, _, name = self.kind.removeprefix(PYTHON).rpartition(":")
         return Path(file), name
-
-    @property
-    def files(self) -> dict[str, str]:
-        """Files that a run needs, by what they are."""
-        if self.python_class:
-            return {"controller": str(self.python_class[0])}
-        if self.kind == "discon":
-            return {"library of the controller": str(self.library), "DISCON.IN": str(self.input)}
-        return {}
-
-
-def place_control_files(data: Any, folder: Path) -> None:
-    """Make the files that the table ``control`` names relative to a folder."""
-    table = data.get("control")
-    if not isinstance(table, dict):
-        return
-    for key in ("library", "input"):
-        if isinstance(table.get(key), str):
-            table[key] = str(folder / table[key])
-    kind = table.get("kind")
-    if isinstance(kind, str) and kind.startswith(PYTHON):
-        table["kind"] = f"{PYTHON}{folder / kind.removeprefix(PYTHON)}"

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from math import degrees, pi
 from pathlib import Path
 
+from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.case.section import HUGE
 from turbine_fenicsx.case.time_table import (
     Column,
     TimeTable,
-    cached_reader,
     read_time_table,
 )
 from turbine_fenicsx.foundation.errors import InputError
@@ -32,12 +32,17 @@ TIME_TOLERANCE = 1e-6
 _TORQUE = {name: Column("N m", -HUGE, HUGE) for name in TORQUES}
 _PITCH = {name: Column("rad", -MAX_ANGLE, MAX_ANGLE) for name in ("pitch", *BLADES)}
 
-load_torques: Callable[[str], TimeTable] = cached_reader(
-    lambda path: read_time_table(path, _TORQUE)
-)
-"""Torques of a file; raises InputError."""
 
-_load_pitch: Callable[[str], TimeTable] = cached_reader(lambda path: read_time_table(path, _PITCH))
+@read_if_changed("table")
+def load_torques(path: str) -> TimeTable:
+    """Torques of a file; raises InputError."""
+    return read_time_table(path, _TORQUE)
+
+
+@read_if_changed("table")
+def _load_pitch(path: str) -> TimeTable:
+    """Pitch of a file; raises InputError."""
+    return read_time_table(path, _PITCH)
 
 
 def load_pitch(path: str) -> list[tuple[TimeTable, str]]:

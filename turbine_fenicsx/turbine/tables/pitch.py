@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,
     Kilograms,
@@ -64,7 +65,7 @@ class PitchCase(Section):
     """With ``drive = "actuator"``: natural frequency of the drive."""
     damping_ratio: Annotated[Number, Positive] = 0.8
     """With ``drive = "actuator"``: its damping ratio."""
-    file: str | None = None
+    file: Annotated[str | None, DataFile("pitch file")] = None
     """With ``drive = "prescribed"``: CSV file with ``time`` and ``pitch``, or ``pitch_1`` to
     ``pitch_3``, relative to the case file, see howto/tables."""
 

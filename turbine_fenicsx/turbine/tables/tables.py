@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from turbine_fenicsx.case.files import DataFile, keep_name
 from turbine_fenicsx.case.quantities import (
     Acceleration,
     AngularSpeed,
@@ -120,7 +121,7 @@ class TurbineCase(Section):
 
     model: Literal["rigid", "hybrid"] = "hybrid"
     """Blades of the turbine: rigid bodies or flexible."""
-    file: str | None = None
+    file: Annotated[str | None, DataFile("windIO file", find=keep_name)] = None
     """File of a whole turbine in windIO's format, relative to the case file, or the name of one of
     windIO's examples; keys of the case override its values, see howto/real_turbine."""
     rotor_speed: Annotated[AngularSpeed, Finite] = 0.0
@@ -222,7 +223,7 @@ class MeshCase(Section):
     tip: Literal["closed", "open"] = "closed"
     """End of the blades of ``turbine.file``: ``"closed"`` by a plate, or ``"open"``, see
     howto/real_turbine."""
-    file: str | None = None
+    file: Annotated[str | None, DataFile("mesh")] = None
     """Your own ``.msh`` file, relative to the case file, see howto/mesh; beside ``turbine.file``
     one that the command ``mesh`` has written for it."""
 
@@ -310,7 +311,7 @@ class LoadsCase(Section):
 
     gravity: Annotated[Acceleration, NotNegative] = 9.81
     """Acceleration, downwards."""
-    file: str | None = None
+    file: Annotated[str | None, DataFile("loads file")] = None
     """CSV file with ``time`` and one or more of ``rotor_torque``, ``yaw_torque``,
     ``pitch_torque``, relative to the case file, see howto/tables."""
     rotor_torque: Annotated[Torque, Finite] = 0.0

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from math import pi
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from turbine_fenicsx.case.files import DataFile, find_beside
 from turbine_fenicsx.case.quantities import (
     Density,
     Metres,
@@ -17,6 +21,7 @@ from turbine_fenicsx.case.quantities import (
     Whole,
 )
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.wind.inflow import FASTEST
 
 STEEPEST = pi / 3.0
@@ -38,7 +43,7 @@ class BoxCase(Section):
     along; the middle of the box is at the height of the hub.
     """
 
-    files: tuple[str, str, str] | None = None
+    files: Annotated[tuple[str, str, str] | None, DataFile("turbulence box")] = None
     """Binary files with u, v and w, relative to the case file, see howto/turbulence."""
     points: tuple[Points, Points, Points] | None = None
     """Number of points along the wind, across it and upwards."""
@@ -61,7 +66,7 @@ class WindCase(Section):
 
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
     """Wind speed at the height of the hub; none: no wind, see howto/wind."""
-    file: str | None = None
+    file: Annotated[str | None, DataFile("wind file")] = None
     """In place of ``speed``: full-field file of TurbSim (``.bts``), or a table over the time
     (``.csv``, ``.wnd``, ``.hh``, see howto/tables), relative to the case file."""
     shear: Annotated[Number, Field(ge=0.0, le=2.0)] = 0.2
@@ -102,6 +107,21 @@ class WindCase(Section):
         return self.speed is not None or self.file is not None
 
 
+def is_windio(name: str) -> bool:
+    """Whether a file is one of windIO by its name."""
+    return Path(name).suffix.lower() in (".yaml", ".yml")
+
+
+def find_aero_file(name: str, folder: str | os.PathLike[str]) -> str:
+    """A file in a folder, or one of windIO's examples, which are known by their names alone."""
+    if is_windio(name):
+        from turbine_fenicsx.windio import find_turbine_file  # not needed to read other cases
+
+        with suppress(InputError):
+            return str(find_turbine_file(name, folder))
+    return find_beside(name, folder)
+
+
 class AeroCase(Section):
     """Loads of the wind on the blades: blade-element momentum theory at ``stations``.
 
@@ -114,7 +134,7 @@ class AeroCase(Section):
     behind it.
     """
 
-    file: str | None = None
+    file: Annotated[str | None, DataFile("aerodynamics file", find=find_aero_file)] = None
     """Primary file of AeroDyn 15, or a windIO file, with chord, twist and polars, relative to the
     case file; none: those of ``turbine.file``."""
     stations: Annotated[Whole, Field(ge=5, le=1000)] = 12

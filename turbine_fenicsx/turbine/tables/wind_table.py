@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.case.time_table import (
     Column,
     TimeTable,
-    cached_reader,
     read_time_table,
 )
 from turbine_fenicsx.foundation.errors import InputError
@@ -31,8 +31,9 @@ COLUMNS = {
 """Columns of a table of comma-separated values."""
 
 
-def _read(path: str) -> TimeTable:
-    """The wind of a file of either format."""
+@read_if_changed("table")
+def load_wind_table(path: str) -> TimeTable:
+    """The wind of a file of either format; raises InputError."""
     if Path(path).suffix.lower() != ".csv":
         times, columns = read_uniform_wind(path)
         return TimeTable(Path(path).name, times, columns)
@@ -40,10 +41,6 @@ def _read(path: str) -> TimeTable:
     if "speed" not in table.columns:
         raise InputError(f"{table.name} has no column speed, the wind at the height of the hub")
     return table
-
-
-load_wind_table = cached_reader(_read)
-"""The wind of a file; raises InputError."""
 
 
 def check_wind_table(path: str, end: float) -> str:

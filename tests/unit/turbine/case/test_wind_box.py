@@ -1,5 +1,10 @@
 """Claims about turbulence boxes in a case: three files and the mean wind that carries them."""
 
+import json
+import tomllib
+
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from aero_files import write_aerodyn, write_box
@@ -7,9 +12,11 @@ from case_mistakes import mistakes
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.rotations import E1, E3
+from turbine_fenicsx.study.plan import format_case
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.inflow import make_inflow
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
+from turbine_fenicsx.turbine.run.resume import label_case, write_case
 
 SIZE = {"points": [128, 17, 17], "spacing": ["5 m", "10 m", "10 m"]}
 
@@ -116,3 +123,39 @@ def test_a_box_that_has_changed_is_read_again_and_missing_ones_are_told(tables, 
     path.unlink()
     with pytest.raises(InputError, match=r"cannot read .*v\.bin"):
         make_inflow(given)
+
+
+@pytest.fixture
+def beside(tables, tmp_path, monkeypatch):
+    """A case in a folder, with the files of its box by their names alone."""
+    box = {**tables["wind"]["box"], "files": ["u.bin", "v.bin", "w.bin"]}
+    write_box(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return Case.parse(change(tables, box=box))
+
+
+def test_a_run_of_a_study_finds_its_box_from_another_folder(beside, tmp_path, monkeypatch):
+    text = format_case(beside)
+    monkeypatch.chdir("/")
+    names = Case.parse(tomllib.loads(text)).wind.box.files
+    assert names == tuple(str(tmp_path / f"{x}.bin") for x in "uvw")
+
+
+def test_a_resumed_run_finds_its_box_from_another_folder(beside, tmp_path, monkeypatch):
+    write_case(beside, tmp_path, MPI.COMM_SELF)
+    monkeypatch.chdir("/")
+    data = json.loads((tmp_path / "case.json").read_text())
+    assert Case.parse(data).wind.box.files == tuple(str(tmp_path / f"{x}.bin") for x in "uvw")
+
+
+def test_a_box_that_has_changed_is_noticed(beside, tmp_path):
+    before, run = label_case(beside), format_case(beside)
+    (np.fromfile(tmp_path / "w.bin", "<f4") + np.float32(1.0)).tofile(tmp_path / "w.bin")
+    after = label_case(beside)
+    assert {key for key in after if after[key] != before[key]} == {"turbulence box"}
+    assert format_case(beside) != run
+
+
+def test_a_file_that_changes_nothing_may_be_missing(tables):
+    case = Case.parse({**tables, "mesh": {"file": "gone.msh"}})
+    assert label_case(case)["mesh"].startswith("missing (")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from case_mistakes import mistakes
 
+from turbine_fenicsx.case.files import list_files
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_case
 from turbine_fenicsx.turbine.tables.control import ControlCase
@@ -154,7 +155,10 @@ def test_files_stand_beside_the_case(tmp_path):
     case = Case.load(path)
     assert case.control.python_class == (tmp_path / "mine.py", "Mine")
     assert case.control.library == str(tmp_path / "lib.so")
-    assert case.control.files == {"controller": str(tmp_path / "mine.py")}
+    assert [(mark.what, name) for mark, name in list_files(case.model_dump(), Case)] == [
+        ("controller", str(tmp_path / "mine.py")),
+        ("library of the controller", str(tmp_path / "lib.so")),
+    ]
     assert Case.parse(case.model_dump(mode="json")) == case
 
 
