@@ -45,9 +45,10 @@ def summary(thing: Any) -> str:
 
 def case_tables(_: str) -> str:
     """All tables of a case file with their keys."""
-    from turbine_fenicsx.turbine.tables.reference import list_tables
+    from turbine_fenicsx.case.reference import list_tables
+    from turbine_fenicsx.turbine.tables.tables import Tables
 
-    return "\n".join(map(_case_table, list_tables()))
+    return "\n".join(map(_case_table, list_tables(Tables)))
 
 
 def _case_table(part: Any) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from turbine_fenicsx.case.quantities import EulerMoment, Whole, require_number
+from turbine_fenicsx.case.rules import Rule
 from turbine_fenicsx.foundation.text_files import quote
 
 HUGE = 1e30
@@ -25,14 +26,27 @@ Degree = Annotated[Literal[1, 2], BeforeValidator(require_number)]
 Count = Annotated[Whole, Field(ge=1, le=100_000)]
 Flag = Annotated[bool, Field(strict=True)]
 
-UnusedKeys = Iterator[tuple[str, tuple[str, ...], str]]
-"""Tables, their keys without effect, and the reasons."""
-
 
 class Section(BaseModel):
-    """A table of a case file; unknown keys are errors."""
+    """A table of a case file; unknown keys are errors.
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    Docstrings below the keys say what they mean. Marks in their types say when they count
+    (`turbine_fenicsx.case.rules`) and which of them name files (`turbine_fenicsx.case.files`).
+    Methods can be checks (`turbine_fenicsx.case.checks`).
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+    rules: ClassVar[tuple[Rule, ...]] = ()
+    """When the table counts, except for the keys that the rules look at."""
+
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """Sentences about values that are allowed but probably not meant.
+
+        Args:
+            case: The whole case.
+        """
+        yield from ()
 
 
 def check_names(value: Any) -> Any:

@@ -52,3 +52,17 @@ def parse_toml(text: str) -> dict[str, Any]:
     if level:  # dotted keys may be of any length
         raise ValueError(_TOO_DEEP)
     return tables
+
+
+def format_toml(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(format_toml, value))}]"
+    if isinstance(value, float) and abs(value) >= 1e8:
+        power = 9 if abs(value) >= 1e9 else 6
+        return f"{value / 10**power:.12g}e{power}"
+    return f"{value:.12g}"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from turbine_fenicsx.cli.commands._common import OK
 
 if TYPE_CHECKING:
-    from turbine_fenicsx.turbine.tables.reference import Table
+    from turbine_fenicsx.case.reference import Table
 
 alone = True
 
@@ -26,11 +26,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Print the tables that are asked for, on one rank."""
+    from turbine_fenicsx.case.reference import list_tables
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.text_files import quote, suggest
-    from turbine_fenicsx.turbine.tables.reference import list_tables
+    from turbine_fenicsx.turbine.tables.tables import Tables
 
-    tables = {table.name: table for table in list_tables()}
+    tables = {table.name: table for table in list_tables(Tables)}
     wanted = options.table and options.table.strip("[]")
     if wanted not in (None, "all", *tables):
         hint = suggest(wanted, tables) or "; `turbine-fenicsx keys` lists the tables"
@@ -47,7 +48,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
 def _list_names(tables: Any) -> str:
     """A line for each table: its name, and what it is about."""
-    from turbine_fenicsx.turbine.tables.reference import strip_marks
+    from turbine_fenicsx.case.reference import strip_marks
 
     lines = [
         f"{f'[{table.name}]' if table.name else '(before all tables)':<24}"
@@ -59,7 +60,7 @@ def _list_names(tables: Any) -> str:
 
 def _show(table: Table) -> str:
     """A table: a paragraph for each key."""
-    from turbine_fenicsx.turbine.tables.reference import strip_marks
+    from turbine_fenicsx.case.reference import strip_marks
 
     width = min(100, max(60, shutil.get_terminal_size((100, 24)).columns))
     parts = [f"[{table.name}]" if table.name else "(before all tables)"]

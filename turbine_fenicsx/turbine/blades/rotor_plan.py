@@ -16,7 +16,7 @@ from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.turbine.blades.blade_plan import BladePlan
 from turbine_fenicsx.turbine.blades.solid_blades import SolidBlades
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.tables.tables import TurbineCase
+from turbine_fenicsx.turbine.tables.turbine import TurbineCase
 
 AZIMUTHS = (-2.0 * np.pi / 3.0, 0.0, 2.0 * np.pi / 3.0)
 """Azimuths of blades 1, 2, 3 (bodies 3, 4, 5) about the shaft from the top [rad]."""

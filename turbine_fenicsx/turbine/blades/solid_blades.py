@@ -26,8 +26,8 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades, find_curved_cells
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.warnings import find_mass_warning
-from turbine_fenicsx.turbine.tables.tables import MaterialCase
+from turbine_fenicsx.turbine.tables.blade import find_mass_warning
+from turbine_fenicsx.turbine.tables.material import MaterialCase
 
 
 @dataclass(frozen=True)

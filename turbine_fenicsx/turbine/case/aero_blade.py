@@ -8,8 +8,8 @@ import numpy as np
 
 from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.turbine.tables.aero import is_windio
 from turbine_fenicsx.turbine.tables.tables import Tables
-from turbine_fenicsx.turbine.tables.wind import is_windio
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 from turbine_fenicsx.wind.resampling import place_stations, resample_blade

@@ -11,16 +11,21 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from turbine_fenicsx.case.checks import find_contradictions, list_checks
 from turbine_fenicsx.case.files import place_files
-from turbine_fenicsx.case.mistakes import Key, Mistake, find_mistakes, remove_keys
+from turbine_fenicsx.case.mistakes import Mistake, find_mistakes, remove_keys
+from turbine_fenicsx.case.rules import find_unused_keys, walk_sections
+from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.consistency import describe_unused_keys, find_contradictions
-from turbine_fenicsx.turbine.case.turbine_file import FILE, add_file, find_file
-from turbine_fenicsx.turbine.case.warnings import find_warnings
+from turbine_fenicsx.turbine.case.file_doubts import doubt_files
+from turbine_fenicsx.turbine.case.turbine_file import FILE, TURBINE_CHECKS, add_file
+from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS
 from turbine_fenicsx.turbine.tables.event import name_events
 from turbine_fenicsx.turbine.tables.tables import Tables
+
+Nested = Mapping[str, Any]
 
 
 class Case(Tables):
@@ -43,7 +48,7 @@ class Case(Tables):
         return Draft.load(path, overrides).require_valid()
 
     @staticmethod
-    def parse(data: Mapping[str, Any], folder: str | os.PathLike[str] | None = ".") -> Case:
+    def parse(data: Nested, folder: str | os.PathLike[str] | None = ".") -> Case:
         """Make a case from nested tables.
 
         Args:
@@ -59,7 +64,10 @@ class Case(Tables):
     @property
     def warnings(self) -> list[str]:
         """One sentence for every key that is set but has no effect, and for every likely slip."""
-        return [*describe_unused_keys(self), *find_warnings(self)]
+        unused = [f"{k.name} has no effect {k.reason}" for k in find_unused_keys(self) if k.is_set]
+        sections = (table for _, table in walk_sections(self) if isinstance(table, Section))
+        doubts = [sentence for table in sections for sentence in table.find_doubts(self)]
+        return [*unused, *doubts, *doubt_files(self)]
 
 
 @dataclass(frozen=True)
@@ -92,53 +100,50 @@ class Draft:
         Raises:
             InputError: if the file cannot be read or is no TOML.
         """
+        folder = Path(path).parent
         data = name_events(read_toml(path, "case file"))
-        found = []
-        for override in overrides:
-            try:
-                _apply_override(data, override)
-            except InputError as error:
-                found.append(Mistake((), str(error)))
-        data = place_files(data, Tables, Path(path).parent)
-        draft = Draft.parse(data, Path(path).parent)
-        return Draft(draft.case, (*found, *draft.mistakes, *_mesh_file(draft.case)))
+        data, refused = _override(data, overrides)
+        data = place_files(data, Tables, folder)
+        draft = Draft.parse(data, folder)
+        return Draft(draft.case, (*refused, *draft.mistakes, *_look_at_mesh(draft.case)))
 
     @staticmethod
-    def parse(data: Mapping[str, Any], folder: str | os.PathLike[str] | None = ".") -> Draft:
+    def parse(data: Nested, folder: str | os.PathLike[str] | None = ".") -> Draft:
         """Make a draft from nested tables, see `Case.parse`."""
-        found: list[Mistake] = []
-        file: list[Mistake] = []
         data = name_events(data)
-        if find_file(data) is not None and folder is not None:
-            try:
-                data = add_file(data, folder)
-            except InputError as error:
-                file = [Mistake(FILE, f"turbine.file: {line}") for line in str(error).splitlines()]
-                data = remove_keys(data, {FILE})
-        try:
-            case = Case.model_validate(data)
-        except ValidationError as error:
-            found = find_mistakes(error, data, Tables)
-            wrong = {mistake.key for mistake in found}
-            case = Case() if () in wrong else Case.model_validate(remove_keys(data, wrong))
-        unread = {FILE} if file or folder is None else set()
-        wrong = {mistake.key for mistake in found} | unread
-        return Draft(case, (*file, *found, *find_contradictions(case, wrong)))
+        data, unread = (data, []) if folder is None else _add_file(data, folder)
+        case, wrong = _validate(data)
+        keys = {mistake.key for mistake in wrong}
+        if unread or folder is None:
+            keys.add(FILE)
+        checks = (*list_checks(case), *TURBINE_CHECKS, *WIND_CHECKS)
+        return Draft(case, (*unread, *wrong, *find_contradictions(case, checks, keys)))
 
 
-def apply_overrides(data: Mapping[str, Any], overrides: Iterable[str]) -> Case:
+def apply_overrides(data: Nested, overrides: Iterable[str]) -> Case:
     """A case from nested tables with changes such as ``"time.end=1.0"``.
 
     Raises:
         InputError: with one sentence for every mistake.
     """
-    tables = name_events(copy.deepcopy(dict(data)))
-    for override in overrides:
-        _apply_override(tables, override)
+    tables, refused = _override(name_events(data), overrides)
+    if refused:
+        raise InputError(refused[0].sentence)
     return Case.parse(tables)
 
 
-def _apply_override(data: dict[str, Any], override: str) -> None:
+def _override(data: Nested, overrides: Iterable[str]) -> tuple[dict[str, Any], list[Mistake]]:
+    """Nested tables with changes, and the mistakes in these."""
+    changed, refused = copy.deepcopy(dict(data)), []
+    for override in overrides:
+        try:
+            _set_key(changed, override)
+        except InputError as error:
+            refused.append(Mistake((), str(error)))
+    return changed, refused
+
+
+def _set_key(data: dict[str, Any], override: str) -> None:
     """Apply one ``key=value`` to nested tables."""
     key, separator, text = override.partition("=")
     names = [name.strip() for name in key.split(".")]
@@ -157,7 +162,26 @@ def _apply_override(data: dict[str, Any], override: str) -> None:
     table[names[-1]] = value
 
 
-def _mesh_file(case: Case) -> list[Mistake]:
+def _add_file(data: Nested, folder: str | os.PathLike[str]) -> tuple[Nested, list[Mistake]]:
+    """Nested tables with those of ``turbine.file`` below them, or mistakes of that file."""
+    try:
+        return add_file(data, folder), []
+    except InputError as error:
+        lines = str(error).splitlines()
+    return remove_keys(data, {FILE}), [Mistake(FILE, f"turbine.file: {line}") for line in lines]
+
+
+def _validate(data: Nested) -> tuple[Case, list[Mistake]]:
+    """The case of nested tables, with defaults in the place of what is wrong, and what is."""
+    try:
+        return Case.model_validate(data), []
+    except ValidationError as error:
+        found = find_mistakes(error, data, Tables)
+    wrong = {mistake.key for mistake in found}
+    return Case() if () in wrong else Case.model_validate(remove_keys(data, wrong)), found
+
+
+def _look_at_mesh(case: Case) -> list[Mistake]:
     """Mistakes that a first look at the mesh file shows."""
     if case.mesh.file is None or case.turbine.model == "rigid":
         return []
@@ -167,6 +191,5 @@ def _mesh_file(case: Case) -> list[Mistake]:
     try:
         check_header(Path(case.mesh.file))
     except MeshError as error:
-        key: Key = ("mesh", "file")
-        return [Mistake(key, f"mesh.file: {error}")]
+        return [Mistake(("mesh", "file"), f"mesh.file: {error}")]
     return []

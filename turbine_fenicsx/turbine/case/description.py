@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from turbine_fenicsx.case.quantities import unit_of
+from turbine_fenicsx.case.rules import find_unused_keys
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.consistency import find_unused_keys
 
 _OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
 """Tables of what a turbine has only if its case says so."""
@@ -27,9 +27,7 @@ def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:
         InputError: if it is no valid case.
     """
     case = Case.parse(data, None)
-    unused = {
-        f"{table}.{key}".lstrip(".") for table, keys, _ in find_unused_keys(case) for key in keys
-    }
+    unused = {key.name for key in find_unused_keys(case)}
     absent = {
         name for name in _OPTIONAL if not getattr(case, name).model_dump(exclude_defaults=True)
     }

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turbine_fenicsx.case.checks import Check
 from turbine_fenicsx.case.files import read_if_changed
-from turbine_fenicsx.case.section import Section, UnusedKeys
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
@@ -36,22 +35,12 @@ N_BLADES = 3
 
 FILE = ("turbine", "file")
 
-FOREIGN = {
-    "blade": ("stations", "chord", "thickness", "wall", "twist"),
-    "mesh": ("cell", "elements", "size", "degree", "geometry_degree"),
-    "material": ("density", "young", "shear", "poisson", "first_lame", "shear_modulus"),
-}
-"""Keys of blades that are not described by a windIO file."""
-
 DEFAULTS: dict[str, dict[str, Any]] = {
     "blade": {"damping": 0.005},
     "tower": {"damping": 0.01},
     "yaw": {"drive": "lock"},
 }
 """Keys of turbines of a file that the file does not give, as engineers set them."""
-
-OWN = {"blade": ("layup",)}
-"""Keys of blades that are."""
 
 
 @read_if_changed("windIO file")
@@ -167,20 +156,23 @@ def _tabulate_part(part: RigidPart) -> dict[str, Any]:
     }
 
 
-def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Nested tables of a case with those of its file below them.
+def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Nested tables of a case with those of its file, if it names one, below them.
 
     Args:
-        data: The tables, with the key ``turbine.file``.
+        data: The tables.
         folder: Where the file is looked for before the examples of windIO.
 
     Raises:
         InputError: if there is no such file, it cannot be read, or it is no turbine that can be
             built.
     """
+    file = _find_file(data)
+    if file is None:
+        return data
     from turbine_fenicsx.windio import find_turbine_file
 
-    name = str(find_turbine_file(data["turbine"]["file"], folder))
+    name = str(find_turbine_file(file, folder))
     own = data.get("tower")
     tower = not isinstance(own, Mapping) or own.get("flexible") is not False
     blows = data.get("wind")
@@ -222,7 +214,7 @@ def _find_defaults(
     return found
 
 
-def find_file(data: Any) -> str | None:
+def _find_file(data: Any) -> str | None:
     """The key ``turbine.file`` of nested tables, if these are tables and it is text."""
     turbine = data.get("turbine") if isinstance(data, Mapping) else None
     name = turbine.get("file") if isinstance(turbine, Mapping) else None
@@ -295,20 +287,6 @@ def _flatten(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, 
 # --- checks
 
 
-def _check_foreign(table: str, key: str, case: Tables) -> str:
-    """Blades of a file need no keys of other blades."""
-    section: Section = getattr(case, table)
-    if case.turbine.file is None or key not in section.model_fields_set:
-        return ""
-    what = "layup" if table == "material" else "shape"
-    if table == "mesh":
-        what = "shape, meshed by mesh.span and mesh.around,"
-    return (
-        f"{table}.{key} = {quote(getattr(section, key))}: expected none beside turbine.file = "
-        f"{quote(Path(case.turbine.file).name)}, which has the {what} of the blades"
-    )
-
-
 def _check_length(case: Tables) -> str:
     """Blades of a file are as long as it says."""
     if case.turbine.file is None:
@@ -320,16 +298,6 @@ def _check_length(case: Tables) -> str:
         f"blade.length = {case.blade.length:g}: expected none beside turbine.file, whose blades "
         f"have {length:g} m"
     )
-
-
-def _check_law(case: Tables) -> str:
-    """The law of layups belongs to a file, and the other way round."""
-    law, file = case.material.law, case.turbine.file
-    if case.turbine.model == "rigid" or (law == "windio") == (file is not None):
-        return ""
-    if file is None:
-        return 'material.law = "windio": expected turbine.file, the windIO file with the layup'
-    return f'material.law = "{law}": expected "windio" or none beside turbine.file'
 
 
 def _check_controller(case: Tables) -> str:
@@ -346,24 +314,22 @@ def _check_controller(case: Tables) -> str:
     )
 
 
-FILE_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
-    *(
-        (
-            (f"{table}.{key}", "turbine.file"),
-            partial(_check_foreign, table, key),
-        )
-        for table, keys in FOREIGN.items()
-        for key in keys
-    ),
-    (("blade.length", "turbine.file"), _check_length),
-    (("material.law", "turbine.file"), _check_law),
-    (("control", "drivetrain", "turbine.file"), _check_controller),
+def _check_gauges(case: Tables) -> str:
+    """The strain gauges lie on the blades, whose panels a file may name."""
+    if case.turbine.model == "rigid":
+        return ""
+    file, length = case.turbine.file, case.blade.length
+    panels = load_turbine(file).blade.panels if file else ()
+    sentences = (
+        gauge.find_mistake(f"output.gauges.{name}", length, panels)
+        for name, gauge in case.output.gauges.items()
+    )
+    return next(filter(None, sentences), "")
+
+
+TURBINE_CHECKS = (
+    Check(("blade.length", "turbine.file"), _check_length),
+    Check(("control", "drivetrain", "turbine.file"), _check_controller),
+    Check(("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
 )
-"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
-
-
-def find_unused_file_keys(case: Tables) -> UnusedKeys:
-    """Keys of blades that are made otherwise."""
-    keys, reason = (FOREIGN, "beside") if case.turbine.file else (OWN, "without")
-    for table, names in keys.items():
-        yield table, names, f"{reason} turbine.file"
+"""Checks that read the file of the turbine."""

@@ -1,49 +1,15 @@
-"""Checks of the keys of wind and aerodynamics against each other and their files."""
+"""Wind and aerodynamics of a case against their files, and in words."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import degrees
 from pathlib import Path
 
-from turbine_fenicsx.case.section import UnusedKeys
+from turbine_fenicsx.case.checks import Check
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.tables import Tables
-from turbine_fenicsx.turbine.tables.wind_table import (
-    FALLBACKS,
-    check_wind_table,
-    describe_wind_table,
-    find_own_keys,
-)
-
-
-def _check_source(case: Tables) -> str:
-    """A wind is steady, or that of a file."""
-    w = case.wind
-    if w.file is None or w.speed is None:
-        return ""
-    return f"wind.speed = {w.speed:g}: expected none beside wind.file, which has its own wind"
-
-
-def _check_gust(case: Tables) -> str:
-    """A gust needs a wind before it."""
-    w = case.wind
-    if w.gust == "none" or (w.speed and w.file is None):
-        return ""
-    return f'wind.gust = "{w.gust}": expected wind.speed greater than 0, the wind before the gust'
-
-
-def _check_height(case: Tables) -> str:
-    """The blades do not touch the ground of the wind."""
-    if not case.wind.blows:
-        return ""
-    height, radius = case.hub_height, case.blade.hub_radius + case.blade.length
-    if height > radius:
-        return ""
-    return (
-        f"wind.hub_height = {height:g}: expected more than {radius:.4g} m, the radius of the rotor"
-    )
+from turbine_fenicsx.turbine.tables.wind_table import describe_wind_table
 
 
 def _check_data(case: Tables) -> str:
@@ -71,20 +37,11 @@ def _check_data(case: Tables) -> str:
     )
 
 
-def _check_tower(case: Tables) -> str:
-    """A tower that stands in the wind has a shape."""
-    shadow = case.aero.tower_shadow
-    if not case.wind.blows or shadow == "none" or case.tower.flexible:
-        return ""
-    return f'aero.tower_shadow = "{shadow}": expected tower.flexible = true, a tower with diameters'
-
-
 def _check_field(case: Tables) -> str:
     """The turbulence can be read, and is as large as the rotor and as long as the run."""
     w = case.wind
-    if w.table is not None:
-        return check_wind_table(w.table, case.time.end)
-    if w.file is None and (w.box.files is None or _check_box(case) or not w.speed):
+    has_box = w.box.files is not None and w.speed and not w.find_box_mistake()
+    if w.table is not None or not (w.file is not None or has_box):
         return ""
     from turbine_fenicsx.turbine.case.inflow import list_field_mistakes
 
@@ -96,68 +53,14 @@ def _check_field(case: Tables) -> str:
     return "\n".join(f"{key}: {sentence}" for sentence in found)
 
 
-def _check_box(case: Tables) -> str:
-    """A box has a size, and a mean wind along e3 that carries it."""
-    w, box = case.wind, case.wind.box
-    if box.files is None:
-        return ""
-    for name in ("points", "spacing"):
-        if getattr(box, name) is None:
-            return f"wind.box.{name}: expected three numbers, along e3, e1 and e2, beside its files"
-    if w.file is not None:
-        return "wind.box.files: expected none beside wind.file, which has its own wind"
-    if not w.speed:
-        return "wind.box.files: expected wind.speed greater than 0, the mean wind that carries it"
-    for name in ("direction", "inclination"):
-        if getattr(w, name):
-            value = getattr(w, name)
-            return f"wind.{name} = {value:g}: expected 0 beside wind.box, which is not turned"
-    if w.gust != "none":
-        return f'wind.gust = "{w.gust}": expected "none" beside wind.box, which has its own gusts'
-    return ""
-
-
 _BLADE = ("turbine.file", "blade.hub_radius", "blade.length")
 _ROTOR = ("turbine.tilt", "turbine.precone", "turbine.hub_rise", "tower.height")
 
-WIND_CHECKS: tuple[tuple[tuple[str, ...], Callable[[Tables], str]], ...] = (
-    (("wind.speed", "wind.file"), _check_source),
-    (("wind.gust", "wind.speed", "wind.file"), _check_gust),
-    (
-        ("wind.gust_sign",),
-        lambda case: "" if case.wind.gust_sign else "wind.gust_sign = 0: expected 1 or -1",
-    ),
-    (("wind.hub_height", "wind.speed", "wind.file", *_BLADE, *_ROTOR), _check_height),
-    (("aero", "wind.speed", "wind.file", *_BLADE), _check_data),
-    (("aero.tower_shadow", "wind.speed", "wind.file", "tower.flexible"), _check_tower),
-    (("wind.box", "wind.speed", "wind.file", "wind.gust", "wind.direction"), _check_box),
-    (("wind.file", "wind.box", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
+WIND_CHECKS = (
+    Check(("aero.file", "aero.stations", "wind.speed", "wind.file", *_BLADE), _check_data),
+    Check(("wind.file", "wind.box", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
 )
-"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
-
-
-def find_unused_wind_keys(case: Tables) -> UnusedKeys:
-    """Keys without effect."""
-    w, turbulence = case.wind, ("turbine_class", "turbulence")
-    if not w.blows:
-        others = set(type(w).model_fields) - {"speed", "file"}
-        yield "wind", tuple(others), "without wind.speed or wind.file"
-        yield "", ("aero",), "without wind.speed or wind.file"
-        return
-    if case.aero.tower_shadow != "powles":
-        yield "aero", ("tower_drag",), f'with aero.tower_shadow = "{case.aero.tower_shadow}"'
-    if w.box.files is None:
-        yield "wind.box", tuple(set(type(w.box).model_fields) - {"files"}), "without wind.box.files"
-    if w.file is not None:
-        yield "wind", ("gust_start", "gust_sign", *turbulence), "beside wind.file"
-        own = FALLBACKS if w.table is None else find_own_keys(w.table)
-        yield "wind", own, "beside wind.file, which has its own"
-    elif w.gust == "none":
-        yield "wind", ("gust_start", "gust_sign", *turbulence), 'with wind.gust = "none"'
-    else:
-        yield "wind", ("inclination",), f'with wind.gust = "{w.gust}"'
-        if w.gust == "EOG":
-            yield "wind", ("gust_sign",), 'with wind.gust = "EOG"'
+"""Checks that read files of wind and aerodynamics."""
 
 
 def describe_aerodynamics(case: Tables) -> list[str]:

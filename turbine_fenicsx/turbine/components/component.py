@@ -14,6 +14,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
+from turbine_fenicsx.case.checks import check_tables
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import LoadedMesh, load_arrays
@@ -157,12 +158,15 @@ class Component(Protocol):
     Components are built from the ground up, each on what stands already.
     """
 
+    tables: tuple[str, ...] = ()
+    """Tables of a case that it is made from, whose checks must find nothing."""
+
     def mistakes(self, case: Case) -> Iterable[str]:
         """One sentence for everything in a case or in itself that keeps it from being built.
 
         Called on all ranks before anything is built.
         """
-        return ()
+        return check_tables(case, self.tables)
 
     @abstractmethod
     def parts(self, assembly: Assembly) -> Iterable[Any]:

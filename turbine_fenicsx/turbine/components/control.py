@@ -21,17 +21,11 @@ from turbine_fenicsx.control.python_class import PythonClass
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.drivetrain import SHAFT, fast_shaft
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.sensors import Sensors
-from turbine_fenicsx.turbine.tables.control_checks import (
-    check_control,
-    check_events,
-    has_brake,
-    list_events,
-)
+from turbine_fenicsx.turbine.tables.event import list_events
 
 FOLDER = "controller"
 """Folder for the files of a library, in the output folder."""
@@ -46,9 +40,7 @@ class Control(Component):
     The torque acts between generator and nacelle.
     """
 
-    def mistakes(self, case: Case) -> list[str]:
-        """Missing files, drives or brakes."""
-        return [sentence for sentence in (check_control(case), check_events(case)) if sentence]
+    tables = ("control", "event")
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """The torque ``generator`` and, where it has a torque, the friction ``brake``."""
@@ -56,7 +48,7 @@ class Control(Component):
         names = [ROTOR, *((SHAFT,) if case.drivetrain.model == "two_mass" else ())]
         factors = dict.fromkeys(names, case.drivetrain.ratio)
         found: list[Any] = [HeldTorque("generator", factors)]
-        if has_brake(case):
+        if case.may_brake:
             found.append(HeldBrake("brake", names))
         return found
 
@@ -87,7 +79,9 @@ class Control(Component):
         case, actuators = turbine.case, list_actuators(turbine)
         controller = _make_controller(turbine, folder, actuators)
         sensors = Sensors(turbine, actuators)
-        return [ControlLoop(controller, sensors, actuators, list_events(case), case.time.step)]
+        return [
+            ControlLoop(controller, sensors, actuators, list_events(case.event), case.time.step)
+        ]
 
 
 def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Controller:

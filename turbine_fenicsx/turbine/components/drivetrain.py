@@ -25,10 +25,8 @@ from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.surfaces import tube
-from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
-from turbine_fenicsx.turbine.tables.control_checks import check_drivetrain
 
 GENERATOR, SHAFT = "generator_rotor", "shaft"
 """Names of the body that turns with the generator, and of its joint with the hub."""
@@ -41,10 +39,7 @@ DRUM = 0.35
 class Drivetrain(Component):
     """A generator that turns with the hub, or at the end of a shaft that twists."""
 
-    def mistakes(self, case: Case) -> list[str]:
-        """A generator without inertia, or a shaft without stiffness."""
-        sentence = check_drivetrain(case)
-        return [sentence] if sentence else []
+    tables = ("drivetrain",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body `GENERATOR`, joint `SHAFT` with spring and damper, friction of the bearing."""

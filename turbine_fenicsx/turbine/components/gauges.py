@@ -14,7 +14,7 @@ from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.turbine.blades.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.components.component import Turbine
-from turbine_fenicsx.turbine.tables.gauges import PLACES, GaugeCase
+from turbine_fenicsx.turbine.tables.output import PLACES, GaugeCase
 
 _STEP = 1e-3
 """Contour and span fractions between which tangents of the surface are taken."""

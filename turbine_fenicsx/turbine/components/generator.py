@@ -14,7 +14,6 @@ from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
-from turbine_fenicsx.turbine.tables.generator import check_generator
 from turbine_fenicsx.wind.rotor import Operation, Performance, Rotor, find_performance
 
 SECTORS = 24
@@ -42,11 +41,7 @@ class SteadyTurn:
 class Generator(Component):
     """A prescribed rotation of the rotor, or a constant torque between rotor and nacelle."""
 
-    def mistakes(self, case: Case) -> list[str]:
-        """A torque that is not known."""
-        speed, control = case.turbine.rotor_speed, case.control.kind
-        sentence = check_generator(case.generator, case.wind, speed, control)
-        return [sentence] if sentence else []
+    tables = ("generator",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """The motion of the rotor, or the torque named ``generator``."""

@@ -15,8 +15,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, YAW
-from turbine_fenicsx.turbine.tables.load_tables import load_torques
-from turbine_fenicsx.turbine.tables.tables import LoadsCase
+from turbine_fenicsx.turbine.tables.loads import LoadsCase, load_torques
 
 Course = Callable[[float], float]
 """A function of time [s]."""

@@ -34,8 +34,7 @@ from turbine_fenicsx.turbine.blades.rotor_plan import PITCH_SIGNS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.loads import make_hat, make_torque, read_torques
-from turbine_fenicsx.turbine.tables.load_tables import load_pitch
-from turbine_fenicsx.turbine.tables.pitch import PitchCase, check_pitch
+from turbine_fenicsx.turbine.tables.pitch import PitchCase, load_pitch
 
 BEARINGS = ("pitch_1", "pitch_2", "pitch_3")
 """Names of the bearings and of their angles."""
@@ -48,10 +47,7 @@ RINGS = ("ring_1", "ring_2", "ring_3")
 class Pitch(Component):
     """Pitch bearings, their rings, torques and drives; nothing where the blades are fixed."""
 
-    def mistakes(self, case: Case) -> list[str]:
-        """A spring drive without spring and damper."""
-        sentence = check_pitch(case.pitch, case.turbine.model)
-        return [sentence] if sentence else []
+    tables = ("pitch",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""

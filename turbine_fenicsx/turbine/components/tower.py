@@ -24,10 +24,9 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import TOWER
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import SUPPORT
-from turbine_fenicsx.turbine.tables.tower import TOWER_CHECKS, TowerCase
+from turbine_fenicsx.turbine.tables.tower import TowerCase
 
 FOOT, HEAD = "tower_foot", "tower_head"
 """Names of the couplings to the ground and to the rigid body that carries the yaw bearing."""
@@ -52,9 +51,7 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
 class Tower(Component):
     """The tube, the rigid body at its top, and a coupling at each end."""
 
-    def mistakes(self, case: Case) -> list[str]:
-        """Contradictions in the table of the tower."""
-        return [sentence for _, check in TOWER_CHECKS if (sentence := check(case.tower))]
+    tables = ("tower",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Cells are curved if the displacement is quadratic."""

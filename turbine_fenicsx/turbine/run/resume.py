@@ -9,12 +9,12 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx.case.files import change_files, hash_files, make_absolute
+from turbine_fenicsx.case.rules import remove_refused_keys
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.output_folder import holds_modes, read_tables
 from turbine_fenicsx.turbine.case.case import Case, apply_overrides
-from turbine_fenicsx.turbine.case.turbine_file import FOREIGN
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 FREE = ("title", "time", "solver", "output")
@@ -64,9 +64,6 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
 
 def write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:
     """Write the case with all defaults, files by their absolute paths."""
-    data = make_absolute(case.model_dump(mode="json"), Tables)
-    if case.turbine.file:
-        for table, names in FOREIGN.items():
-            data[table] = {key: v for key, v in data[table].items() if key not in names}
+    data = remove_refused_keys(case, make_absolute(case.model_dump(mode="json"), Tables))
     text = json.dumps(data, indent=2) + "\n"
     on_rank0(comm, lambda: replace_file(folder / "case.json", text.encode()))

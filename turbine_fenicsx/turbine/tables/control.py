@@ -1,4 +1,4 @@
-"""The tables of the controller: their keys, and what they have to do with the rest of a case."""
+"""The tables of the controller."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable
 from math import pi
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,
@@ -21,9 +22,12 @@ from turbine_fenicsx.case.quantities import (
     TorqueGain,
     TorqueRate,
 )
+from turbine_fenicsx.case.rules import Only
 from turbine_fenicsx.case.section import NotNegative, Positive, Section
+from turbine_fenicsx.control.discon import check_library
 from turbine_fenicsx.control.pi import PitchLaw
 from turbine_fenicsx.control.torque_law import TorqueLaw
+from turbine_fenicsx.foundation.errors import ModelError
 
 PYTHON = "python:"
 
@@ -122,6 +126,9 @@ class ControllerFile(DataFile):
         return f"{PYTHON}{change(file)}:{name}"
 
 
+_PI, _DISCON = Only("kind", "pi"), Only("kind", "discon")
+
+
 class ControlCase(Section):
     """Controller: what it is, and where it comes from.
 
@@ -134,14 +141,14 @@ class ControlCase(Section):
     kind: Annotated[str, AfterValidator(_check_kind), ControllerFile("controller")] = "none"
     """Controller: ``"none"``, ``"pi"``, ``"discon"`` or ``"python:FILE:CLASS"``, see
     howto/control."""
-    library: Annotated[File | None, DataFile("library of the controller")] = None
+    library: Annotated[File | None, DataFile("library of the controller"), _DISCON] = None
     """Shared library with the routine DISCON, relative to the case file."""
-    input: Annotated[File | None, DataFile("DISCON.IN")] = None
+    input: Annotated[File | None, DataFile("DISCON.IN"), _DISCON] = None
     """Input file of the library, often called DISCON.IN, relative to the case file."""
-    filter_frequency: Annotated[AngularSpeed, Positive] = 1.570796
+    filter_frequency: Annotated[AngularSpeed, Positive, _PI] = 1.570796
     """Corner of the low pass of the generator speed."""
-    torque: TorqueLawCase = TorqueLawCase()
-    pitch: PitchLawCase = PitchLawCase()
+    torque: Annotated[TorqueLawCase, _PI] = TorqueLawCase()
+    pitch: Annotated[PitchLawCase, _PI] = PitchLawCase()
 
     @property
     def python_class(self) -> tuple[Path, str] | None:
@@ -150,3 +157,48 @@ class ControlCase(Section):
             return None
         file, _, name = self.kind.removeprefix(PYTHON).rpartition(":")
         return Path(file), name
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether it comes from outside of the package."""
+        return self.kind == "discon" or self.python_class is not None
+
+    @check("", "pitch.drive", "pitch.bearings", "turbine.model")
+    def _check_needs(self, case: Any) -> str:
+        """The controller is there and has something to act on."""
+        if self.kind == "none":
+            return ""
+        key = f'control.kind = "{self.kind}"'
+        if not case.has_pitch_bearings:
+            return f"{key}: expected pitch.bearings = true, a controller turns the blades"
+        if case.pitch.drive != "actuator":
+            return f'{key}: expected pitch.drive = "actuator", got "{case.pitch.drive}"'
+        if self.kind == "discon":
+            for name in ("library", "input"):
+                if getattr(self, name) is None:
+                    return f"{key}: expected control.{name}, the name of a file"
+            assert self.library and self.input
+            return check_library(Path(self.library), Path(self.input))
+        if self.python_class and not self.python_class[0].is_file():
+            return f"{key}: there is no file '{self.python_class[0]}'"
+        return ""
+
+    @check("torque")
+    def _check_torque(self, case: Any) -> str:
+        """Regions of the torque follow each other."""
+        return self._check_law("torque")
+
+    @check("pitch")
+    def _check_pitch(self, case: Any) -> str:
+        """Limits of the pitch leave some."""
+        return self._check_law("pitch")
+
+    def _check_law(self, name: str) -> str:
+        """Complaint about a law."""
+        if self.kind != "pi":
+            return ""
+        try:
+            getattr(self, name).make()
+        except ModelError as error:
+            return f"control.{name}: {error}"
+        return ""

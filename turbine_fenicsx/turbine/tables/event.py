@@ -1,26 +1,34 @@
-"""The tables of events: their keys, and what they need of a turbine."""
+"""The tables of events, by names of the user."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import pi
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,
     Radians,
     Seconds,
     require_number,
 )
+from turbine_fenicsx.case.rules import Only
 from turbine_fenicsx.case.section import (
     NotNegative,
     Positive,
     Section,
     check_names,
 )
-from turbine_fenicsx.control.events import EventKind
+from turbine_fenicsx.control.events import Event, EventKind
+
+STOPS = ("shut_down", "emergency_stop")
+"""Kinds of events that turn the blades out of the wind."""
+
+TURNING = ("start_up", "pitch_fault", *STOPS)
+"""Kinds that have to do with the pitch."""
 
 
 class EventCase(Section):
@@ -39,14 +47,46 @@ class EventCase(Section):
     """Kind of the event."""
     time: Annotated[Seconds, NotNegative] = 0.0
     """When it begins."""
-    pitch: Annotated[Radians, Field(ge=-pi, le=pi)] = 0.5 * pi
+    pitch: Annotated[Radians, Field(ge=-pi, le=pi), Only("kind", *STOPS)] = 0.5 * pi
     """Where the blades turn in a stop."""
-    rate: Annotated[AngularSpeed, Positive] = 8.0 * pi / 180.0
+    rate: Annotated[AngularSpeed, Positive, Only("kind", "start_up", *STOPS)] = 8.0 * pi / 180.0
     """How fast the blades turn in a start or stop."""
-    blade: Annotated[Literal[1, 2, 3], BeforeValidator(require_number)] = 1
+    blade: Annotated[
+        Literal[1, 2, 3], BeforeValidator(require_number), Only("kind", "pitch_fault")
+    ] = 1
     """Number of the blade with a fault."""
-    duration: Annotated[Seconds, NotNegative] = 0.6
+    duration: Annotated[Seconds, NotNegative, Only("kind", "brake")] = 0.6
     """Time in which the brake closes."""
+
+    @check("kind", "pitch.drive", "pitch.bearings", "drivetrain.brake_torque")
+    def _check_needs(self, case: Any) -> str:
+        """The turbine has what the event needs."""
+        key = f'event.{_find_name(self, case.event)}.kind = "{self.kind}"'
+        if self.kind in TURNING and (not case.has_pitch_bearings or case.pitch.drive != "actuator"):
+            where = "" if case.has_pitch_bearings else "pitch.bearings = true and "
+            return f'{key}: expected {where}pitch.drive = "actuator"'
+        if self.kind == "brake" and not case.drivetrain.brake_torque > 0.0:
+            return f"{key}: expected drivetrain.brake_torque greater than 0"
+        return ""
+
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """Events happen."""
+        if self.time > case.time.end:
+            yield (
+                f"event.{_find_name(self, case.event)}.time = {self.time:g} s is after time.end = "
+                f"{case.time.end:g} s, so it does not happen"
+            )
+
+
+def _find_name(event: EventCase, events: Mapping[str, EventCase]) -> str:
+    """Name of an event."""
+    return next(name for name, other in events.items() if other is event)
+
+
+def list_events(events: Mapping[str, EventCase]) -> Sequence[Event]:
+    """Events in the order of their times."""
+    found = [Event(**event.model_dump()) for event in events.values()]
+    return sorted(found, key=lambda event: event.time)
 
 
 def name_events(data: Any) -> Any:

@@ -1,13 +1,14 @@
-"""The table of the pitch bearings: its keys, and what they have to do with each other."""
+"""The table of the pitch bearings, and the file of their angles over the time."""
 
 from __future__ import annotations
 
-from math import pi
-from typing import Annotated, Literal
+from math import degrees, pi
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from turbine_fenicsx.case.files import DataFile
+from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.files import DataFile, read_if_changed
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,
     Kilograms,
@@ -17,14 +18,54 @@ from turbine_fenicsx.case.quantities import (
     TorsionalDamping,
     TorsionalStiffness,
 )
-from turbine_fenicsx.case.section import (
-    Flag,
-    Moment,
-    NotNegative,
-    Positive,
-    Section,
-    UnusedKeys,
+from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
+from turbine_fenicsx.case.section import Flag, Moment, NotNegative, Positive, Section
+from turbine_fenicsx.case.time_table import Column, TimeTable, read_time_table
+from turbine_fenicsx.foundation.errors import InputError
+
+BLADES = ("pitch_1", "pitch_2", "pitch_3")
+"""Columns for each blade by itself, in place of one for all."""
+
+MAX_ANGLE = 2.0 * pi
+"""Pitch [rad]."""
+
+START_TOLERANCE = 1e-6
+"""Pitch at t = 0 and that at which the blades start agree so well [rad]."""
+
+HAS_BEARINGS = AnyOf(Only("pitch.bearings", True), Only("turbine.model", "rigid"))
+"""Rule of keys that count with pitch bearings only, which the rigid turbine has always."""
+
+_RINGS = Only(
+    "turbine.model",
+    "hybrid",
+    say='with turbine.model = "rigid", which has pitch bearings always',
 )
+_MOTION = (Only("drive", "prescribed"), Beside("file"))
+_COLUMNS = {name: Column("rad", -MAX_ANGLE, MAX_ANGLE) for name in ("pitch", *BLADES)}
+
+
+@read_if_changed("table")
+def _load_angles(path: str) -> TimeTable:
+    """Pitch of a file; raises InputError."""
+    return read_time_table(path, _COLUMNS)
+
+
+def load_pitch(path: str) -> list[tuple[TimeTable, str]]:
+    """The table with the pitch of each blade, and its column.
+
+    Raises:
+        InputError: if it cannot be read, or does not have the pitch of all blades once.
+    """
+    table = _load_angles(path)
+    found = set(table.columns)
+    if found == {"pitch"}:
+        return [(table, "pitch")] * len(BLADES)
+    if found == set(BLADES):
+        return [(table, name) for name in BLADES]
+    raise InputError(
+        f"{table.name} has the columns {', '.join(table.columns)}, expected pitch, or "
+        f"{', '.join(BLADES[:-1])} and {BLADES[-1]}"
+    )
 
 
 class PitchCase(Section):
@@ -37,79 +78,67 @@ class PitchCase(Section):
     the controller like an oscillator of ``frequency`` and ``damping_ratio``.
     """
 
-    bearings: Flag = False
+    rules = (HAS_BEARINGS,)
+
+    bearings: Annotated[Flag, _RINGS] = False
     """Whether the blades of the hybrid turbine turn in pitch bearings, see
     howto/turbine_options."""
-    ring_mass: Annotated[Kilograms, Positive] = 1000.0
+    ring_mass: Annotated[Kilograms, Positive, _RINGS] = 1000.0
     """Mass of the ring between hub and root of each blade."""
-    ring_euler: tuple[Moment, Moment, Moment] = (400.0, 20.0, 400.0)
+    ring_euler: Annotated[tuple[Moment, Moment, Moment], _RINGS] = (400.0, 20.0, 400.0)
     """Principal values of the Euler tensor of a ring along chord, span and rotor axis."""
     drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
     """Drive of the blades: none, spring and damper, a motion in time, or an actuator that follows
     commands, see howto/control."""
     initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)] = 0.0
     """Pitch at t = 0, positive to feather."""
-    stiffness: Annotated[TorsionalStiffness, NotNegative] = 0.0
+    stiffness: Annotated[TorsionalStiffness, NotNegative, Only("drive", "spring")] = 0.0
     """With ``drive = "spring"``: torsional spring on the pitch angle, from its initial value."""
-    damping: Annotated[TorsionalDamping, NotNegative] = 0.0
+    damping: Annotated[TorsionalDamping, NotNegative, Only("drive", "spring")] = 0.0
     """With ``drive = "spring"``: damper on the rate of the pitch angle."""
-    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi)] = 0.0
+    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi), *_MOTION] = 0.0
     """With ``drive = "prescribed"``: how far the blades turn from ``initial`` on, positive to
     feather; 0 locks the bearings."""
-    start: Annotated[Seconds, NotNegative] = 0.0
+    start: Annotated[Seconds, NotNegative, *_MOTION, Unless("angle", 0.0)] = 0.0
     """With ``drive = "prescribed"``: when the motion begins."""
-    duration: Annotated[Seconds, Positive] = 5.0
+    duration: Annotated[Seconds, Positive, *_MOTION, Unless("angle", 0.0)] = 5.0
     """With ``drive = "prescribed"``: how long it takes; velocity and acceleration stay
     continuous."""
-    frequency: Annotated[AngularSpeed, Positive] = 6.0
+    frequency: Annotated[AngularSpeed, Positive, Only("drive", "actuator")] = 6.0
     """With ``drive = "actuator"``: natural frequency of the drive."""
-    damping_ratio: Annotated[Number, Positive] = 0.8
+    damping_ratio: Annotated[Number, Positive, Only("drive", "actuator")] = 0.8
     """With ``drive = "actuator"``: its damping ratio."""
-    file: Annotated[str | None, DataFile("pitch file")] = None
+    file: Annotated[str | None, DataFile("pitch file"), Only("drive", "prescribed")] = None
     """With ``drive = "prescribed"``: CSV file with ``time`` and ``pitch``, or ``pitch_1`` to
     ``pitch_3``, relative to the case file, see howto/tables."""
 
+    @check("drive", "stiffness", "damping")
+    def _check_spring(self, case: Any) -> str:
+        """A spring drive has a spring or a damper."""
+        idle = self.drive != "spring" or not case.has_pitch_bearings
+        if idle or self.stiffness > 0.0 or self.damping > 0.0:
+            return ""
+        return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
 
-def has_bearings(pitch: PitchCase, model: str) -> bool:
-    """Whether the blades can turn about their spans: always in the rigid turbine.
+    @check("", "time.end", "turbine.model")
+    def _check_file(self, case: Any) -> str:
+        """The pitch can be read, lasts as long as the run, and begins where the blades start."""
+        if self.file is None or self.drive != "prescribed" or not case.has_pitch_bearings:
+            return ""
+        try:
+            blades = load_pitch(self.file)
+        except InputError as error:
+            return f"pitch.file: {error}"
+        gap = blades[0][0].describe_gap(case.time.end)
+        if gap:
+            return f"pitch.file: {gap}"
+        from turbine_fenicsx.forces.time_functions import Table  # not needed to read other cases
 
-    Args:
-        pitch: The table.
-        model: The key ``turbine.model``.
-    """
-    return model == "rigid" or pitch.bearings
-
-
-def check_pitch(pitch: PitchCase, model: str) -> str:
-    """A sentence if a spring drive has neither spring nor damper, else nothing."""
-    idle = pitch.drive != "spring" or not has_bearings(pitch, model)
-    if idle or pitch.stiffness > 0.0 or pitch.damping > 0.0:
+        for table, name in blades:
+            first = Table(table.times.tolist(), table.columns[name].tolist())(0.0)
+            if abs(first - self.initial) > START_TOLERANCE:
+                return (
+                    f"pitch.initial = {degrees(self.initial):g} deg: expected {degrees(first):g} "
+                    f"deg, the value of {name} at t = 0 in pitch.file"
+                )
         return ""
-    return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
-
-
-def find_unused_pitch_keys(pitch: PitchCase, model: str) -> UnusedKeys:
-    """Keys without effect, of the pitch torque as well."""
-    if not has_bearings(pitch, model):
-        others = set(type(pitch).model_fields) - {"bearings"}
-        yield "pitch", tuple(others), "without pitch.bearings = true"
-        yield "loads", ("pitch_torque",), "without pitch.bearings = true"
-        return
-    if model == "rigid":
-        rings = ("bearings", "ring_mass", "ring_euler")
-        yield "pitch", rings, 'with turbine.model = "rigid", which has pitch bearings always'
-    drives = {
-        "spring": ("stiffness", "damping"),
-        "prescribed": ("angle", "start", "duration", "file"),
-        "actuator": ("frequency", "damping_ratio"),
-    }
-    for drive, names in drives.items():
-        if pitch.drive != drive:
-            yield "pitch", names, f'with pitch.drive = "{pitch.drive}"'
-    if pitch.drive in ("prescribed", "actuator"):
-        yield "loads", ("pitch_torque",), f'with pitch.drive = "{pitch.drive}"'
-    if pitch.drive == "prescribed":
-        if pitch.file is not None:
-            yield "pitch", ("angle", "start", "duration"), "beside pitch.file"
-        elif pitch.angle == 0.0:
-            yield "pitch", ("start", "duration"), "with pitch.angle = 0"

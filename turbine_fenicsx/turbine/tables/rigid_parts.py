@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from turbine_fenicsx.bodies.inertia import principal_inertia
+from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import EulerMoment, Kilograms, Metres
+from turbine_fenicsx.case.rules import Beside
 from turbine_fenicsx.case.section import Finite, Moment, Positive, Section
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
@@ -40,11 +42,13 @@ class NacelleCase(Section):
     values ``euler``.
     """
 
+    key: ClassVar[str] = "turbine.nacelle"
+
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
     """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
     """Centre of mass from the tower top, along e₁, e₂, e₃."""
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.nacelle.euler
+    euler: Annotated[tuple[Moment, Moment, Moment], Beside("inertia")] = _DEFAULTS.nacelle.euler
     """Principal values E₁, E₂, E₃ of the Euler tensor."""
     inertia: Annotated[tuple[Product, ...], Field(min_length=3, max_length=6)] | None = None
     """Tensor of inertia about the centre of mass in place of ``euler``: J₁₁, J₂₂, J₃₃, or these and
@@ -62,6 +66,23 @@ class NacelleCase(Section):
         J11, J22, J33, J12, J13, J23 = (*self.inertia, 0.0, 0.0, 0.0)[:6]
         return (J11, J12, J13), (J12, J22, J23), (J13, J23, J33)
 
+    @check("")
+    def _check_inertia(self, case: Any) -> str:
+        """The tensor of inertia is that of a body."""
+        J, tensor = self.inertia, self.tensor
+        if J is None or tensor is None:
+            return ""
+        words = f"{self.key}.inertia = {quote(list(J))}"
+        if len(J) not in (3, 6):
+            return (
+                f"{words}: expected J11, J22, J33, or these and J12, J13, J23, got {len(J)} numbers"
+            )
+        try:
+            principal_inertia(self.key, tensor)
+        except ModelError as error:
+            return f"{words}: {error}"
+        return ""
+
 
 class HubCase(NacelleCase):
     """Mass [kg], centre of mass [m] and inertia [kg m^2] of the hub.
@@ -70,29 +91,11 @@ class HubCase(NacelleCase):
     counts from the rotor centre.
     """
 
+    key: ClassVar[str] = "turbine.hub"
+
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
     """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
     """Centre of mass from the rotor centre, to the side, up and along the shaft."""
-    euler: tuple[Moment, Moment, Moment] = _DEFAULTS.hub.euler
+    euler: Annotated[tuple[Moment, Moment, Moment], Beside("inertia")] = _DEFAULTS.hub.euler
     """Principal values E₁, E₂, E₃ of the Euler tensor."""
-
-
-def check_inertia(key: str, part: NacelleCase) -> str:
-    """A sentence if the tensor of inertia belongs to no body.
-
-    Args:
-        key: Of the table, for example "turbine.hub".
-        part: The table.
-    """
-    J = part.inertia
-    if J is None or part.tensor is None:
-        return ""
-    words = f"{key}.inertia = {quote(list(J))}"
-    if len(J) not in (3, 6):
-        return f"{words}: expected J11, J22, J33, or these and J12, J13, J23, got {len(J)} numbers"
-    try:
-        principal_inertia(key, part.tensor)
-    except ModelError as error:
-        return f"{words}: {error}"
-    return ""

@@ -1,15 +1,16 @@
-"""The table of the tower: its keys, and what they have to do with each other."""
+"""The table of the tower."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from math import prod
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
+from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import Density, Kilograms, Metres, Number, Pascal
+from turbine_fenicsx.case.rules import Beside, Only
 from turbine_fenicsx.case.section import (
     MAX_ELEMENTS,
     Count,
@@ -19,7 +20,6 @@ from turbine_fenicsx.case.section import (
     NotNegative,
     Positive,
     Section,
-    UnusedKeys,
 )
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
@@ -35,15 +35,17 @@ class TowerCase(Section):
     bearing. With ``flexible = false`` the yaw bearing stands on the ground.
     """
 
+    rules = (Only("flexible", True),)
+
     flexible: Flag = False
     """Whether there is a flexible tower, see howto/turbine_options."""
     height: Annotated[Metres, Positive] = 80.0
     """Height of the yaw bearing above the foot."""
-    bottom_diameter: Annotated[Metres, Positive] = 6.0
+    bottom_diameter: Annotated[Metres, Positive, Beside("stations")] = 6.0
     """Outer diameter at the foot."""
-    top_diameter: Annotated[Metres, Positive] = 4.0
+    top_diameter: Annotated[Metres, Positive, Beside("stations")] = 4.0
     """Outer diameter at the top."""
-    wall: Annotated[Metres, Positive] = 0.04
+    wall: Annotated[Metres, Positive, Beside("stations")] = 0.04
     """Thickness of the wall, less than half of the diameters."""
     stations: tuple[Annotated[Number, NotNegative], ...] | None = None
     """Places along the height, as fractions from 0 at the foot to 1; with ``diameters`` and
@@ -70,75 +72,60 @@ class TowerCase(Section):
     top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
     """Principal values of its Euler tensor along e₁, e₂, e₃."""
 
-
-def _check_stations(t: TowerCase) -> str:
-    """Stations rise from 0 to 1, and each has a diameter and a wall."""
-    lists = {"stations": t.stations, "diameters": t.diameters, "walls": t.walls}
-    missing = [name for name, values in lists.items() if values is None]
-    if not t.flexible or len(missing) == len(lists):
-        return ""
-    if missing:
-        there = " and ".join(f"tower.{name}" for name in lists if name not in missing)
-        return f"tower.{missing[0]}: expected beside {there}"
-    s, d, w = (values or () for values in lists.values())
-    if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not all(a < b for a, b in pairwise(s)):
+    @check("wall", "bottom_diameter", "top_diameter")
+    def _check_wall(self, case: Any) -> str:
+        """The tower is hollow."""
+        inner = 0.5 * min(self.bottom_diameter, self.top_diameter)
+        if not self.flexible or self.stations is not None or self.wall < inner:
+            return ""
         return (
-            f"tower.stations = {quote(list(s))}: expected increasing fractions of the height that "
-            "begin with 0 and end with 1"
+            f"tower.wall = {self.wall:g}: leaves no hollow, expected less than {inner:g} m, half "
+            "of the smaller diameter"
         )
-    for name, values in (("diameters", d), ("walls", w)):
-        if len(values) != len(s):
+
+    @check("stations", "diameters", "walls")
+    def _check_stations(self, case: Any) -> str:
+        """Stations rise from 0 to 1, and each has a diameter and a wall."""
+        lists = {"stations": self.stations, "diameters": self.diameters, "walls": self.walls}
+        missing = [name for name, values in lists.items() if values is None]
+        if not self.flexible or len(missing) == len(lists):
+            return ""
+        if missing:
+            there = " and ".join(f"tower.{name}" for name in lists if name not in missing)
+            return f"tower.{missing[0]}: expected beside {there}"
+        s, d, w = (values or () for values in lists.values())
+        if len(s) < 2 or (s[0], s[-1]) != (0.0, 1.0) or not all(a < b for a, b in pairwise(s)):
             return (
-                f"tower.{name} = {quote(list(values))}: expected one for each of the {len(s)} "
-                f"tower.stations, got {len(values)}"
+                f"tower.stations = {quote(list(s))}: expected increasing fractions of the height "
+                "that begin with 0 and end with 1"
             )
-    for wall, diameter in zip(w, d, strict=True):
-        if wall >= 0.5 * diameter:
-            return (
-                f"tower.walls: {wall:g} leaves no hollow, expected less than {0.5 * diameter:g} m, "
-                "half of the diameter there"
-            )
-    return ""
-
-
-def _check_wall(t: TowerCase) -> str:
-    """The tower is hollow."""
-    inner = 0.5 * min(t.bottom_diameter, t.top_diameter)
-    if not t.flexible or t.stations is not None or t.wall < inner:
+        for name, values in (("diameters", d), ("walls", w)):
+            if len(values) != len(s):
+                return (
+                    f"tower.{name} = {quote(list(values))}: expected one for each of the {len(s)} "
+                    f"tower.stations, got {len(values)}"
+                )
+        for wall, diameter in zip(w, d, strict=True):
+            if wall >= 0.5 * diameter:
+                return (
+                    f"tower.walls: {wall:g} leaves no hollow, expected less than "
+                    f"{0.5 * diameter:g} m, half of the diameter there"
+                )
         return ""
-    return (
-        f"tower.wall = {t.wall:g}: leaves no hollow, expected less than {inner:g} m, half of the "
-        "smaller diameter"
-    )
 
+    @check("elements")
+    def _check_size(self, case: Any) -> str:
+        """The tower is a tube, of not absurdly many elements."""
+        words = f"tower.elements = {quote(list(self.elements))}: expected"
+        if not self.flexible:
+            return ""
+        if self.elements[0] < 3:
+            return f"{words} 3 or more around the tower"
+        if prod(self.elements) <= MAX_ELEMENTS:
+            return ""
+        return f"{words} at most {MAX_ELEMENTS} elements, got {prod(self.elements)}"
 
-def _check_size(t: TowerCase) -> str:
-    """The tower is a tube, of not absurdly many elements."""
-    if not t.flexible:
-        return ""
-    if t.elements[0] < 3:
-        return f"tower.elements = {quote(list(t.elements))}: expected 3 or more around the tower"
-    if prod(t.elements) <= MAX_ELEMENTS:
-        return ""
-    return (
-        f"tower.elements = {quote(list(t.elements))}: expected at most {MAX_ELEMENTS} elements, "
-        f"got {prod(t.elements)}"
-    )
-
-
-TOWER_CHECKS: tuple[tuple[tuple[str, ...], Callable[[TowerCase], str]], ...] = (
-    (("tower.wall", "tower.bottom_diameter", "tower.top_diameter"), _check_wall),
-    (("tower.stations", "tower.diameters", "tower.walls"), _check_stations),
-    (("tower.elements",), _check_size),
-    (("tower.damping",), lambda t: check_damping("tower.damping", t.damping)),
-)
-"""The keys that a check looks at, the guilty one first, and the check: a sentence or nothing."""
-
-
-def find_unused_tower_keys(tower: TowerCase) -> UnusedKeys:
-    """Keys without effect."""
-    if not tower.flexible:
-        others = set(type(tower).model_fields) - {"flexible"}
-        yield "tower", tuple(others), "without tower.flexible = true"
-    elif tower.stations is not None:
-        yield "tower", ("bottom_diameter", "top_diameter", "wall"), "beside tower.stations"
+    @check("damping")
+    def _check_damping(self, case: Any) -> str:
+        """Ratios go together."""
+        return check_damping("tower.damping", self.damping)

@@ -1,16 +1,15 @@
-"""The tables of the wind and of the aerodynamics of the blades."""
+"""The tables of the wind and of its turbulence box."""
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
+from collections.abc import Iterator
 from math import pi
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from turbine_fenicsx.case.files import DataFile, find_beside
+from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import (
     Density,
     Metres,
@@ -20,15 +19,36 @@ from turbine_fenicsx.case.quantities import (
     Speed,
     Whole,
 )
+from turbine_fenicsx.case.rules import AnyOf, Beside, If, Only, Unless, With
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.turbine.tables.event import STOPS
+from turbine_fenicsx.turbine.tables.wind_table import (
+    FALLBACKS,
+    STEEPEST,
+    check_wind_table,
+    load_wind_table,
+)
 from turbine_fenicsx.wind.inflow import FASTEST
-
-STEEPEST = pi / 3.0
-"""Largest angle between wind and ground [rad]."""
 
 TABLES = (".csv", ".wnd", ".hh")
 """Endings of files with tables of wind."""
+
+CUT_OUT_SPEED = 25.0
+"""Wind speed above which most turbines stop [m/s]."""
+
+LEAST_FEATHER = pi / 4.0
+"""Pitch from which on blades count as feathered [rad]."""
+
+BLOWS = With("wind.speed", "wind.file")
+"""Rule of keys that count in a wind only."""
+
+_GUST = (Beside("file"), Unless("gust", "none"))
+
+
+def _not_in_file(key: str) -> If:
+    """Rule of a key that counts unless the file of the wind has its own."""
+    return If(lambda case: key not in case.wind.own_keys, say="beside wind.file, which has its own")
+
 
 Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
 Points = Annotated[Whole, Field(ge=2, le=100_000)]
@@ -42,6 +62,8 @@ class BoxCase(Section):
     They hold fluctuations, which the steady wind of ``wind.speed`` and ``wind.shear`` carries
     along; the middle of the box is at the height of the hub.
     """
+
+    rules = (With("files"),)
 
     files: Annotated[tuple[str, str, str] | None, DataFile("turbulence box")] = None
     """Binary files with u, v and w, relative to the case file, see howto/turbulence."""
@@ -64,30 +86,37 @@ class WindCase(Section):
     OpenFAST's uniform wind (``.wnd``, ``.hh``). It sets in smoothly in the time ``ramp``.
     """
 
+    rules = (BLOWS,)
+
     speed: Annotated[Speed, Field(ge=0.0, le=FASTEST)] | None = None
     """Wind speed at the height of the hub; none: no wind, see howto/wind."""
     file: Annotated[str | None, DataFile("wind file")] = None
     """In place of ``speed``: full-field file of TurbSim (``.bts``), or a table over the time
     (``.csv``, ``.wnd``, ``.hh``, see howto/tables), relative to the case file."""
-    shear: Annotated[Number, Field(ge=0.0, le=2.0)] = 0.2
+    shear: Annotated[Number, Field(ge=0.0, le=2.0), _not_in_file("shear")] = 0.2
     """Exponent of the power law over the height; 0.2 is the normal wind profile of IEC 61400-1."""
     hub_height: Annotated[Metres, Positive] | None = None
     """Height of the rotor centre above ground; none: ``tower.height`` and ``turbine.hub_rise``, or
     that of ``turbine.file``."""
-    direction: Angle = 0.0
+    direction: Annotated[Angle, _not_in_file("direction")] = 0.0
     """Angle of the wind with e₃, positive towards e₁."""
-    inclination: Annotated[Radians, Field(ge=-STEEPEST, le=STEEPEST)] = 0.0
+    inclination: Annotated[
+        Radians,
+        Field(ge=-STEEPEST, le=STEEPEST),
+        _not_in_file("inclination"),
+        AnyOf(Only("gust", "none"), With("file")),
+    ] = 0.0
     """Upward angle of a steady wind."""
     gust: Literal["none", "EOG", "EDC", "ECD", "EWSV", "EWSH"] = "none"
     """Transient of IEC 61400-1: operating gust, direction change, coherent gust with direction
     change, vertical or horizontal wind shear."""
-    gust_start: Annotated[Seconds, NotNegative] = 0.0
+    gust_start: Annotated[Seconds, NotNegative, *_GUST] = 0.0
     """When the gust begins."""
-    gust_sign: Annotated[Whole, Field(ge=-1, le=1)] = 1
+    gust_sign: Annotated[Whole, Field(ge=-1, le=1), *_GUST, Unless("gust", "EOG")] = 1
     """1 or -1: sense of the turn, or of the shear."""
-    turbine_class: Literal["I", "II", "III"] = "I"
+    turbine_class: Annotated[Literal["I", "II", "III"], *_GUST] = "I"
     """Class of the turbine, for gusts."""
-    turbulence: Literal["A+", "A", "B", "C"] = "B"
+    turbulence: Annotated[Literal["A+", "A", "B", "C"], *_GUST] = "B"
     """Category of turbulence, for gusts."""
     density: Annotated[Density, Positive] = 1.225
     """Density of the air."""
@@ -106,48 +135,101 @@ class WindCase(Section):
         """Whether there is a wind."""
         return self.speed is not None or self.file is not None
 
+    @property
+    def own_keys(self) -> tuple[str, ...]:
+        """Keys that the file has in place of the case."""
+        if self.file is None:
+            return ()
+        if self.table is None:
+            return FALLBACKS
+        columns = load_wind_table(self.table).columns
+        return tuple(key for key in FALLBACKS if key in columns)
 
-def is_windio(name: str) -> bool:
-    """Whether a file is one of windIO by its name."""
-    return Path(name).suffix.lower() in (".yaml", ".yml")
+    @check("speed", "file")
+    def _check_source(self, case: Any) -> str:
+        """A wind is steady, or that of a file."""
+        if self.file is None or self.speed is None:
+            return ""
+        return (
+            f"wind.speed = {self.speed:g}: expected none beside wind.file, which has its own wind"
+        )
 
+    @check("gust", "speed", "file")
+    def _check_gust(self, case: Any) -> str:
+        """A gust needs a wind before it."""
+        if self.gust == "none" or (self.speed and self.file is None):
+            return ""
+        return (
+            f'wind.gust = "{self.gust}": expected wind.speed greater than 0, the wind before the '
+            "gust"
+        )
 
-def find_aero_file(name: str, folder: str | os.PathLike[str]) -> str:
-    """A file in a folder, or one of windIO's examples, which are known by their names alone."""
-    if is_windio(name):
-        from turbine_fenicsx.windio import find_turbine_file  # not needed to read other cases
+    @check("gust_sign")
+    def _check_sign(self, case: Any) -> str:
+        """A sign is not zero."""
+        return "" if self.gust_sign else "wind.gust_sign = 0: expected 1 or -1"
 
-        with suppress(InputError):
-            return str(find_turbine_file(name, folder))
-    return find_beside(name, folder)
+    @check(
+        *("hub_height", "speed", "file", "turbine.file", "blade.hub_radius", "blade.length"),
+        *("turbine.tilt", "turbine.precone", "turbine.hub_rise", "tower.height"),
+    )
+    def _check_height(self, case: Any) -> str:
+        """The blades do not touch the ground of the wind."""
+        height, radius = case.hub_height, case.blade.hub_radius + case.blade.length
+        if not self.blows or height > radius:
+            return ""
+        return (
+            f"wind.hub_height = {height:g}: expected more than {radius:.4g} m, the radius of the "
+            "rotor"
+        )
 
+    @check("box", "speed", "file", "gust", "direction")
+    def _check_box(self, case: Any) -> str:
+        """A box has a size, and a mean wind along e3 that carries it."""
+        return self.find_box_mistake()
 
-class AeroCase(Section):
-    """Loads of the wind on the blades: blade-element momentum theory at ``stations``.
+    def find_box_mistake(self) -> str:
+        """A sentence if a box does not fit to the wind; else nothing."""
+        if self.box.files is None:
+            return ""
+        for name in ("points", "spacing"):
+            if getattr(self.box, name) is None:
+                numbers = "three numbers, along e3, e1 and e2, beside its files"
+                return f"wind.box.{name}: expected {numbers}"
+        words = "wind.box.files: expected"
+        if self.file is not None:
+            return f"{words} none beside wind.file, which has its own wind"
+        if not self.speed:
+            return f"{words} wind.speed greater than 0, the mean wind that carries it"
+        for name in ("direction", "inclination"):
+            if value := getattr(self, name):
+                return f"wind.{name} = {value:g}: expected 0 beside wind.box, which is not turned"
+        if self.gust != "none":
+            return (
+                f'wind.gust = "{self.gust}": expected "none" beside wind.box, which has its own '
+                "gusts"
+            )
+        return ""
 
-    ``file`` is a primary file of AeroDyn 15, which names its blade and polars, or a windIO file;
-    without it the blades have the aerodynamics of ``turbine.file``.
+    @check("file", "time.end")
+    def _check_table(self, case: Any) -> str:
+        """A table lasts as long as the run."""
+        return "" if self.table is None else check_wind_table(self.table, case.time.end)
 
-    ``dynamic_stall = "oeye"`` lets the separation of the flow follow with a delay, ``skewed_wake``
-    gives more induction where the wake of a rotor that does not face the wind is deep. The wind
-    gives way to a flexible tower with ``tower_shadow = "potential"``; ``"powles"`` adds the wake
-    behind it.
-    """
-
-    file: Annotated[str | None, DataFile("aerodynamics file", find=find_aero_file)] = None
-    """Primary file of AeroDyn 15, or a windIO file, with chord, twist and polars, relative to the
-    case file; none: those of ``turbine.file``."""
-    stations: Annotated[Whole, Field(ge=5, le=1000)] = 12
-    """Number of aerodynamic stations of a blade."""
-    induction: Flag = True
-    """Whether the rotor slows the wind; ``false`` leaves blade elements alone. A rotor whose tips
-    are slower than the wind never does, see theory/bem."""
-    dynamic_stall: Literal["none", "oeye"] = "none"
-    """Delay of the separation of the flow, see theory/unsteady_aerodynamics."""
-    skewed_wake: Flag = False
-    """More induction where the wake of a rotor that does not face the wind is deep."""
-    tower_shadow: Literal["none", "potential", "powles"] = "none"
-    """Effect of a flexible tower on the wind: potential flow, and with ``"powles"`` the wake behind
-    it."""
-    tower_drag: Annotated[Number, Field(ge=0.0, le=5.0)] = 0.5
-    """Drag coefficient of the tower, for the wake."""
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """No turbine works above its cut-out speed, and its blades are feathered there."""
+        speed, pitch = self.speed, case.pitch
+        if speed is None or speed <= CUT_OUT_SPEED or self.file is not None:
+            return
+        words = f"wind.speed = {speed:g} m/s is above {CUT_OUT_SPEED:g} m/s, where turbines stop"
+        if case.control.kind != "none":
+            if not any(event.kind in STOPS for event in case.event.values()):
+                yield f"{words}: the controller works on"
+            return
+        moves = pitch.drive == "prescribed" and (pitch.angle or pitch.file)
+        angle = pitch.initial if case.has_pitch_bearings else 0.0
+        if abs(angle) < LEAST_FEATHER and not moves:
+            yield (
+                f"{words} with their blades at some 90 deg of pitch; here they have "
+                f"{angle * 180.0 / pi:.3g} deg"
+            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 
 from turbine_fenicsx.case.files import read_if_changed
@@ -12,8 +13,10 @@ from turbine_fenicsx.case.time_table import (
 )
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.tables.wind import STEEPEST
 from turbine_fenicsx.wind.tabulated_wind import RANGES, read_uniform_wind
+
+STEEPEST = pi / 3.0
+"""Largest angle between wind and ground [rad]."""
 
 FALLBACKS = ("shear", "direction", "inclination")
 """Keys of the wind that a table may have as columns."""
@@ -55,12 +58,6 @@ def check_wind_table(path: str, end: float) -> str:
     except InputError as error:
         return f"wind.file: {error}"
     return f"wind.file: {gap}" if gap else ""
-
-
-def find_own_keys(path: str) -> tuple[str, ...]:
-    """Keys of the wind that a file has as columns."""
-    columns = load_wind_table(path).columns
-    return tuple(key for key in FALLBACKS if key in columns)
 
 
 def describe_wind_table(path: str) -> str:

@@ -11,7 +11,8 @@ from turbine_fenicsx import restart_case, run_case
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.tables.load_tables import load_pitch, load_torques
+from turbine_fenicsx.turbine.tables.loads import load_torques
+from turbine_fenicsx.turbine.tables.pitch import load_pitch
 
 RIGID = {"turbine": {"model": "rigid"}, "output": {"fields_every": 0}}
 TORQUE = "# measured\ntime [s]; rotor_torque [kN m]\n0; 0\n\n0.1; 3000\n2; -1000\n"

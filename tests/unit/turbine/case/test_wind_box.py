@@ -156,6 +156,6 @@ def test_a_box_that_has_changed_is_noticed(beside, tmp_path):
     assert format_case(beside) != run
 
 
-def test_a_file_that_changes_nothing_may_be_missing(tables):
-    case = Case.parse({**tables, "mesh": {"file": "gone.msh"}})
+def test_a_file_that_changes_nothing_may_be_missing():
+    case = Case.parse({"turbine": {"model": "rigid"}, "mesh": {"file": "gone.msh"}})
     assert label_case(case)["mesh"].startswith("missing (")

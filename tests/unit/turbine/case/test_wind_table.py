@@ -92,7 +92,7 @@ def test_keys_that_the_file_has_are_without_effect(write):
     hub = Case.parse(write(HUB, "w.wnd", direction="5 deg", shear=0.1, inclination="3 deg"))
     assert hub.warnings == [
         f"wind.{key} has no effect beside wind.file, which has its own"
-        for key in ("direction", "shear")
+        for key in ("shear", "direction")
     ]
 
 

@@ -54,15 +54,15 @@ def test_keys_of_other_meshes_have_no_effect():
     assert Case.parse(HOLLOW | rest).warnings == []
     solid = Case.parse({"mesh": {"span": 6, "around": 8}}).warnings
     assert solid == [
-        "mesh.around has no effect without blade.wall or turbine.file",
         "mesh.span has no effect without blade.wall or turbine.file",
+        "mesh.around has no effect without blade.wall or turbine.file",
     ]
     mesh = {"degree": 1, "size": 1.0, "elements": [2, 2, 4], "tip": "open"} | HOLLOW["mesh"]
     hollow = Case.parse({"blade": HOLLOW["blade"], "mesh": mesh} | rest).warnings
     assert [text.split(" has")[0] for text in hollow] == [
-        "mesh.degree",
         "mesh.elements",
         "mesh.size",
+        "mesh.degree",
         "mesh.tip",
     ]
 

@@ -11,7 +11,7 @@ from turbine_fenicsx.case.files import list_files
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_case
 from turbine_fenicsx.turbine.tables.control import ControlCase
-from turbine_fenicsx.turbine.tables.control_checks import list_events
+from turbine_fenicsx.turbine.tables.event import list_events
 
 RIGID = {"turbine": {"model": "rigid"}, "pitch": {"drive": "actuator"}}
 
@@ -121,11 +121,11 @@ def test_keys_without_effect_are_told():
         loads={"yaw_torque": 1e3},
     )
     assert case.warnings == [
-        'control.library has no effect with control.kind = "pi"',
         'drivetrain.stiffness has no effect with drivetrain.model = "none"',
         'drivetrain.brake_torque has no effect without an event of kind "brake"',
-        'loads.yaw_torque has no effect with yaw.drive = "lock"',
+        'control.library has no effect with control.kind = "pi"',
         'event.stop.rate has no effect with event.stop.kind = "grid_loss"',
+        'loads.yaw_torque has no effect with yaw.drive = "lock"',
         "event.stop.time = 99 s is after time.end = 12 s, so it does not happen",
     ]
 
@@ -138,7 +138,10 @@ def test_events_of_a_list_have_names_too(tmp_path):
         '[[event]]\nkind = "shut_down"\ntime = "1 s"\n'
     )
     case = Case.load(path, ["event.event_1.time=3"])
-    assert [(e.kind, e.time) for e in list_events(case)] == [("shut_down", 1.0), ("grid_loss", 3.0)]
+    assert [(e.kind, e.time) for e in list_events(case.event)] == [
+        ("shut_down", 1.0),
+        ("grid_loss", 3.0),
+    ]
     assert mistakes({**RIGID, "event": [{"kind": "storm"}]})[0].startswith(
         "event.event_1.kind = 'storm': must be 'start_up', "
     )
@@ -170,7 +173,7 @@ def test_events_have_names_that_overrides_know(tmp_path):
         '[event.grid]\nkind = "grid_loss"\ntime = "20 s"\n'
     )
     case = Case.load(path, ["event.stop.rate=4 deg/s", "event.grid.time=25"])
-    grid, stop = list_events(case)
+    grid, stop = list_events(case.event)
     assert (grid.kind, grid.time) == ("grid_loss", 25.0)
     assert np.isclose(stop.rate, 4.0 * pi / 180.0) and np.isclose(stop.pitch, 0.5 * pi)
     shown = describe_case(case.model_dump(mode="json"))

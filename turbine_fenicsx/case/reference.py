@@ -1,23 +1,16 @@
-"""The keys of case files as tables to read: units, defaults, what is allowed, what they mean.
-
-Meanings are the docstrings below the keys in the classes of the tables.
-"""
+"""The keys of a model as tables to read: units, defaults, what is allowed, what they mean."""
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from types import ModuleType
 from typing import Any, Literal, get_args, get_origin
 
 from turbine_fenicsx.case.quantities import unit_of
 from turbine_fenicsx.case.section import HUGE, Section
-from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.case.toml_file import format_toml
 
 _SIGNS = (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
 
@@ -56,9 +49,9 @@ class Table:
     keys: tuple[Key, ...]
 
 
-def list_tables() -> list[Table]:
-    """All tables of a case file with their keys."""
-    return list(_walk_tables("", Tables, Tables()))
+def list_tables(model: type[Section]) -> list[Table]:
+    """All tables of a model with their keys."""
+    return list(_walk_tables("", model, model()))
 
 
 def _walk_tables(name: str, model: type[Section], default: Section) -> Iterator[Table]:
@@ -76,37 +69,13 @@ def _walk_tables(name: str, model: type[Section], default: Section) -> Iterator[
             types = [kind, *field.metadata]
             value = getattr(default, key)
             shown = "" if value is None else format_toml(value)
-            meaning = _find_meaning(model, key)
+            meaning = " ".join((field.description or "").split())
+            if not meaning:
+                raise ValueError(f"{model.__name__}.{key} has no docstring below it")
             keys.append(Key(key, _find_unit(types), shown, _describe_range(types), meaning))
     yield Table(name, inspect.getdoc(model) or "", tuple(keys))
     for arguments in inner:
         yield from _walk_tables(*arguments)
-
-
-@cache
-def _read_docstrings(module: ModuleType) -> dict[tuple[str, str], str]:
-    """The docstrings below the attributes of the classes of a module, by class and attribute."""
-    texts = {}
-    for node in ast.parse(inspect.getsource(module)).body:
-        if not isinstance(node, ast.ClassDef):
-            continue
-        for line, below in zip(node.body, node.body[1:], strict=False):
-            if not (isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)):
-                continue
-            if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
-                texts[node.name, line.target.id] = " ".join(str(below.value.value).split())
-    return texts
-
-
-def _find_meaning(model: type, key: str) -> str:
-    """The docstring of a key, or of the class that it is inherited from."""
-    for owner in model.__mro__:
-        text = _read_docstrings(sys.modules[owner.__module__]).get((owner.__name__, key))
-        if text:
-            return text
-        if owner is Section:
-            break
-    raise ValueError(f"{model.__name__}.{key} has no docstring, which the reference needs")
 
 
 def _walk_types(kind: Any) -> Iterator[Any]:
@@ -153,20 +122,6 @@ def _describe_range(types: list[Any]) -> str:
     if text:
         return text
     return "true, false" if bool in parts else "text" if str in parts else "any"
-
-
-def format_toml(value: Any) -> str:
-    """A value as TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(format_toml, value))}]"
-    if isinstance(value, float) and abs(value) >= 1e8:
-        power = 9 if abs(value) >= 1e9 else 6
-        return f"{value / 10**power:.12g}e{power}"
-    return f"{value:.12g}"
 
 
 def strip_marks(text: str) -> str:

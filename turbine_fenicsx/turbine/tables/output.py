@@ -1,15 +1,15 @@
-"""The tables of strain gauges: their keys, and what they have to do with the blades."""
+"""The tables of the output, and of strain gauges on the blades."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import pi
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from turbine_fenicsx.case.quantities import Metres, Number, Radians, require_number
-from turbine_fenicsx.case.section import Positive, Section, check_names
+from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
+from turbine_fenicsx.case.rules import Only
+from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
 
 PLACES = ("trailing edge", "suction side", "leading edge", "pressure side")
@@ -57,32 +57,44 @@ class GaugeCase(Section):
         assert self.distance is not None
         return self.distance / length
 
+    def find_mistake(self, key: str, length: float, panels: tuple[str, ...]) -> str:
+        """A sentence if it lies nowhere on a blade; else nothing.
 
-GaugeCases = Annotated[dict[str, GaugeCase], BeforeValidator(check_names)]
-"""Gauges by name."""
-
-
-def check_gauges(gauges: Mapping[str, GaugeCase], length: float, panels: tuple[str, ...]) -> str:
-    """A sentence about the first gauge that lies nowhere on a blade, else nothing.
-
-    Args:
-        gauges: The gauges.
-        length: Of the span [m].
-        panels: Panels of the blades, for those of a windIO file.
-    """
-    places = tuple(dict.fromkeys((*PLACES, *panels)))
-    for name, gauge in gauges.items():
-        key = f"output.gauges.{name}"
-        if (gauge.station is None) == (gauge.distance is None):
+        Args:
+            key: Its name, such as "output.gauges.root".
+            length: Of the span [m].
+            panels: Panels of the blades, for those of a windIO file.
+        """
+        places = tuple(dict.fromkeys((*PLACES, *panels)))
+        if (self.station is None) == (self.distance is None):
             return f"{key}: expected either a station or a distance"
-        if gauge.distance is not None and gauge.distance >= length:
+        if self.distance is not None and self.distance >= length:
             return (
-                f"{key}.distance = {gauge.distance:g}: expected less than {length:g} m, the length "
+                f"{key}.distance = {self.distance:g}: expected less than {length:g} m, the length "
                 "of the blades"
             )
-        if isinstance(gauge.around, str) and gauge.around not in places:
+        if isinstance(self.around, str) and self.around not in places:
             return (
-                f"{key}.around = {quote(gauge.around)}: expected a number from 0 to 1 or one of "
+                f"{key}.around = {quote(self.around)}: expected a number from 0 to 1 or one of "
                 f"{', '.join(places)}"
             )
-    return ""
+        return ""
+
+
+class OutputCase(Section):
+    """Output; 0 = never.
+
+    ``fields_every`` is the simulated time between two outputs of fields, ``checkpoint_every`` that
+    between two checkpoints; ``checkpoint_wall_time`` is the wall time between them. There always is
+    one at the start and at the end.
+    """
+
+    fields_every: Annotated[Seconds, NotNegative] = 0.1
+    """Simulated time between two outputs of fields; 0: no fields."""
+    checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
+    """Simulated time between two checkpoints; 0: by wall time alone."""
+    checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
+    """Wall time between two checkpoints; 0: only at start and end."""
+    gauges: Annotated[
+        dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
+    ] = Field(default_factory=dict)
