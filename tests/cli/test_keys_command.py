@@ -1,10 +1,23 @@
 """The command ``keys``: the reference of case files in a terminal."""
 
+import json
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from turbine_fenicsx.case.reference import Key, list_tables
+from turbine_fenicsx.case.schema import make_schema
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.turbine.tables.tables import Tables
+
+jsonschema = pytest.importorskip("jsonschema")
+DEMOS = Path(__file__).parents[2] / "demos"
+CASES = [
+    path
+    for folder in ("paper", "turbine", "iea15", "iea15_gust", "emergency_stop", "gallery")
+    for path in sorted((DEMOS / folder).glob("*.toml"))
+]
 
 
 def test_every_table_and_every_key_is_printed(capfd):
@@ -60,3 +73,51 @@ def test_a_key_without_a_docstring_is_refused():
 
     with pytest.raises(ValueError, match=r"Bare\.more has no docstring"):
         list_tables(Bare)
+
+
+# --- the schema for editors
+
+
+@pytest.fixture(scope="module")
+def schema():
+    return make_schema(Tables, "cases")
+
+
+def find_mistakes(schema, text):
+    """Dotted keys at which a validator of JSON schemas finds something wrong."""
+    errors = jsonschema.Draft202012Validator(schema).iter_errors(tomllib.loads(text))
+    return [".".join(map(str, error.absolute_path)) for error in errors]
+
+
+def test_the_schema_is_printed(capfd, schema):
+    assert main(["keys", "--schema"]) == 0
+    printed = json.loads(capfd.readouterr().out)
+    jsonschema.Draft202012Validator.check_schema(printed)
+    assert printed["$defs"] == schema["$defs"]
+    assert printed["$defs"]["TimeCase"]["properties"]["step"]["description"] == "Time step Δt."
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_cases_of_the_demos_are_valid_by_the_schema(schema, path):
+    assert find_mistakes(schema, path.read_text()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "keys"),
+    [
+        ('[[event]]\nkind = "grid_loss"\ntime = "2 s"\n', []),
+        ('[event.stop]\nkind = "shut_down"\n', []),
+        ('[blade]\ndamping = "0.5 %"\n', []),
+        ("[blade]\ndamping = { flap_1 = 0.005 }\n", []),
+        ('[turbine]\nblade_arm = "29.25 m"\n', []),
+        ("[time]\nend = -1\n", ["time.end"]),
+        ('[time]\nend = "soon"\n', ["time.end"]),
+        ("[time]\nstp = 0.1\n", ["time"]),
+        ('[turbine]\nmodel = "soft"\n', ["turbine.model"]),
+        ("[mesh]\nelements = [1, 2]\n", ["mesh.elements"]),
+        ("[blade]\nchord = [1, -2, 3]\n", ["blade.chord.1"]),
+        ('[wind]\nspeed = "10 m/s"\nfile = 3\n', ["wind.file"]),
+    ],
+)
+def test_the_schema_tells_right_from_wrong(schema, text, keys):
+    assert find_mistakes(schema, text) == keys

@@ -10,7 +10,7 @@ from math import isfinite, nan
 from numbers import Real
 from typing import Annotated, Any, get_args
 
-from pydantic import BeforeValidator, GetCoreSchemaHandler
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
 
 Powers = tuple[int, ...]
@@ -148,6 +148,13 @@ class Unit:
     """
 
     symbol: str
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Numbers may be strings that begin with a number, as in "45 GPa"."""
+        text = {"type": "string", "pattern": r"^\s*[-+]?\.?[0-9]"}
+        return {"anyOf": [handler(schema), text]}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ name, such as turbine.hub.
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import textwrap
 from typing import TYPE_CHECKING, Any
@@ -22,15 +23,23 @@ alone = True
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("table", metavar="TABLE", nargs="?", help="name of a table, or all")
+    parser.add_argument(
+        "--schema", action="store_true", help="print the JSON schema of case files, for editors"
+    )
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Print the tables that are asked for, on one rank."""
     from turbine_fenicsx.case.reference import list_tables
+    from turbine_fenicsx.case.schema import make_schema
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.text_files import quote, suggest
     from turbine_fenicsx.turbine.tables.tables import Tables
 
+    if options.schema and (comm is None or comm.rank == 0):
+        print(json.dumps(make_schema(Tables, "Case file of turbine_fenicsx"), indent=1))
+    if options.schema:
+        return OK
     tables = {table.name: table for table in list_tables(Tables)}
     wanted = options.table and options.table.strip("[]")
     if wanted not in (None, "all", *tables):

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from mpi4py import MPI
 
@@ -158,7 +158,7 @@ class Component(Protocol):
     Components are built from the ground up, each on what stands already.
     """
 
-    tables: tuple[str, ...] = ()
+    tables: ClassVar[tuple[str, ...]] = ()
     """Tables of a case that it is made from, whose checks must find nothing."""
 
     def mistakes(self, case: Case) -> Iterable[str]:

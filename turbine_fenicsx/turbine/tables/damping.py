@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 
 from turbine_fenicsx.case.quantities import AngularSpeed, Seconds, Unit, to_si
+from turbine_fenicsx.case.schema import Also
 from turbine_fenicsx.case.section import Finite, NotNegative, Section
 from turbine_fenicsx.foundation.text_files import quote
 
@@ -131,8 +132,11 @@ def _spread(*names: str) -> Callable[[Any], Any]:
     return make
 
 
-BladeDamping = Annotated[BladeDampingCase, BeforeValidator(_spread("flap_1", "edge_1"))]
-TowerDamping = Annotated[TowerDampingCase, BeforeValidator(_spread("fore_aft_1", "fore_aft_2"))]
+_RATIO = Also("number", "string")
+BladeDamping = Annotated[BladeDampingCase, BeforeValidator(_spread("flap_1", "edge_1")), _RATIO]
+TowerDamping = Annotated[
+    TowerDampingCase, BeforeValidator(_spread("fore_aft_1", "fore_aft_2")), _RATIO
+]
 
 
 def check_damping(key: str, damping: DampingCase) -> str:

@@ -16,6 +16,7 @@ from turbine_fenicsx.case.quantities import (
     require_number,
 )
 from turbine_fenicsx.case.rules import Only
+from turbine_fenicsx.case.schema import Also
 from turbine_fenicsx.case.section import (
     NotNegative,
     Positive,
@@ -100,5 +101,5 @@ def name_events(data: Any) -> Any:
     return {**data, "event": {f"event_{k}": event for k, event in enumerate(events, start=1)}}
 
 
-EventCases = Annotated[dict[str, EventCase], BeforeValidator(check_names)]
+EventCases = Annotated[dict[str, EventCase], BeforeValidator(check_names), Also("array")]
 """Events by name."""
