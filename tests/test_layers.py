@@ -1,6 +1,7 @@
 """The package's layers point in one direction, and other rules that only the source can show."""
 
 import ast
+import importlib.util
 import re
 from pathlib import Path
 
@@ -79,6 +80,13 @@ def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
     assert len(files) > 10
     missing = {f for f in files if not (PACKAGE / f).exists() and not (ROOT / f).exists()}
     assert missing == set()
+
+
+def test_the_picture_of_the_rooms_is_that_of_the_imports():
+    spec = importlib.util.spec_from_file_location("rooms", ROOT / "docs/_extensions/rooms.py")
+    rooms = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(rooms)
+    assert rooms.PICTURE.read_text(encoding="utf-8") == rooms.draw(), "make reference draws it"
 
 
 def test_unit_tests_stand_in_the_rooms_of_the_package():

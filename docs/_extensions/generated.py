@@ -19,6 +19,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import rooms
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
@@ -205,3 +207,4 @@ if __name__ == "__main__":
         if (new := refresh(old)) != old:
             page.write_text(new, encoding="utf-8")
             print(f"wrote {page}")
+    rooms.PICTURE.write_text(rooms.draw(), encoding="utf-8")
