@@ -51,7 +51,12 @@ nitpick_ignore_regex = [
         "py:class",
         r"turbine_fenicsx\.case\.(quantities\.require_number|section\.check_names)",
     ),  # checks, no classes
-    ("py:class", r"turbine_fenicsx\.foundation\.memo\.Value"),  # a type variable
+    # type variables, and types whose marks are no classes
+    (
+        "py:class",
+        r"turbine_fenicsx\.(foundation\.memo\.Value|case\.(checks\.Method|files\.Result))",
+    ),
+    ("py:class", r"turbine_fenicsx\..*\.Annotated\[.*"),
 ]
 
 html_theme = "pydata_sphinx_theme"

@@ -19,8 +19,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import rooms
-
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
@@ -207,4 +205,6 @@ if __name__ == "__main__":
         if (new := refresh(old)) != old:
             page.write_text(new, encoding="utf-8")
             print(f"wrote {page}")
+    import rooms
+
     rooms.PICTURE.write_text(rooms.draw(), encoding="utf-8")

@@ -158,7 +158,7 @@ class Component(Protocol):
     Components are built from the ground up, each on what stands already.
     """
 
-    tables: ClassVar[tuple[str, ...]] = ()
+    made_from: ClassVar[tuple[str, ...]] = ()
     """Tables of a case that it is made from, whose checks must find nothing."""
 
     def mistakes(self, case: Case) -> Iterable[str]:
@@ -166,7 +166,7 @@ class Component(Protocol):
 
         Called on all ranks before anything is built.
         """
-        return check_tables(case, self.tables)
+        return check_tables(case, self.made_from)
 
     @abstractmethod
     def parts(self, assembly: Assembly) -> Iterable[Any]:

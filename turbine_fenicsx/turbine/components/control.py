@@ -40,7 +40,7 @@ class Control(Component):
     The torque acts between generator and nacelle.
     """
 
-    tables = ("control", "event")
+    made_from = ("control", "event")
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """The torque ``generator`` and, where it has a torque, the friction ``brake``."""

@@ -41,7 +41,7 @@ class SteadyTurn:
 class Generator(Component):
     """A prescribed rotation of the rotor, or a constant torque between rotor and nacelle."""
 
-    tables = ("generator",)
+    made_from = ("generator",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """The motion of the rotor, or the torque named ``generator``."""

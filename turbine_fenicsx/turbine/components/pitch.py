@@ -47,7 +47,7 @@ RINGS = ("ring_1", "ring_2", "ring_3")
 class Pitch(Component):
     """Pitch bearings, their rings, torques and drives; nothing where the blades are fixed."""
 
-    tables = ("pitch",)
+    made_from = ("pitch",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""

@@ -51,7 +51,7 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
 class Tower(Component):
     """The tube, the rigid body at its top, and a coupling at each end."""
 
-    tables = ("tower",)
+    made_from = ("tower",)
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Cells are curved if the displacement is quadratic."""

@@ -24,7 +24,7 @@ from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section
 from turbine_fenicsx.turbine.tables.event import STOPS
 from turbine_fenicsx.turbine.tables.wind_table import (
     FALLBACKS,
-    STEEPEST,
+    MAX_INCLINATION,
     check_wind_table,
     load_wind_table,
 )
@@ -102,7 +102,7 @@ class WindCase(Section):
     """Angle of the wind with e₃, positive towards e₁."""
     inclination: Annotated[
         Radians,
-        Field(ge=-STEEPEST, le=STEEPEST),
+        Field(ge=-MAX_INCLINATION, le=MAX_INCLINATION),
         _not_in_file("inclination"),
         AnyOf(Only("gust", "none"), With("file")),
     ] = 0.0

@@ -15,7 +15,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.wind.tabulated_wind import RANGES, read_uniform_wind
 
-STEEPEST = pi / 3.0
+MAX_INCLINATION = pi / 3.0
 """Largest angle between wind and ground [rad]."""
 
 FALLBACKS = ("shear", "direction", "inclination")
@@ -24,7 +24,7 @@ FALLBACKS = ("shear", "direction", "inclination")
 COLUMNS = {
     "speed": Column("m/s", *RANGES["speed"]),
     "direction": Column("rad", -7.0, 7.0),
-    "inclination": Column("rad", -STEEPEST, STEEPEST),
+    "inclination": Column("rad", -MAX_INCLINATION, MAX_INCLINATION),
     "shear": Column("", *RANGES["shear"]),
     "vertical_speed": Column("m/s", *RANGES["vertical_speed"]),
     "horizontal_shear": Column("", *RANGES["horizontal_shear"]),
