@@ -61,7 +61,7 @@ def residual_of(kind):
     du, R = block.new_vector(), block.new_vector()
     seconds = np.full((15, len(bodies)), np.inf)
     for body in bodies:
-        body.begin(state.u[0], state.v[0], StepTimes.from_start(0.0, 0.01), np.zeros(3))
+        body.start_step(state.u[0], state.v[0], StepTimes.from_start(0.0, 0.01), np.zeros(3))
     for turn, k in np.ndindex(seconds.shape):
         start = time.process_time()
         for _ in range(3):

@@ -65,7 +65,7 @@ def measure_operations(system, dt, clock=time.perf_counter):
     (block,) = system.flexible_models
     state, du, R = system.initial_state(), block.new_vector(), block.new_vector()
     body = FlexibleStep(block)
-    body.begin(state.u[0], state.v[0], StepTimes.from_start(0.0, dt), np.zeros(3))
+    body.start_step(state.u[0], state.v[0], StepTimes.from_start(0.0, dt), np.zeros(3))
     residual = shortest(lambda: body.residual(du, R), clock)
     body.assemble_tangent(du)
     held = np.concatenate([coupling.dofs for coupling in system.coupling_blocks])

@@ -69,5 +69,5 @@ def run(source, blade, steps, first=0, dt=DT, **motion):
     """Accept steps of a turning rotor."""
     for k in range(first, first + steps):
         times = StepTimes.from_start(k * dt, dt)
-        source.begin(times)
+        source.start_step(times)
         source.accept(turning(blade, times.middle, **motion), times)

@@ -167,7 +167,7 @@ class Drag:
 class Wind:
     """Loads on sections, against their velocity."""
 
-    def begin(self, times: tfx.StepTimes) -> None:
+    def start_step(self, times: tfx.StepTimes) -> None:
         """There is nothing to prepare."""
 
     def loads(

@@ -50,7 +50,7 @@ def wild_unknowns(step, seed=10, sizes=(0.02, 0.1, 0.1)):
 def begun(system, seed=0, form="regular"):
     """A step begun from a wild state, with wild unknowns."""
     step, state = EnergyMomentumStep(system, angle_form=form), wild_state(system, seed)
-    step.begin(state, DT)
+    step.start_step(state, DT)
     x = wild_unknowns(step)
     x.copy(step.x)
     return step, state

@@ -64,13 +64,13 @@ def test_a_run_may_end_anywhere_and_go_on(demo, tmp_path, comm, monkeypatch):
     monkeypatch.setattr(quasi_newton, "BASELINE_STEPS", 0)
     monkeypatch.setattr(quasi_newton, "RENEWAL", 12)
     refreshed = []
-    real = QuasiNewton.begin
+    real = QuasiNewton.start_iteration
 
-    def begin(self):
+    def start_iteration(self):
         refreshed.append(self._excess >= quasi_newton.RENEWAL)
         real(self)
 
-    monkeypatch.setattr(QuasiNewton, "begin", begin)
+    monkeypatch.setattr(QuasiNewton, "start_iteration", start_iteration)
     run(demo, "hybrid_soft", tmp_path / "whole", "time.end=0.2", *SOFT)
     assert 0 < sum(refreshed) < len(refreshed)
     case = Case.load(demo("hybrid_soft.toml"), ["time.end=0.2", *SOFT])

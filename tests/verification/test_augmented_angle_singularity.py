@@ -17,7 +17,7 @@ from turbine_fenicsx import (
     StepFailure,
 )
 from turbine_fenicsx.joints.augmented_angle import FORMS
-from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.first_guess import FirstGuess
 
 SPIN_INERTIA = 1.0  # E1 + E2 of the rotor below [kg m^2]
 
@@ -72,7 +72,7 @@ def test_paper_form_leaves_the_singular_angle_on_the_wrong_branch_of_its_own_con
     monkeypatch, singular_angle
 ):
     # from x_n + dt v_n; the extrapolation of earlier steps mostly keeps to their branch
-    monkeypatch.setattr(Extrapolation, "guess", lambda *_: None)
+    monkeypatch.setattr(FirstGuess, "extrapolate", lambda *_: None)
     silent = 0
     for dt in (0.1, 0.05, 0.02, 0.01):
         try:

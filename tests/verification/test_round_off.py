@@ -74,7 +74,7 @@ def test_residuals_rest_a_little_below_the_estimate(law, dt, degree):
     system = rotor(LAWS[law](), degree)
     step, state = EnergyMomentumStep(system), system.initial_state()
     solver, correction = Elimination(step, "rest_"), step.new_nested_vector()
-    step.begin(state, dt)
+    step.start_step(state, dt)
     step.guess(extrapolate=True)
     residuals, estimates = [], []
     for _ in range(12):

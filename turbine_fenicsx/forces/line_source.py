@@ -52,7 +52,7 @@ class LineSource:
         self._waits = False
         self.last: StepLoads | None = None
 
-    def begin(self, times: StepTimes) -> None:
+    def start_step(self, times: StepTimes) -> None:
         """A step begins: the one before was accepted if this one follows it."""
         start = times.end - times.dt if np.isfinite(times.dt) else times.end
         if self._waits and self.last is not None:
@@ -60,7 +60,7 @@ class LineSource:
             if abs(start - before.end) <= SAME_TIME * before.dt:
                 self._accept()
         self._waits = False
-        self._source.begin(times)
+        self._source.start_step(times)
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
         """Forces and moments on the sections.
@@ -79,7 +79,7 @@ class LineSource:
 
     def tell(self, times: StepTimes) -> None:
         """Announce the motion for which the source is called outside of the steps of a run."""
-        self._source.begin(times)
+        self._source.start_step(times)
 
     def finish(self, loads: StepLoads) -> None:
         """A step is done, if none repeats it."""

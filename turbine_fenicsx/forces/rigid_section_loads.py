@@ -84,7 +84,7 @@ class RigidSectionLoads:
             raise ModelError(f"{self.name!r} needs stations on a body or more")
         if len({line.body.name for line in self.lines}) < len(self.lines):
             raise ModelError(f"{self.name!r} has a body twice")
-        methods = ("begin", "loads", "accept", "save", "restore")
+        methods = ("start_step", "loads", "accept", "save", "restore")
         check_methods(f"source of {self.name!r}", self.source, methods)
 
     def bind(self, layout: Layout) -> BoundRigidLoads:
@@ -148,9 +148,9 @@ class BoundRigidLoads(LineSource):
         """No energy [J]."""
         return 0.0
 
-    def begin_at(self, step: StepTimes, y: Array) -> None:
+    def start_step_at(self, step: StepTimes, y: Array) -> None:
         """A step begins at y: the one before was accepted if this one follows it."""
-        self.begin(step)
+        self.start_step(step)
         if not self._checked:  # an error in an iteration would become one of PETSc
             self.force(y, y, step)
             self._checked = True

@@ -48,7 +48,7 @@ class SectionMotion(NamedTuple):
 class LineLoad(Protocol):
     """Loads on the sections of a body. All ranks call it with the same numbers."""
 
-    def begin(self, times: StepTimes) -> None:
+    def start_step(self, times: StepTimes) -> None:
         """A step, or another attempt at one, begins; at rest its length is infinite."""
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
@@ -139,5 +139,5 @@ class SectionLoads:
                 )
         if not self.lines:
             raise ModelError(f"{self.name!r} needs a line of stations or more")
-        methods = ("begin", "loads", "accept", "save", "restore")
+        methods = ("start_step", "loads", "accept", "save", "restore")
         check_methods(f"source of {self.name!r}", self.source, methods)

@@ -20,7 +20,7 @@ class LinearSolver(Protocol):
     def krylov_iterations(self) -> int:
         """Krylov iterations since the start; a direct solve counts as one."""
 
-    def begin(self) -> None:
+    def start_iteration(self) -> None:
         """A new Newton iteration begins: the step holds the state at t_n and the first guess."""
 
     def update(self, x: PETSc.Vec) -> None:
@@ -29,7 +29,7 @@ class LinearSolver(Protocol):
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
 
-    def end(self, converged: bool) -> bool:
+    def end_iteration(self, converged: bool) -> bool:
         """The Newton iteration has ended; whether to try again, with a tangent less old."""
 
     def save(self) -> RestartData:
@@ -51,10 +51,10 @@ class DirectSolver:
 
     krylov_iterations = 0
 
-    def begin(self) -> None:
+    def start_iteration(self) -> None:
         """There is nothing to prepare."""
 
-    def end(self, converged: bool) -> bool:
+    def end_iteration(self, converged: bool) -> bool:
         """There is nothing to learn from the iteration."""
         return False
 

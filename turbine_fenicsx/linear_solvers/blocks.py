@@ -30,7 +30,7 @@ class StepBlocks(NestedBlocks):
 
     Attributes:
         x: Nested vector of the unknowns.
-        start: Where the step starts, set by `begin`.
+        start: Where the step starts, set by `start_step`.
         frames: The parts of the step after which the material has turned into the frames of the
             forces and of the unknowns.
     """
@@ -40,7 +40,7 @@ class StepBlocks(NestedBlocks):
     frames: tuple[float, float]
 
     @abstractmethod
-    def begin(self, state: State, dt: float) -> None:
+    def start_step(self, state: State, dt: float) -> None:
         """Set the state at t_n and the step dt [s]."""
 
     @abstractmethod

@@ -84,7 +84,7 @@ class FrozenElimination:
         )
         return int(factors), int(components)
 
-    def begin(self) -> bool:
+    def start_iteration(self) -> bool:
         """Turn the frames to the guess of the step; factorise for a new step size: whether so."""
         start, parts = self._step.start, self._step.frames
         new = start.dt != self._dt
@@ -140,7 +140,7 @@ class FrozenElimination:
             state.q = data.arrays["q"]
             for u, values in zip(state.u, data.nodal.get("u", ()), strict=True):
                 u.array[:] = values.ravel()
-            self._step.begin(state, data.numbers["dt"])
+            self._step.start_step(state, data.numbers["dt"])
             self._factorise()
             state.destroy()
 

@@ -72,14 +72,14 @@ class QuasiNewton:
         """Number of factors, and of the components of bodies that they serve."""
         return self._solver.factors
 
-    def begin(self) -> None:
+    def start_iteration(self) -> None:
         """Forget the steps of the last iteration; refresh the solver if that pays."""
         due = self._excess >= RENEWAL
         if due:
             self._solver.refresh()
         self._steps = []
         self._products = np.zeros((0, 0))
-        self._new = self._solver.begin() or due
+        self._new = self._solver.start_iteration() or due
         if self._new:
             self._excess = self._usual = 0.0
             self._settled = self._fewest = 0
@@ -99,7 +99,7 @@ class QuasiNewton:
             start, end = end, end + part.size
             np.negative(s[start:end], out=part)
 
-    def end(self, converged: bool) -> bool:
+    def end_iteration(self, converged: bool) -> bool:
         """Count the iterations, for the decision to refresh the solver.
 
         Returns:

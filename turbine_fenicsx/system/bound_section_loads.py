@@ -39,15 +39,15 @@ class BoundSectionLoads(LineSource):
         self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         self._checked = False
 
-    def begin_at(self, times: StepTimes, u: Array) -> None:
+    def start_step_at(self, times: StepTimes, u: Array) -> None:
         """A step begins: the one before was accepted if this one follows it. Collective.
 
         Args:
             times: The step.
             u: Displacements of the owned nodes at its start, shape (3 n,) [m].
         """
-        self._transfer.begin(self._positions(u))
-        self.begin(times)
+        self._transfer.set_positions(self._positions(u))
+        self.start_step(times)
         if not self._checked:  # an error in an iteration would become one of PETSc
             self.loads(self._find_motion(u, np.zeros_like(u)), times.middle)
             self._checked = True

@@ -216,7 +216,7 @@ class FlexibleModel(WeakForm, BodyModel):
         for dofs, force in self.nodal_forces:
             out.array[dofs] -= force
         for loads in self.section_loads:
-            loads.begin_at(StepTimes.at_rest(time), u.array_r)
+            loads.start_step_at(StepTimes.at_rest(time), u.array_r)
             loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
 
     def new_stiffness(self) -> PETSc.Mat:

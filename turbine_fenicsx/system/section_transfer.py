@@ -84,7 +84,7 @@ class SectionTransfer:
         self._R = X_pairs - _take(self._centre, self._station)
         self._rows = np.empty((30, pair.size))
 
-    def begin(self, x: Array) -> None:
+    def set_positions(self, x: Array) -> None:
         """Set positions from which those in a step do not differ much. Collective.
 
         Sums about the centres there, and not about the origin, lose no digits far from it.

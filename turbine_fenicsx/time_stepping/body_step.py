@@ -48,7 +48,7 @@ class BodyStep(Protocol):
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the largest terms of R_u."""
 
-    def begin_iteration(self) -> None:
+    def start_iteration(self) -> None:
         """An iteration begins, perhaps not the first of the step."""
 
     def save(self) -> RestartData:
@@ -61,7 +61,7 @@ class BodyStep(Protocol):
 class MemorylessStep:
     """Base of body steps that depend on nothing but the state and the unknowns."""
 
-    def begin_iteration(self) -> None:
+    def start_iteration(self) -> None:
         """There is nothing to forget."""
 
     def save(self) -> RestartData:

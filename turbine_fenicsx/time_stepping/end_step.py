@@ -184,7 +184,9 @@ class FlexibleEnd(MemorylessStep):
         self._masses = np.repeat(model.weights, 3)
         self._fixed_terms, self.round_off, self._end = np.zeros_like(self._masses), 0.0, 0.0
 
-    def begin(self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, times: StepTimes) -> None:
+    def start_step(
+        self, u: PETSc.Vec, p: Array, w: Array, s: float, r: float, times: StepTimes
+    ) -> None:
         """Set u_n, p, w, s, r and the step, whose forces act at its end."""
         model = self.model
         model.copy_to(self._u_n, u)
@@ -194,7 +196,7 @@ class FlexibleEnd(MemorylessStep):
         self._s.value, self._rate.value = s, 1.0 / r
         model.set_time(times.end)
         self._end = times.end
-        self.midpoint.begin(StepTimes.from_start(times.end - times.dt, times.dt))
+        self.midpoint.start_step(StepTimes.from_start(times.end - times.dt, times.dt))
         self.round_off = s * s * self._round_off.square(p, r)
         self._fixed_terms = self._masses * (np.abs(p) + s * np.linalg.norm(self._gravity.value))
 
@@ -263,7 +265,7 @@ class EndStep(NestedStep):
         self._weight = system.gravity_force(gravity)
         self._ends = np.cumsum([3 * model.n_owned for model in system.flexible_models])
 
-    def begin_scheme(self, state: State, dt: float, end: float, scheme: EndScheme) -> None:
+    def start_scheme(self, state: State, dt: float, end: float, scheme: EndScheme) -> None:
         """Set the state at t_n, the step [s], its end [s], and the scheme."""
         system, times = self.system, StepTimes(dt, end, end)
         load_q, load_T = (forces.sum(axis=0) for forces in system.evaluate_prescribed_forces(end))
@@ -282,8 +284,8 @@ class EndStep(NestedStep):
             times=times,
         )
         for f, u, p_k, w_k in zip(self._flexible, state.u, p_bodies, w_bodies, strict=True):
-            f.begin(u, p_k, w_k, scheme.s, scheme.r, times)
-        self.begin_at(state, dt, data)
+            f.start_step(u, p_k, w_k, scheme.s, scheme.r, times)
+        self.set_start(state, dt, data)
 
     def set_increments(self, dy: Array, state: State) -> None:
         """Set X to increments laid out like `EndScheme.p`, with the multipliers of a state."""

@@ -17,11 +17,11 @@ from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.discrete_gradients import AlgorithmicStress
+from turbine_fenicsx.time_stepping.first_guess import mean_turns
 from turbine_fenicsx.time_stepping.make_step import make_step
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.newton import NewtonStepper, SolverOptions
 from turbine_fenicsx.time_stepping.rigid_step import RigidData, RigidStep
-from turbine_fenicsx.time_stepping.turning_guess import mean_turns
 
 
 class EnergyMomentumStep(NestedStep):
@@ -59,7 +59,7 @@ class EnergyMomentumStep(NestedStep):
         self._weight = system.gravity_force(system.gravity)
         self._forces: tuple[Array, Array] = (np.zeros((0, 0)), np.zeros((0, 0)))
 
-    def begin(self, state: State, dt: float) -> None:
+    def start_step(self, state: State, dt: float) -> None:
         """Set the state at t_n and the step dt [s]."""
         system, times = self.system, StepTimes.from_start(state.time, dt)
         self._forces = system.evaluate_prescribed_forces(times.middle)
@@ -75,8 +75,8 @@ class EnergyMomentumStep(NestedStep):
             times=times,
         )
         for f, u, v in zip(self._flexible, state.u, state.v, strict=True):
-            f.begin(u, v, times, system.gravity)
-        self.begin_at(state, dt, data)
+            f.start_step(u, v, times, system.gravity)
+        self.set_start(state, dt, data)
 
     def guess(self, extrapolate: bool, r: Array | None = None) -> None:
         """Set X to the start of the iteration: x_n + dt P v_n, or x_n without extrapolation."""

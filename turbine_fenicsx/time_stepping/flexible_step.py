@@ -54,7 +54,7 @@ class FlexibleStep(MemorylessStep):
         midpoint: Works of forces, and what dissipates in this body.
         tangent: Matrix of the tangent, filled by `assemble_tangent`.
         round_off: This rank's sum of the squares of the round-off of the residual of the step
-            [(kg m)^2], set by `begin`.
+            [(kg m)^2], set by `start_step`.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class FlexibleStep(MemorylessStep):
             S = (stress or discrete_gradient_stress(quadratic))(model.energy, F_mid, D)
         return S + sum(dissipating.values(), ufl.zero(3, 3))
 
-    def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
+    def start_step(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
         model, dt, half_dt2 = self.model, times.dt, times.half_dt2
         model.copy_to(self._u_n, u)
@@ -127,7 +127,7 @@ class FlexibleStep(MemorylessStep):
         self._dt.value = dt
         self._gravity.value[:] = gravity
         model.set_time(times.middle)
-        self.midpoint.begin(times)
+        self.midpoint.start_step(times)
         dt_v = self._dt_v.x.array[: 3 * model.n_owned]
         self.round_off = half_dt2**2 * self._round_off.square(dt_v, dt)
         self._fixed_terms = self._masses * (np.abs(dt_v) + half_dt2 * np.linalg.norm(gravity))

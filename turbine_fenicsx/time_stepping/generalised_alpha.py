@@ -88,7 +88,7 @@ class GeneralisedAlphaStep(EndStep):
         self.coefficients = Coefficients.of(spectral_radius)
         self.ends: list[Accelerations] = []
 
-    def begin(self, state: State, dt: float) -> None:
+    def start_step(self, state: State, dt: float) -> None:
         """Set the state at t_n and the step dt [s]; the accelerations there are known or found."""
         same = (x for x in reversed(self.ends) if abs(x.time - state.time) <= 1e-6 * dt)
         now = next(same, None) or self._find_accelerations(state, dt)
@@ -104,7 +104,7 @@ class GeneralisedAlphaStep(EndStep):
             w=(1.0 - ratio) * v + dt * (1.0 - 0.5 * ratio) * now.algorithmic,
         )
         self._scheme = scheme
-        self.begin_scheme(state, dt, state.time + dt, scheme)
+        self.start_scheme(state, dt, state.time + dt, scheme)
 
     def guess(self, extrapolate: bool, r: Array | None = None) -> None:
         """Set X to x_n + dt v_n + dt^2/2 a_n, or to x_n without extrapolation."""
@@ -132,7 +132,7 @@ class GeneralisedAlphaStep(EndStep):
         They are the increments over s of a step that is too short for anything to move.
         """
         v = self.velocities(state)
-        self.begin_scheme(state, dt, state.time, EndScheme(EARLY, np.inf, np.zeros(v.size), v))
+        self.start_scheme(state, dt, state.time, EndScheme(EARLY, np.inf, np.zeros(v.size), v))
         model, system = self.system.rigid_model, self.system
         driven = [
             (p(state.time + 2.0 * dt) - 2.0 * p(state.time + dt) + p(state.time)) / dt**2

@@ -21,7 +21,7 @@ from turbine_fenicsx.time_stepping.reduced_step import ReducedStep
 class EnergyMomentumBody(BodyStep, Protocol):
     """A body in an energy-momentum step."""
 
-    def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
+    def start_step(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
 
     def assemble_at_rest(self) -> None:

@@ -54,11 +54,11 @@ class MidpointWorks:
         """Names of what dissipates."""
         return tuple(self.stresses)
 
-    def begin(self, times: StepTimes) -> None:
+    def start_step(self, times: StepTimes) -> None:
         """A step begins from u_n."""
         self._times = times
         for loads in self._model.section_loads:
-            loads.begin_at(times, self._u_n.x.array[: 3 * self._model.n_owned])
+            loads.start_step_at(times, self._u_n.x.array[: 3 * self._model.n_owned])
 
     def add_forces(self, du: PETSc.Vec, factor: float, out: PETSc.Vec) -> None:
         """Add loads on sections and damping of masses in the middle of the step. Collective.

@@ -33,7 +33,7 @@ from turbine_fenicsx.time_stepping.body_step import BodyStep
 
 
 class RigidPart(Protocol):
-    """The rigid part in a step; ``data`` is what the scheme's `NestedStep.begin` made."""
+    """The rigid part in a step; ``data`` is what the scheme's `NestedStep.start_step` made."""
 
     def residual(self, data: Any, r: Array) -> tuple[Array, Array]:
         """R_r and the sum of the absolute values of its terms."""
@@ -48,8 +48,8 @@ class RigidPart(Protocol):
 class NestedStep(StepBlocks):
     """Nested residual and tangent of one step of a system; a scheme adds what is abstract.
 
-    That is `begin`, which ends with `begin_at`, `assemble_at_rest`, `guess` and `finish`, and the
-    `frames` of `StepBlocks`.
+    That is `start_step`, which ends with `set_start`, `assemble_at_rest`, `guess` and `finish`, and
+    the `frames` of `StepBlocks`.
 
     Args:
         system: The system.
@@ -60,7 +60,7 @@ class NestedStep(StepBlocks):
         residual_vector: Nested vector for the residual.
         driven: Which of `State.multipliers` drive something: those of constraints of joints that
             follow time, then those of all relations.
-        rigid_data: What the rigid part is given in the step, set by `begin`.
+        rigid_data: What the rigid part is given in the step, set by `start_step`.
         dissipation_names: Names of what dissipates, in the order of `StepReport.dissipated`.
     """
 
@@ -115,14 +115,14 @@ class NestedStep(StepBlocks):
         """Write the state at t_{n+1} that belongs to X. Collective.
 
         Args:
-            out: A state other than the one of `begin`, overwritten.
+            out: A state other than the one of `start_step`, overwritten.
 
         Returns:
             Work of each of `MultibodySystem.work_names` in the step [J], zero for gravity, and
             what each of `dissipation_names` dissipated [J].
         """
 
-    def begin_at(self, state: State, dt: float, rigid_data: Any) -> None:
+    def set_start(self, state: State, dt: float, rigid_data: Any) -> None:
         """Set the state at t_n, the step [s], and what the rigid part is given."""
         coordinates = self.system.coordinates_of(state.q)
         self._gaps = tuple(
@@ -131,7 +131,7 @@ class NestedStep(StepBlocks):
         self.start, self.rigid_data = StepStart(state, dt), rigid_data
         for loads in self.system.rigid_section_loads:
             y = np.concatenate([state.q, state.joint_coordinates])
-            loads.begin_at(StepTimes.from_start(state.time, dt), y[loads.index])
+            loads.start_step_at(StepTimes.from_start(state.time, dt), y[loads.index])
 
     def residual(self, x: PETSc.Vec, R: PETSc.Vec) -> None:
         """Assemble the residual of X into R, and the scales of its terms."""
@@ -158,10 +158,10 @@ class NestedStep(StepBlocks):
             body.assemble_tangent(increment)
         self.update_rigid_tangent(x)
 
-    def begin_iteration(self) -> None:
+    def start_iteration(self) -> None:
         """Newton's iteration begins from the guess in X."""
         for body in self._bodies:
-            body.begin_iteration()
+            body.start_iteration()
 
     def save(self) -> RestartData:
         """Data that later steps of the bodies depend on, apart from the state. Collective."""

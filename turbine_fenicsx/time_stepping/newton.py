@@ -1,4 +1,19 @@
-"""Newton's method for one step: SNES over the nested blocks, converged block by block."""
+"""Newton's method for one step: SNES over the nested blocks, converged block by block.
+
+To follow a step, read in this order:
+
+1. `NewtonStepper.advance`: attempts one after the other, until one converges (``attempts.py``).
+2. `NestedStep.start_step` of the scheme: state at t_n, step, what is constant in it
+   (``energy_momentum.py`` or ``generalised_alpha.py``; bodies in ``flexible_step.py``).
+3. `NestedStep.guess` and `FirstGuess`: where X starts (``first_guess.py``).
+4. `LinearSolver.start_iteration`: the old factor or a new one (``linear_solvers/quasi_newton.py``).
+5. `NestedStep.residual`: R_u, Phi_c and R_r of X (``nested_step.py``, ``flexible_step.py``,
+   ``rigid_step.py``).
+6. `BlockwiseConvergence`: whether each block is small beside its terms (below).
+7. `LinearSolver.update` and `solve`: the correction of X (``linear_solvers/elimination.py``); from
+   here back to 5, until all blocks have converged.
+8. `NestedStep.finish`: the state at t_{n+1}, works and what dissipated.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +37,7 @@ from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
-from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
-from turbine_fenicsx.time_stepping.guess_errors import GuessErrors
+from turbine_fenicsx.time_stepping.first_guess import FirstGuess
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.residual_place import describe_largest_residual
 from turbine_fenicsx.time_stepping.stepper import StepReport
@@ -112,7 +126,7 @@ class NewtonStepper:
         exact = known.get(self.linear_solver, self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact)
         self.fallbacks, self.factors = 0, (0, 0)
-        self._past, self._errors = Extrapolation(), GuessErrors(step)
+        self._guess = FirstGuess(step)
         self._convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(options.prefix)
@@ -139,9 +153,9 @@ class NewtonStepper:
         """One step from ``state`` to t + dt.
 
         Newton starts from where the velocities lead; if that fails, again with a new factor in
-        place of a frozen one, then with the exact tangent, and then from x_n. With flexible
-        bodies `GuessErrors` correct the start, unless tangents are exact; without, it is first
-        the `Extrapolation` of the last steps, if there are enough.
+        place of a frozen one, then with the exact tangent, and then from x_n. `FirstGuess` corrects
+        the start by the last steps if there are enough; with flexible bodies only where tangents
+        are not exact.
 
         Args:
             state: State at t_n, not changed.
@@ -156,17 +170,17 @@ class NewtonStepper:
         """
         newton = krylov = 0
         failures: list[Failure] = []
-        self.step.begin(state, dt)
+        self.step.start_step(state, dt)
         waiting = self._list_attempts(state.time, dt)
         while waiting:
             attempt, guess = waiting.pop(0)
             self._log_fallback(state.time, dt, failures, attempt)
-            self._begin_at(attempt, guess)
-            self.step.begin_iteration()
+            self._start_at(attempt, guess)
+            self.step.start_iteration()
             linear_solver = self._solvers.use(attempt.solver)
             with timing.event("linear set-up"):
-                linear_solver.begin()
-            self._convergence.begin(approximate=attempt.solver in FALLBACKS)
+                linear_solver.start_iteration()
+            self._convergence.start_iteration(approximate=attempt.solver in FALLBACKS)
             before = linear_solver.krylov_iterations
             with np.errstate(all="ignore"):  # what diverges overflows; the residual tells it
                 self.snes.solve(None, self.step.x)
@@ -175,7 +189,7 @@ class NewtonStepper:
             krylov += linear_solver.krylov_iterations - before
             reason = self.snes.getConvergedReason()
             accepted = reason > 0 and self.step.is_accepted()
-            if linear_solver.end(accepted):
+            if linear_solver.end_iteration(accepted):
                 waiting.insert(0, (attempt, None))
             if isinstance(linear_solver, QuasiNewton):
                 self.factors = linear_solver.factors
@@ -183,12 +197,12 @@ class NewtonStepper:
                 self._attempts.learn(attempt)
                 self.fallbacks += len(failures)
                 works, dissipated = self.step.finish(out)
-                self._remember(attempt, state.time, dt)
+                if not self.system.flexible_models or self._corrects(attempt):
+                    self._guess.learn(state.time, dt)
                 residual = self._convergence.history[-1] * self.options.tolerance
                 done = tuple(works.tolist()), tuple(dissipated.tolist())
                 return StepReport(newton, krylov, *done, residual)
-            self._past.forget()
-            self._errors.forget()
+            self._guess.forget()
             failures.append(Failure(attempt, reason, iterations))
         place = describe_largest_residual(self.step, self.snes.getFunction()[0])
         raise StepFailure(
@@ -199,24 +213,17 @@ class NewtonStepper:
     def _list_attempts(self, time: float, dt: float) -> list[tuple[Attempt, Array | None]]:
         """Attempts in order, and the rigid unknowns to start from, if known."""
         attempts: list[tuple[Attempt, Array | None]] = [(x, None) for x in self._attempts.order()]
-        r = self._past.guess(time, dt)
+        r = self._guess.extrapolate(time, dt)
         return attempts if r is None else [(attempts[0][0], r), *attempts]
 
-    def _begin_at(self, attempt: Attempt, r: Array | None) -> None:
+    def _start_at(self, attempt: Attempt, r: Array | None) -> None:
         """Set X to the start of an attempt."""
         self.step.guess(attempt.moves_on, r)
-        if self._learns(attempt):
-            self._errors.correct(self.step.start.state.time, self.step.start.dt)
+        if self._corrects(attempt):
+            self._guess.correct(self.step.start.state.time, self.step.start.dt)
 
-    def _remember(self, attempt: Attempt, time: float, dt: float) -> None:
-        """Learn from a step that was made what the next ones start from."""
-        if not self.system.flexible_bodies:
-            self._past.add(time, dt, self.step.rigid_unknowns())
-        elif self._learns(attempt):
-            self._errors.add(time, dt)
-
-    def _learns(self, attempt: Attempt) -> bool:
-        """Whether the guess of an attempt is corrected by `GuessErrors`.
+    def _corrects(self, attempt: Attempt) -> bool:
+        """Whether the guess of an attempt with flexible bodies is corrected.
 
         Exact tangents of bodies on meshes mostly end digits below the tolerance. From a better
         guess they would end near it, which their energy balance would show. Tangents of small
@@ -245,8 +252,7 @@ class NewtonStepper:
         data = RestartData({"name": self.linear_solver, "fallbacks": self.fallbacks})
         data.add("attempts", self._attempts.save())
         data.add("linear", self._solvers.use(self.linear_solver).save())
-        data.add("past", self._past.save())
-        data.add("errors", self._errors.save())
+        data.add("guess", self._guess.save())
         data.add("bodies", self.step.save())
         for name, loads in self.system.section_loads.items():
             data.add(f"loads.{name}", loads.save())
@@ -258,8 +264,7 @@ class NewtonStepper:
         if data.numbers.get("name") == self.linear_solver:
             self._attempts.restore(data.part("attempts"))
             self._solvers.use(self.linear_solver).restore(data.part("linear"))
-        self._past.restore(data.part("past"))
-        self._errors.restore(data.part("errors"))
+        self._guess.restore(data.part("guess"))
         self.step.restore(data.part("bodies"))  # last, as a new factor begins steps
         for name, loads in self.system.section_loads.items():
             loads.restore(data.part(f"loads.{name}"))
@@ -289,7 +294,7 @@ class BlockwiseConvergence:
             [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
         )
 
-    def begin(self, approximate: bool) -> None:
+    def start_iteration(self, approximate: bool) -> None:
         """A new iteration begins; with an approximate tangent slow ones look like round-off."""
         self.history.clear()
         self.stagnation = (0.02 if approximate else 1.0) * self.options.stagnation

@@ -45,7 +45,8 @@ class ReducedStep:
 
     Attributes:
         tangent: Dense matrix of the tangent on rank 0, filled by `assemble_tangent`.
-        round_off: Sum of the squares of the round-off of the residual [(kg m)^2], set by `begin`.
+        round_off: Sum of the squares of the round-off of the residual [(kg m)^2], set by
+            `start_step`.
     """
 
     def __init__(self, model: ReducedModel, numerical_dissipation: float = 0.0) -> None:
@@ -68,13 +69,13 @@ class ReducedStep:
         """Works of forces, and what dissipates in this body."""
         return self
 
-    def begin(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
+    def start_step(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
         model, strain = self.model, self.model.strain
         self._times = times
         self._y = strain.vectors(model.vectors(u.array_r))
         self._c = strain.strain(self._y)
-        self._history.begin(times, self._c)
+        self._history.start_step(times, self._c)
         self._J = None
         self._slope = 0.5 + 0.5 * self._chi + model.loss / times.dt
         self._dt_v = times.dt * model.split(v.array_r)
@@ -83,10 +84,10 @@ class ReducedStep:
         masses = np.abs(model.nodal_mass).reshape(-1, len(M), 1)
         weight = times.half_dt2 * np.linalg.norm(gravity) * masses
         self._fixed_terms = M @ np.abs(self._dt_v) + weight
-        self.begin_iteration()
+        self.start_iteration()
         self.round_off = self._find_round_off()
 
-    def begin_iteration(self) -> None:
+    def start_iteration(self) -> None:
         """A new iteration begins: forget the tangent of an earlier one."""
         self._expected = None
 

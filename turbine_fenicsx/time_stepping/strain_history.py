@@ -24,7 +24,7 @@ class StrainHistory:
         self._values: list[Array] = []
         self._dt = 0.0
 
-    def begin(self, times: StepTimes, c: Array) -> None:
+    def start_step(self, times: StepTimes, c: Array) -> None:
         """A step begins at t_n with the strain coordinates c."""
         start, self._dt = times.end - times.dt, times.dt
         near = EQUAL_STEPS * times.dt

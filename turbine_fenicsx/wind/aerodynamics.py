@@ -149,7 +149,7 @@ class RotorAerodynamics:
         self._seen: tuple[SectionMotion, float, _Sections] | None = None
         self._local: tuple[Array, Array] | None = None
 
-    def begin(self, times: StepTimes) -> None:
+    def start_step(self, times: StepTimes) -> None:
         """Separation continues to the middle of the step, where loads are asked for."""
         self._half_step = 0.5 * times.dt
 

@@ -41,10 +41,10 @@ class TurningAtRest:
         self._speed = check_number("speed of the rotor", speed)
         self._at_rest = False
 
-    def begin(self, times: StepTimes) -> None:
+    def start_step(self, times: StepTimes) -> None:
         """A step without end is no step: nothing moves in it."""
         self._at_rest = not np.isfinite(times.dt)
-        self._source.begin(times)
+        self._source.start_step(times)
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
         """Loads of the source; see `LineLoad.loads`."""

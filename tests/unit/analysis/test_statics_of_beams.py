@@ -218,7 +218,7 @@ def test_a_follower_pressure_bends_and_the_root_carries_its_resultant(comm):
     state = equilibrium(system, [0.5, 1.0])
     block = system.flexible_models[0]
     step, rest = FlexibleStep(block), block.new_vector()
-    step.begin(state.u[0], rest, StepTimes(1.0, 1.0, 1.5), np.zeros(3))
+    step.start_step(state.u[0], rest, StepTimes(1.0, 1.0, 1.5), np.zeros(3))
     loads = []
     for axis in np.eye(3):  # work of a unit displacement
         du = block.new_vector()

@@ -44,7 +44,7 @@ def test_a_constant_field_is_gravity_and_its_work_is_exact(comm, block):
         step = FlexibleStep(FlexibleModel(block, loads))
         u, du, R = (step.model.new_vector() for _ in range(3))
         du.array[:] = (0.01 * step.model.positions[:, ::-1]).ravel()
-        step.begin(u, u, StepTimes(DT, 0.5 * DT, DT), gravity)
+        step.start_step(u, u, StepTimes(DT, 0.5 * DT, DT), gravity)
         step.residual(du, R)
         residuals.append(R.array_r.copy())
         if loads:

@@ -34,8 +34,8 @@ class Drag:
     wake: np.ndarray = field(default_factory=lambda: np.zeros((5, 3)))
     calls: list = field(default_factory=list)
 
-    def begin(self, times):
-        self.calls.append(("begin", times.end))
+    def start_step(self, times):
+        self.calls.append(("start_step", times.end))
 
     def loads(self, motion, time):
         relative = np.array([0.0, 3.0, 9.0]) + np.sin(time) - motion.velocity - self.wake
@@ -205,7 +205,7 @@ def test_wrong_stations_sources_and_loads_are_refused(comm):
         loads(two, Drag(), [POINTS[0], [[1.0, np.nan, 0.0]]])
     with pytest.raises(ModelError, match="'wind' has a body twice"):
         loads([two[0], two[0]], Drag())
-    with pytest.raises(TypeError, match=r"source of 'wind' needs the methods begin\(\)"):
+    with pytest.raises(TypeError, match=r"source of 'wind' needs the methods start_step\(\)"):
         loads(two, "wind")
     with pytest.raises(TypeError, match="'wind' needs a rigid body, got str 'hub'"):
         loads(["hub", two[0]], Drag())

@@ -38,8 +38,8 @@ class Drag:
     wake: np.ndarray = field(default_factory=lambda: np.zeros((4, 3)))
     calls: list = field(default_factory=list)
 
-    def begin(self, times):
-        self.calls.append(("begin", times.end))
+    def start_step(self, times):
+        self.calls.append(("start_step", times.end))
 
     def loads(self, motion, time):
         relative = self.wind * np.sin(0.5 * time) + 2.0 - motion.velocity - self.wake
@@ -97,7 +97,7 @@ def test_rigid_motions_of_the_skin_are_those_of_all_sections(comm, cell, degree)
     Q = rotation_about((0.3, -0.5, 0.8), 2.6)
     shift, v, omega = np.array([300.0, -40.0, 7.0]), np.array([1.0, 2.0, -3.0]), [0.5, -1.0, 2.0]
     x = X @ Q.T + shift
-    found.begin(x + 0.01)
+    found.set_positions(x + 0.01)
     motion = found.motion(x, v + np.cross(omega, x))
     assert motion.position == pytest.approx(at_rest.position @ Q.T + shift, rel=1e-13)
     assert motion.axes == pytest.approx(np.broadcast_to(Q, (4, 3, 3)), abs=1e-13)
@@ -111,7 +111,7 @@ def test_resultant_moment_and_power_are_those_of_the_loads(comm, cell, degree):
     found, X = transfer(comm, cell=cell, degree=degree)
     v = np.sin(3.0 * X) @ np.random.default_rng(3).standard_normal((3, 3))
     x = X + 0.05 * np.cos(2.0 * X) + [100.0, 0.0, 0.0]
-    found.begin(x)
+    found.set_positions(x)
     motion = found.motion(x, v)
     F, M = np.random.default_rng(4).standard_normal((2, 4, 3))
     f = found.forces(F, M)
@@ -264,7 +264,7 @@ def test_wind_holds_a_beam_in_equilibrium(comm):
     system = MultibodySystem(comm, [body, clamp, loads(body, source)])
     state = statics.equilibrium(system, [1.0])
     assert largest(comm, state.u[0].array_r) > 1e-4
-    assert all(kind == "begin" for kind, _ in source.calls)
+    assert all(kind == "start_step" for kind, _ in source.calls)
 
 
 class Growing(Drag):
@@ -313,7 +313,9 @@ def test_stations_without_nodes_are_refused_on_all_ranks(comm):
 
 
 def test_a_source_without_its_methods_is_refused(comm):
-    with pytest.raises(TypeError, match=r"source of 'wind' needs the methods begin\(\), loads\(\)"):
+    with pytest.raises(
+        TypeError, match=r"source of 'wind' needs the methods start_step\(\), loads\(\)"
+    ):
         loads(beam(comm), "wind")
 
 
@@ -332,5 +334,5 @@ def test_at_rest_the_source_is_told_so(comm):
     body = beam(comm)
     model = FlexibleModel(body, [loads(body, source)])
     (bound,) = model.section_loads
-    bound.begin_at(StepTimes.at_rest(3.0), np.zeros(3 * model.n_owned))
-    assert source.calls == [("begin", 3.0)]
+    bound.start_step_at(StepTimes.at_rest(3.0), np.zeros(3 * model.n_owned))
+    assert source.calls == [("start_step", 3.0)]

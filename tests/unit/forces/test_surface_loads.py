@@ -60,7 +60,7 @@ class Loaded:
 
     def residual(self, u, du, time=1.0):
         R = self.model.new_vector()
-        self.step.begin(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
+        self.step.start_step(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
         self.step.residual(du, R)
         return R
 
@@ -77,7 +77,7 @@ class Loaded:
         return self.comm.allreduce(np.asarray(values).sum(axis=0))
 
     def works(self, u, du, time=1.0):
-        self.step.begin(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
+        self.step.start_step(u, 0 * u, StepTimes(DT, time, time + 0.5 * DT), np.zeros(3))
         return self.comm.allreduce(self.step.midpoint.works(du)[0])
 
 
@@ -186,7 +186,7 @@ def test_tangent_with_loads_agrees_with_finite_differences(make, cell, degree):
     x = make(cell, degree)
     u, du, w = (x.nodal(wild(k, s)) for k, s in ((9, 0.02), (10, 0.02), (11, 1.0)))
     late = StepTimes.from_start(50.0, DT)  # so that the loads count
-    x.step.begin(u, 0 * u, late, np.zeros(3))
+    x.step.start_step(u, 0 * u, late, np.zeros(3))
     x.step.assemble_tangent(du)
     exact, ends, h = x.model.new_vector(), [], 1e-6
     x.step.tangent.mult(w, exact)
@@ -195,7 +195,7 @@ def test_tangent_with_loads_agrees_with_finite_differences(make, cell, degree):
         x.step.residual(du + sign * h * w, ends[-1])
     difference = (ends[0] - ends[1]) * (0.5 / h)
     assert (difference - exact).norm() <= 2e-7 * exact.norm()
-    x.step.begin(u, 0 * u, StepTimes(DT, 0.0, 0.5 * DT), np.zeros(3))
+    x.step.start_step(u, 0 * u, StepTimes(DT, 0.0, 0.5 * DT), np.zeros(3))
     x.step.assemble_tangent(du)
     unloaded = x.model.new_vector()
     x.step.tangent.mult(w, unloaded)
@@ -292,7 +292,7 @@ def test_force_on_a_node_acts_on_one_node_of_one_rank(comm, machine):
         model = FlexibleModel(m.beam, [load])
         step = FlexibleStep(model)
         u, R = model.new_vector(), model.new_vector()
-        step.begin(u, u, StepTimes(DT, 1.5, 1.5 + 0.5 * DT), np.zeros(3))
+        step.start_step(u, u, StepTimes(DT, 1.5, 1.5 + 0.5 * DT), np.zeros(3))
         step.residual(u, R)
         forces = -R.array_r.reshape(-1, 3) / HALF_DT2
         at = comm.allgather(model.positions[np.linalg.norm(forces, axis=1) > 1e-12])

@@ -29,7 +29,7 @@ def machine(mixed):
 def test_corrections_solve_the_equations_of_the_step(mixed):
     system = machine(mixed)
     step = EnergyMomentumStep(system)
-    step.begin(system.initial_state(), DT)
+    step.start_step(system.initial_state(), DT)
     step.guess(True)
     rng = np.random.default_rng(COMM.rank)
     solver = LINEAR_SOLVERS["lu"](step, "test_dense_")

@@ -82,7 +82,7 @@ def solve_by_both(step, frozen, exact):
     """Solutions of the equations of an iteration by the frozen and the exact factor."""
     b, x, reference = right_hand_side(step), step.new_nested_vector(), step.new_nested_vector()
     for solver, out in ((frozen, x), (exact, reference)):
-        solver.begin()
+        solver.start_iteration()
         solver.update(step.x)
         solver.solve(b, out)
     return x, reference
@@ -95,10 +95,10 @@ def test_frozen_factor_is_exact_wherever_the_body_has_turned_to(machine, angle):
     system = machine().system()
     step = EnergyMomentumStep(system)
     frozen, exact = make_frozen(step), Elimination(step, "exact_")
-    step.begin(turned(system, 0.0), DT)
+    step.start_step(turned(system, 0.0), DT)
     step.guess(True)
-    frozen.begin()
-    step.begin(turned(system, angle), DT)
+    frozen.start_iteration()
+    step.start_step(turned(system, angle), DT)
     step.guess(True)
     x, reference = solve_by_both(step, frozen, exact)
     assert difference(x, reference) < 1e-10
@@ -115,7 +115,7 @@ def test_a_hub_that_turns_by_a_degree_in_a_step_carries_the_blade_with_it(machin
     step = EnergyMomentumStep(system)
     frozen, exact = make_frozen(step), Elimination(step, "exact_")
     state = system.initial_state()
-    step.begin(state, dt)
+    step.start_step(state, dt)
     step.guess(True)
     x, reference = solve_by_both(step, frozen, exact)
     (_, mu_c, r), exactly = x.getNestSubVecs(), reference.getNestSubVecs()
@@ -175,7 +175,7 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
             return np.ones(1)
 
     class Solver:
-        begin = staticmethod(lambda: False)
+        start_iteration = staticmethod(lambda: False)
         refresh = staticmethod(lambda: refreshed.append(True))
 
     def renewals(iterations, converged=True):
@@ -183,9 +183,9 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
         method, found = QuasiNewton(Step(), Solver()), []
         for n in iterations:
             method._steps = [None] * n
-            method.end(converged)
+            method.end_iteration(converged)
             refreshed.clear()
-            method.begin()
+            method.start_iteration()
             found.append(bool(refreshed))
         return found
 

@@ -37,7 +37,7 @@ def bar(comm, width=4, layers=64, poisson=0.3):
     system = MultibodySystem(comm, [body, Coupling("root", body, root, None)])
     (flexible,), (coupling,) = system.flexible_models, system.coupling_blocks
     step, rest = FlexibleStep(flexible), flexible.new_vector()
-    step.begin(rest, rest, StepTimes.from_start(0.0, 0.02), np.zeros(3))
+    step.start_step(rest, rest, StepTimes.from_start(0.0, 0.02), np.zeros(3))
     step.assemble_tangent(rest)
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     free = (3 * nodes[:, None] + np.arange(3)).ravel() + step.tangent.getOwnershipRange()[0]

@@ -115,7 +115,7 @@ def test_an_update_replaces_the_factors(machine, solver):
     linear = solver(step, "test_")
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     first = solution(linear, step, b)
-    step.begin(wild_state(system, seed=7), 2 * DT)
+    step.start_step(wild_state(system, seed=7), 2 * DT)
     wild_unknowns(step, seed=8).copy(step.x)
     second = solution(linear, step, b)
     assert relative_error(step, second, b) <= 1e-11
@@ -171,7 +171,7 @@ def at_rest(state):
 
 def guessed(step, state):
     """A step at its first guess."""
-    step.begin(state, DT)
+    step.start_step(state, DT)
     step.guess(True)
     return step
 
@@ -188,7 +188,7 @@ def test_frozen_factor_is_exact_where_it_was_made(make, kind, accuracy):
     step = EnergyMomentumStep(system)
     guessed(step, at_rest(wild_state(system)))
     frozen, exact = (LINEAR_SOLVERS[name](step, "test_") for name in ("frozen", "lu"))
-    frozen.begin()
+    frozen.start_iteration()
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     assert distance(solution(frozen, step, b), solution(exact, step, b)) <= accuracy
     for solver in (frozen, exact):
@@ -213,10 +213,10 @@ def test_frozen_factor_turns_with_the_system(make, kind, accuracy):
     state = at_rest(wild_state(system))
     guessed(step, state)
     frozen, exact = (LINEAR_SOLVERS[name](step, "test_") for name in ("frozen", "lu"))
-    frozen.begin()
+    frozen.start_iteration()
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     guessed(step, turned(system, state, rotation_about((1.0, 2.0, -0.5), 2.0)))
-    frozen.begin()
+    frozen.start_iteration()
     assert distance(solution(frozen, step, b), solution(exact, step, b)) <= accuracy
     for solver in (frozen, exact):
         solver.destroy()
@@ -230,7 +230,7 @@ def test_a_restored_frozen_factor_solves_as_the_one_that_was_saved(make, kind):
     state = at_rest(wild_state(system))
     guessed(step, state)
     one, other = (LINEAR_SOLVERS["frozen"](step, "test_") for _ in range(2))
-    one.begin()
+    one.start_iteration()
     data = one.save()
     later = turned(system, state, rotation_about((1.0, 2.0, -0.5), 0.1))
     state.q += 1.0
@@ -241,7 +241,7 @@ def test_a_restored_frozen_factor_solves_as_the_one_that_was_saved(make, kind):
     found = []
     for solver in (one, other):
         guessed(step, later)
-        solver.begin()
+        solver.start_iteration()
         found.append(solution(solver, step, b))
         solver.destroy()
     assert distance(*found) == 0.0
@@ -253,9 +253,9 @@ def test_frozen_factor_never_opens_the_coupling(machine):
     step = EnergyMomentumStep(system)
     guessed(step, wild_state(system))
     frozen = LINEAR_SOLVERS["frozen"](step, "test_")
-    frozen.begin()
+    frozen.start_iteration()
     guessed(step, wild_state(system, seed=9))
-    frozen.begin()
+    frozen.start_iteration()
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     x = solution(frozen, step, b)
     Jx = step.new_nested_vector()
@@ -272,7 +272,7 @@ def test_solvers_without_flexible_bodies_are_exact_under_every_name(make):
     b = wild_unknowns(step, seed=30, sizes=(1.0, 1.0, 1.0))
     for name, make in LINEAR_SOLVERS.items():
         solver = make(step, "test_")
-        solver.begin()
+        solver.start_iteration()
         assert relative_error(step, solution(solver, step, b), b) <= 1e-11, name
         solver.destroy()
 

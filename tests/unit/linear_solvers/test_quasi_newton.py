@@ -62,7 +62,7 @@ def test_a_restored_method_renews_the_factor_when_the_first_one_does(make, past)
         due = []
         for n in counts:
             method._steps = [None] * n
-            method.end(True)
+            method.end_iteration(True)
             due.append(method.save().numbers["excess"] >= RENEWAL)
         return due
 

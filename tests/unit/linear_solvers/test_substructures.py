@@ -27,7 +27,7 @@ def stiffness(comm, layers=32, width=2, length=8.0):
     mesh = create_box(comm, corners, [width, width, layers], cell_type=CellType.hexahedron)
     block = FlexibleModel(FlexibleBody("bar", mesh, StVenantKirchhoff(1e9, 1e9), 1e3))
     step, rest = FlexibleStep(block), block.new_vector()
-    step.begin(rest, rest, StepTimes.from_start(0.0, 0.02), np.zeros(3))
+    step.start_step(rest, rest, StepTimes.from_start(0.0, 0.02), np.zeros(3))
     step.assemble_tangent(rest)
     X, in_S = block.positions, find_shared_nodes(block)
     if comm.size == 1:

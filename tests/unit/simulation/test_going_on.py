@@ -13,7 +13,7 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.extrapolation import Extrapolation
+from turbine_fenicsx.time_stepping.first_guess import FirstGuess
 from turbine_fenicsx.time_stepping.newton import SolverOptions
 
 pytestmark = pytest.mark.parallel
@@ -52,13 +52,13 @@ def test_a_run_goes_on_with_the_factor_it_had(flexible, monkeypatch):
 def test_a_run_goes_on_bit_for_bit_after_and_before_a_refreshed_factor(flexible, monkeypatch):
     """A step of many iterations is followed by a refresh, with or without a stop in between."""
     refreshed = []
-    real_begin = QuasiNewton.begin
+    real_begin = QuasiNewton.start_iteration
 
-    def begin(self):
+    def start_iteration(self):
         refreshed.append(self._excess >= quasi_newton.RENEWAL)
         real_begin(self)
 
-    monkeypatch.setattr(QuasiNewton, "begin", begin)
+    monkeypatch.setattr(QuasiNewton, "start_iteration", start_iteration)
     monkeypatch.setattr(quasi_newton, "BASELINE_STEPS", 0)
     monkeypatch.setattr(quasi_newton, "RENEWAL", 12)
     _, saved, _ = goes_on_everywhere(flexible, dict)
@@ -103,7 +103,7 @@ def rigid(comm, machine):
 
 def test_a_rigid_run_goes_on_bit_for_bit(rigid, monkeypatch):
     whole, saved, _ = goes_on_everywhere(rigid, lambda: {"end": 0.3})
-    monkeypatch.setattr(Extrapolation, "restore", lambda self, data: None)
+    monkeypatch.setattr(FirstGuess, "restore", lambda self, data: None)
     part, *_ = simulate(rigid, saved[9], end=0.3)
     assert not equal(part[10], whole[10])  # from another guess it would not be the same
 

@@ -96,7 +96,7 @@ def test_a_rigid_motion_is_not_damped(comm, machine):
         u = block.new_vector()
         u.array[:] = (X @ (rotation_about(axis, angle) - np.eye(3)).T + 2.0 * angle).ravel()
         ends.append(u)
-    step.begin(ends[0], 0 * ends[0], StepTimes.from_start(0.0, DT), np.zeros(3))
+    step.start_step(ends[0], 0 * ends[0], StepTimes.from_start(0.0, DT), np.zeros(3))
     taken = comm.allreduce(step.midpoint.works(ends[1] - ends[0])[1])
     assert taken.size == 2
     assert np.max(np.abs(taken)) <= 1e-20 * LAMBDA * 10.0 / DT

@@ -22,7 +22,7 @@ def ends(residuals, round_off=0.0, approximate=False):
     )
     chosen = SolverOptions(tolerance=1e-6, max_iterations=20)
     convergence = BlockwiseConvergence(step, chosen)
-    convergence.begin(approximate)
+    convergence.start_iteration(approximate)
     snes = SimpleNamespace(getFunction=lambda: [None])
     for iteration, residual in enumerate(residuals):
         current[0] = residual

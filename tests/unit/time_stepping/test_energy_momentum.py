@@ -15,7 +15,7 @@ from turbine_fenicsx import Gravity, Hat, JointTorque
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.time_stepping.turning_guess import mean_turns
+from turbine_fenicsx.time_stepping.first_guess import mean_turns
 
 pytestmark = pytest.mark.parallel
 
@@ -238,7 +238,7 @@ def test_work_of_a_step_is_torque_at_its_middle_times_increment_of_the_angle(mac
 
 def test_a_step_with_guess_beyond_a_quarter_turn_is_not_accepted_on_any_rank(comm, machine):
     step = EnergyMomentumStep(loaded(machine))
-    step.begin(step.system.initial_state(), DT)
+    step.start_step(step.system.initial_state(), DT)
     step.x.set(0.0)
     answers = [comm.allgather(step.is_accepted())]
     if comm.rank == 0:
@@ -275,10 +275,10 @@ def test_a_step_forgets_the_previous_one(machine):
     step, state = begun(system)
     expected = residual_at(step, step.x)
     used = EnergyMomentumStep(system)
-    used.begin(wild_state(system, seed=5), 3 * DT)
+    used.start_step(wild_state(system, seed=5), 3 * DT)
     residual_at(used, step.x)
     used.tangent(step.x)
-    used.begin(state, DT)
+    used.start_step(state, DT)
     found = residual_at(used, step.x)
     found.axpy(-1.0, expected)
     assert found.norm() == 0.0
@@ -306,7 +306,7 @@ def test_relative_residuals_do_not_depend_on_the_unit_of_mass(machine, unit):
         m = machine(spin=2.0, unit=factor)
         torque = JointTorque("torque on rotor", "rotor", 1.0, Hat(5.0 * factor))
         step = EnergyMomentumStep(m.system(Gravity(), torque))
-        step.begin(wild_state(step.system), DT)
+        step.start_step(wild_state(step.system), DT)
         x = wild_unknowns(step)
         _, (mu_c,), r = step.split(x)
         mu_c.scale(factor)
@@ -343,5 +343,5 @@ def test_torque_and_gravity_are_taken_at_the_middle_of_the_step(machine):
     state = system.initial_state()
     state.time = T0
     times.clear()
-    EnergyMomentumStep(system).begin(state, DT)
+    EnergyMomentumStep(system).start_step(state, DT)
     assert times == [T0 + 0.5 * DT]

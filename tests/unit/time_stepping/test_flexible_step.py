@@ -53,7 +53,7 @@ def make():
 
 def residual(step, u, v, du, gravity=GRAVITY):
     R = step.model.new_vector()
-    step.begin(u, v, StepTimes.from_start(0.0, DT), gravity)
+    step.start_step(u, v, StepTimes.from_start(0.0, DT), gravity)
     step.residual(du, R)
     return R
 
@@ -73,7 +73,7 @@ def test_flexible_tangent_agrees_with_finite_differences(make, cell, degree, law
     step = make(cell, degree, law)
     model = step.model
     u, v, du, w = (nodal(model, wild(k, s)) for k, s in enumerate((0.02, 0.1, size, 1.0), start=1))
-    step.begin(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
+    step.start_step(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
     step.assemble_tangent(du)
     exact, h = model.new_vector(), 1e-6
     step.tangent.mult(w, exact)
@@ -225,7 +225,7 @@ def test_round_off_grows_with_the_increment_and_with_viscosity_over_the_step(mak
 
     def estimate(speed, dt, damped):
         v.array[:] = np.tile([speed, 0.0, 0.0], model.n_owned)
-        damped.begin(zero, v, StepTimes.from_start(0.0, dt), np.zeros(3))
+        damped.start_step(zero, v, StepTimes.from_start(0.0, dt), np.zeros(3))
         return np.sqrt(MPI.COMM_WORLD.allreduce(damped.round_off)) / (0.5 * dt**2)
 
     rest = estimate(0.0, 0.1, step)
@@ -252,9 +252,9 @@ def test_scale_of_the_terms_bounds_inertia_and_weight(make, law):
     u, v, du = (nodal(model, wild(k, s)) for k, s in enumerate((0.0, 0.1, 0.02), start=12))
     terms = []
     for a, b, g in ((du, 0 * v, 0 * GRAVITY), (0 * du, v, 0 * GRAVITY), (0 * du, 0 * v, GRAVITY)):
-        step.begin(u, b, StepTimes.from_start(0.0, DT), g)
+        step.start_step(u, b, StepTimes.from_start(0.0, DT), g)
         terms.append(np.sqrt(model.body.mesh.comm.allreduce(step.term_scale(a))))
-    step.begin(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
+    step.start_step(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
     scale = np.sqrt(model.body.mesh.comm.allreduce(step.term_scale(du)))
     assert 0.0 < min(terms) <= max(terms) < scale <= sum(terms)
     # lumped and consistent masses bound each other up to a small factor
@@ -273,12 +273,12 @@ def test_setting_up_a_step_does_not_change_the_state(make):
 
 
 def test_looking_at_another_state_does_not_change_the_step(make):
-    """An energy or a stress asked for between ``begin`` and the solution, by a monitor say."""
+    """An energy or a stress asked for between ``start_step`` and the solution, by a monitor say."""
     step = make("hexahedron", 1, "svk")
     model = step.model
     u, v, du, other = (nodal(model, wild(k, 0.02)) for k in range(23, 27))
     before = residual(step, u, v, du)
-    step.begin(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
+    step.start_step(u, v, StepTimes.from_start(0.0, DT), GRAVITY)
     energy(model, other)
     after = model.new_vector()
     step.residual(du, after)
@@ -291,6 +291,6 @@ def test_a_step_forgets_the_previous_one(make):
     u, v, du = (nodal(model, wild(k, 0.02)) for k in range(27, 30))
     before = residual(step, u, v, du)
     residual(step, du, u, v, 2 * GRAVITY)
-    step.begin(v, u, StepTimes.from_start(0.0, 3 * DT), -GRAVITY)
+    step.start_step(v, u, StepTimes.from_start(0.0, 3 * DT), -GRAVITY)
     step.assemble_tangent(u)
     assert (residual(step, u, v, du) - before).norm() == 0.0

@@ -69,7 +69,7 @@ def begun(system):
             fill(vector, seed, 0.5)
         values.append(np.concatenate([*(v.array for v in vectors), rng.normal(size=n)]))
     step.ends = [Accelerations(state.time, *values, np.zeros(0))]
-    step.begin(state, DT)
+    step.start_step(state, DT)
     wild_unknowns(step).copy(step.x)
     return step, state
 
@@ -123,7 +123,7 @@ def test_first_accelerations_fulfil_the_equations_of_motion(machine):
     """Over a very short step the motion is x + v t + a t^2/2; of the exact scheme, too."""
     system, t = loaded(machine), 1e-4
     step, state = GeneralisedAlphaStep(system, 0.8), system.initial_state()
-    step.begin(state, t)
+    step.start_step(state, t)
     *bodies, rigid = step.split_flat(step.ends[0].true)
     stepper, after = EnergyMomentum(system), state.copy()
     stepper.advance(state, t, after)

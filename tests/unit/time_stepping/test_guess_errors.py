@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
-from turbine_fenicsx.time_stepping.guess_errors import TERMS, GuessErrors
+from turbine_fenicsx.time_stepping.first_guess import TERMS, FirstGuess
 
 pytestmark = pytest.mark.parallel
 
@@ -27,7 +27,7 @@ class Past:
 
     def __init__(self, system, turn=0.0):
         self.system, self.step, self.turn = system, EnergyMomentumStep(system), turn
-        self.errors = GuessErrors(self.step)
+        self.errors = FirstGuess(self.step)
         n = self.errors._increments().size
         rng = np.random.default_rng(system.comm.rank)
         self.fields = rng.normal(size=(40, n))
@@ -38,7 +38,7 @@ class Past:
         state.time = n * DT + later
         R = rotation_about(E3, n * self.turn)
         state.q = (state.q.reshape(-1, 3) @ R.T).ravel()
-        self.step.begin(state, dt)
+        self.step.start_step(state, dt)
         self.step.guess(True)
         self.time, self.dt = state.time, dt
         guess = self.errors._increments()
@@ -48,7 +48,7 @@ class Past:
     def end(self, error):
         """The step ends with this error of its guess."""
         self.errors._write(self.errors._guess + error)
-        self.errors.add(self.time, self.dt)
+        self.errors.learn(self.time, self.dt)
 
     def turned(self, field, n):
         """What is a field at the start, carried by the machine for n steps."""
@@ -146,8 +146,8 @@ def swaying(m):
 
 def without_past(solver, system, steps, dt):
     """`run`, where each step forgets the ones before."""
-    real = GuessErrors.correct
-    solver._errors.correct = lambda *time: (solver._errors.forget(), real(solver._errors, *time))
+    real, guess = FirstGuess.correct, solver._guess
+    guess.correct = lambda *time: (guess.forget(), real(guess, *time))
     return run(solver, system, steps, dt)
 
 
@@ -166,11 +166,11 @@ def test_a_step_that_fails_leaves_no_past(machine, solve):
     system = swaying(machine())
     solver = solve(system, options("frozen"))
     state, _ = run(solver, system, N, 0.01)
-    assert solver.save().part("errors")
+    assert solver.save().part("guess")
     state.q_dot[:] = np.nan
     with pytest.raises(StepFailure):
         solver.advance(state, 0.01, state.copy())
-    assert not solver.save().part("errors")
+    assert not solver.save().part("guess")
 
 
 def test_a_solver_goes_on_bit_for_bit(machine, solve):
@@ -179,7 +179,7 @@ def test_a_solver_goes_on_bit_for_bit(machine, solve):
     state, _ = run(first, system, 20, 0.01)
     saved, found = first.save(), []
     poorer = RestartData(
-        *({k: v for k, v in part.items() if "errors." not in k} for part in saved._parts())
+        *({k: v for k, v in part.items() if "guess." not in k} for part in saved._parts())
     )
     second.restore(saved)
     third.restore(poorer)
@@ -209,4 +209,4 @@ def test_exact_tangents_start_where_velocities_lead(machine, solve, name):
     system = swaying(machine())
     solver = solve(system, options(name))
     run(solver, system, 2 * N)
-    assert not solver.save().part("errors")
+    assert not solver.save().part("guess")

@@ -56,7 +56,7 @@ class Pair:
             (self.model, self.step, lambda x: x),
             (self.full, self.full_step, self.on_mesh),
         ):
-            step.begin(vector(model, expand(u)), vector(model, expand(v)), times, GRAVITY)
+            step.start_step(vector(model, expand(u)), vector(model, expand(v)), times, GRAVITY)
 
     def on_mesh(self, values):
         return self.basis.functions @ values
@@ -130,13 +130,13 @@ def dense(step):
 
 def test_an_iteration_that_begins_again_has_forgotten_the_last_one(pair):
     step, du = pair.step, vector(pair.model, pair.du)
-    step.begin_iteration()
+    step.start_iteration()
     step.assemble_tangent(du)
     first = dense(step)
     step.assemble_tangent(vector(pair.model, 0.5 * pair.du))
     step.assemble_tangent(du)
     assert not np.array_equal(dense(step), first)
-    step.begin_iteration()
+    step.start_iteration()
     step.assemble_tangent(du)
     assert np.array_equal(dense(step), first)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.time_stepping.turning_guess import mean_turns
+from turbine_fenicsx.time_stepping.first_guess import mean_turns
 
 
 def test_the_guess_is_the_chord_of_a_steady_rotation():

@@ -179,7 +179,7 @@ def test_steps_that_are_not_accepted_leave_no_trace():
     run(other, blade, 3)
     for dt in (DT, 0.5 * DT):  # a step that fails, and a shorter one in its place
         times = StepTimes.from_start(3 * DT, dt)
-        other.begin(times)
+        other.start_step(times)
         other.loads(turning(blade, times.middle, flap=3.0), times.middle)
     run(source, blade, 1, first=3)
     run(other, blade, 1, first=3)

@@ -87,7 +87,7 @@ def test_after_a_step_lift_comes_to_the_polar_with_four_chords_over_the_speed():
     for k in range(2, 6):
         times = StepTimes.from_start(k * DT, DT)
         motion = turning(blade, times.middle, flap=flap)
-        source.begin(times)
+        source.start_step(times)
         normal, _ = line_loads(source, blade, source.loads(motion, 0.0)[0], times.middle)
         polar, _ = line_loads(source, blade, static.loads(motion, 0.0)[0], times.middle)
         gaps.append(normal - polar)
@@ -110,7 +110,7 @@ def test_in_a_step_lift_is_that_of_its_middle():
     polar = static.loads(motion, 0.0)[0]
     gaps = []
     for dt in (1e-9, DT):
-        source.begin(StepTimes.from_start(2 * DT, dt))
+        source.start_step(StepTimes.from_start(2 * DT, dt))
         gaps.append((source.loads(motion, 0.0)[0] - polar)[:20, 0])
     stalled = np.abs(gaps[0]) > 1.0
     W = np.hypot(TURN * blade.radius, 5.0)
@@ -133,7 +133,7 @@ def test_lift_lags_behind_an_angle_that_goes_up_and_down():
         angle = np.radians(16.0 - 4.0 * np.cos(omega * t))
         flap = TURN * blade.radius[station] * np.tan(angle)
         motion = turning(blade, t, flap=flap)
-        source.begin(times)
+        source.start_step(times)
         normal, _ = line_loads(source, blade, source.loads(motion, t)[0], t)
         polar, _ = line_loads(source, blade, static.loads(motion, t)[0], t)
         source.accept(motion, times)

@@ -222,7 +222,7 @@ def test_turning_blades_begin_with_the_loads_that_bend_them(comm, files):
     u, v = start.u[0].array_r, start.v[0].array_r
 
     def forces(times, v):
-        loads.begin_at(times, u)
+        loads.start_step_at(times, u)
         found = np.zeros_like(u)
         loads.add_forces(u, v, 0.0, 1.0, found)
         return found
