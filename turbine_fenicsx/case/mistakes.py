@@ -44,9 +44,6 @@ _WORDS = (
 _SIMILAR = 0.7
 """Names at least as similar as this are suggested, those in the same table from 0.1 less on."""
 
-_RENAMED: dict[Key, Key] = {("solver", "preconditioner"): ("solver", "linear_solver")}
-"""Keys of version 0.1 by their old names."""
-
 
 def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
     """Mistakes that pydantic found.
@@ -129,15 +126,14 @@ def _find_nearest(key: Key, tables: type[BaseModel]) -> tuple[Key, float]:
 
 def _find_hint(key: Key, tables: type[BaseModel]) -> str:
     """Hint at the valid key, in any table, that is nearest to an unknown one."""
-    if key in _RENAMED:
-        return f"; it is called {'.'.join(_RENAMED[key])!r} now"
-
-    nearest, likeness = _find_nearest(key, tables)
-    if likeness >= _SIMILAR:
-        return f"; did you mean {'.'.join(nearest)!r}?"
     inside: Any = tables
     for name in key[:-1]:
         inside = _step_into(inside, name)
+    if new := getattr(inside, "renamed", {}).get(key[-1]):
+        return f"; it is called {'.'.join((*key[:-1], new))!r} now"
+    nearest, likeness = _find_nearest(key, tables)
+    if likeness >= _SIMILAR:
+        return f"; did you mean {'.'.join(nearest)!r}?"
     fields = getattr(inside, "model_fields", None)
     if fields is None:
         return f"; there is no table {quote('.'.join(key[:-1]))}"

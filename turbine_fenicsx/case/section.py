@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -39,6 +39,9 @@ class Section(BaseModel):
 
     rules: ClassVar[tuple[Rule, ...]] = ()
     """When the table counts, except for the keys that the rules look at."""
+
+    renamed: ClassVar[Mapping[str, str]] = {}
+    """New names of keys by their old ones."""
 
     def find_doubts(self, case: Any) -> Iterator[str]:
         """Sentences about values that are allowed but probably not meant.

@@ -8,9 +8,9 @@ R. M. Jones, Mechanics of Composite Materials, 2nd edition 1999, chapter 4.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from turbine_fenicsx.materials.wall_quadrature import FACE_WEIGHT, MIDDLE_WEIGHT
 Plies = Sequence[Ply]
 
 
-@lru_cache(maxsize=1024)
+@functools.lru_cache(maxsize=1024)
 def reduced_stiffness(material: PlyMaterial, angle: float = 0.0) -> Array:
     """Plane-stress stiffness Q of a ply in the axes of the wall.
 

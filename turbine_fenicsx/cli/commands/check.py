@@ -21,6 +21,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.records.output_folder import holds_run
     from turbine_fenicsx.turbine.case.case import Draft
+    from turbine_fenicsx.turbine.case.description import describe_bearings
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
     from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
     from turbine_fenicsx.turbine.run.inspection import (
@@ -28,7 +29,6 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         describe_tower,
         inspect_mesh,
     )
-    from turbine_fenicsx.turbine.tables.bearings import describe_bearings
 
     draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
     case = draft.case

@@ -12,7 +12,7 @@ from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.turbine.tables.parameters import Inertia
+from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
 
 ROOTS = ("root_1", "root_2", "root_3")
 """Physical surfaces of a mesh of blades that move with the hub."""

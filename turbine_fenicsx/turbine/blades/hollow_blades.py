@@ -32,7 +32,7 @@ from turbine_fenicsx.turbine.blades.wall_cells import WallCells
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.material import MaterialCase
-from turbine_fenicsx.turbine.tables.parameters import Inertia
+from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
 from turbine_fenicsx.windio import WindIOBlade
 
 DEGREE = 2

@@ -1,14 +1,16 @@
-"""A case in the words of a report: what has an effect, with units."""
+"""A case in words: what has an effect, how bearings move, what is damped."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import degrees, pi
 from typing import Annotated, Any
 
 from turbine_fenicsx.case.quantities import unit_of
 from turbine_fenicsx.case.rules import find_unused_keys
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.tables import Tables
 
 _OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
 """Tables of what a turbine has only if its case says so."""
@@ -57,3 +59,64 @@ def _describe(section: Section, unused: set[str], above: str) -> dict[str, Any]:
         unit = unit_of(kind)
         found[f"{key}_[{unit}]" if unit and not isinstance(value, str) else key] = value
     return found
+
+
+YAW = {
+    "free": "turns freely",
+    "lock": "is locked",
+    "drive": "turns at the rate that the controller commands, and is locked without one",
+}
+"""Motion of the yaw bearing by its drive."""
+
+
+def describe_bearings(case: Tables) -> list[str]:
+    """Yaw, pitch and rotor of a case in one line, and its structural damping in another."""
+    sentences = [f"yaw {YAW[case.yaw.drive]}", _describe_pitch(case), _describe_rotor(case)]
+    damped = [
+        f"{name} {text}"
+        for name, table, there in (
+            ("blades", case.blade.damping, case.turbine.model == "hybrid"),
+            ("tower", case.tower.damping, case.tower.flexible),
+        )
+        if there and (text := table.describe())
+    ]
+    m, flexible = case.material, case.turbine.model == "hybrid"
+    if flexible and (m.shear_viscosity or m.bulk_viscosity):
+        damped.append("blades by the viscosities of [material]")
+    if case.turbine.numerical_dissipation:
+        damped.append(f"numerical dissipation {case.turbine.numerical_dissipation:g}")
+    lines = ["; ".join(filter(None, sentences))]
+    if flexible or case.tower.flexible:
+        lines.append(f"structural damping: {', '.join(damped) or 'none'}")
+    return lines
+
+
+def _describe_pitch(case: Tables) -> str:
+    """Motion of the pitch bearings."""
+    pitch, start = case.pitch, f"{degrees(case.pitch.initial):.3g} deg"
+    if not case.has_pitch_bearings:
+        return "blades fixed to the hub without pitch bearings"
+    if pitch.drive == "prescribed" and pitch.file is None:
+        if pitch.angle == 0.0:
+            return f"pitch locked at {start}"
+        return (
+            f"pitch from {start} by {degrees(pitch.angle):.3g} deg within {pitch.duration:g} s "
+            f"from {pitch.start:g} s on"
+        )
+    return {
+        "free": f"pitch turns freely from {start} on",
+        "spring": f"pitch on springs about {start}",
+        "prescribed": "pitch as pitch.file says",
+        "actuator": f"pitch starts at {start} and follows commands",
+    }[pitch.drive]
+
+
+def _describe_rotor(case: Tables) -> str:
+    """Motion of the rotor."""
+    speed = f"{case.turbine.rotor_speed * 30.0 / pi:.4g} rpm"
+    kept = case.generator.keeps
+    if kept == "speed":
+        return f"rotor kept at {speed}"
+    kind = case.control.kind
+    driven = f", torque of the controller ({kind.partition(':')[0]})" if kind != "none" else ""
+    return f"rotor starts at {speed} and turns freely{driven}"

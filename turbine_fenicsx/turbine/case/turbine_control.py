@@ -9,10 +9,10 @@ so large that K w^2 exceeds the rated torque before rated speed, which region 2 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +91,7 @@ class Design:
     tables: Mapping[str, Any]
 
 
-@lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=8)
 def design_control(turbine: WindIOTurbine, generator: GeneratorShaft) -> Design:
     """The controller of a turbine and what it acts on, without the tables of a case.
 

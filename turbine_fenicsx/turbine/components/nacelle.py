@@ -21,7 +21,7 @@ from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.blades.rotor_plan import AZIMUTHS
 from turbine_fenicsx.turbine.blades.surfaces import hub_surface, nacelle_surface
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
-from turbine_fenicsx.turbine.tables.parameters import Inertia
+from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
 
 YAW, ROTOR = "yaw", "rotor"
 """Names of the bearings and of their angles."""

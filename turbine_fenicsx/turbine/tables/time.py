@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import pi
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -135,6 +135,8 @@ class TimeCase(Section):
 
 class SolverCase(Section):
     """Solver of the step."""
+
+    renamed: ClassVar[Mapping[str, str]] = {"preconditioner": "linear_solver"}  # since 0.2
 
     linear_solver: Literal["frozen", "iterative", "lu", "monolithic"] = "frozen"
     """Linear solver, see howto/solver."""

@@ -12,8 +12,13 @@ from turbine_fenicsx.case.files import DataFile, keep_name
 from turbine_fenicsx.case.quantities import AngularSpeed, Metres, Number, Radians, Unit, to_si
 from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
 from turbine_fenicsx.case.section import HUGE, Finite, NotNegative, Positive, Section
-from turbine_fenicsx.turbine.tables.parameters import PRINTED_ARMS, TurbineParameters
-from turbine_fenicsx.turbine.tables.rigid_parts import HubCase, NacelleCase, RigidBladeCase
+from turbine_fenicsx.turbine.tables.rigid_parts import (
+    PRINTED_ARMS,
+    HubCase,
+    NacelleCase,
+    RigidBladeCase,
+    TurbineParameters,
+)
 
 MAX_LEAN = pi / 4.0
 """Largest tilt of the shaft and cone of the blades [rad]."""

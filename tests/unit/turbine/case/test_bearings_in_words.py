@@ -4,8 +4,8 @@ import pytest
 
 from tests.aero_files import write_aerodyn
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.description import describe_bearings
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics
-from turbine_fenicsx.turbine.tables.bearings import describe_bearings
 
 RIGID = {"model": "rigid"}
 BEARINGS = {"bearings": True}
