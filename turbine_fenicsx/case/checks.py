@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from turbine_fenicsx.case.mistakes import Key, Mistake
-from turbine_fenicsx.case.rules import NotBeside, resolve, walk_sections
+from turbine_fenicsx.case.rules import list_exclusions, resolve, walk_sections
 
 Method = TypeVar("Method", bound=Callable[..., str])
 
@@ -50,19 +50,13 @@ def check(*keys: str) -> Callable[[Method], Method]:
 
 def list_checks(case: BaseModel) -> Iterator[Check]:
     """Checks of all tables of a case: keys that exclude each other, then the methods."""
-    sections = list(walk_sections(case))
-    for name, section in sections:
-        for key, field in type(section).model_fields.items():
-            for rule in field.metadata:
-                if isinstance(rule, NotBeside):
-                    yield Check(
-                        (resolve(key, name), *rule.keys),
-                        partial(rule.refuse, table=name, key=key),
-                    )
-    for name, section in sections:
+    for name, key, mark in list_exclusions(case):
+        keys = (resolve(key, name), *mark.keys)
+        yield Check(keys, partial(mark.refuse, table=name, key=key))
+    for name, section in walk_sections(case):
         for method in _list_methods(type(section)):
-            keys = (_find_name(key, name, section) for key in method.checked_keys)
-            yield Check(tuple(keys), method.__get__(section))
+            own = (_find_name(key, name, section) for key in method.checked_keys)
+            yield Check(tuple(own), method.__get__(section))
 
 
 def _list_methods(model: type) -> Iterator[Any]:

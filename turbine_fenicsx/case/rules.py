@@ -16,6 +16,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from turbine_fenicsx.case.mistakes import remove_keys
 from turbine_fenicsx.case.toml_file import format_toml
 from turbine_fenicsx.foundation.text_files import quote
 
@@ -181,6 +182,15 @@ def _list_tables(section: BaseModel, name: str, key: str) -> Iterator[tuple[str,
             yield f"{dotted}.{own}".rstrip("."), table
 
 
+def list_exclusions(case: BaseModel) -> Iterator[tuple[str, str, NotBeside]]:
+    """Keys that must not be set beside others: the table, the key in it, and its mark."""
+    for name, section in walk_sections(case):
+        for key, field in type(section).model_fields.items():
+            for mark in field.metadata:
+                if isinstance(mark, NotBeside):
+                    yield name, key, mark
+
+
 def remove_refused_keys(case: BaseModel, data: Mapping[str, Any]) -> dict[str, Any]:
     """Tables of a case without the keys that must not be set, which are there as defaults.
 
@@ -188,15 +198,10 @@ def remove_refused_keys(case: BaseModel, data: Mapping[str, Any]) -> dict[str, A
         case: A valid case.
         data: Its tables.
     """
-    found = {
-        key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()
-    }
-    for name, section in walk_sections(case):
-        for key, field in type(section).model_fields.items():
-            marks = (mark for mark in field.metadata if isinstance(mark, NotBeside))
-            if any(mark.explain(case, name) for mark in marks):
-                del found[name][key]
-    return found
+    refused = (
+        resolve(key, name) for name, key, mark in list_exclusions(case) if mark.explain(case, name)
+    )
+    return remove_keys(data, {tuple(name.split(".")) for name in refused})
 
 
 def find_unused_keys(

@@ -6,6 +6,7 @@ import socket
 
 import pytest
 
+from turbine_fenicsx.case.files import hash_files
 from turbine_fenicsx.forces.time_functions import Table
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
@@ -13,7 +14,7 @@ from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.meshing.read import check_header
 from turbine_fenicsx.records.mode_tables import read_table
 from turbine_fenicsx.records.output_folder import read_history, read_tables
-from turbine_fenicsx.turbine.run.resume import _hash_file
+from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aerodyn_files import read_aerodyn_polar
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 from turbine_fenicsx.wind.inflow import SteadyWind
@@ -43,7 +44,7 @@ READERS = {
     "a history": read_history,
     "a summary": read_tables,
     "a table of modes": read_table,
-    "a file of a case": lambda path: _hash_file(str(path), "none"),
+    "a file of a case": lambda path: hash_files({"mesh": {"file": str(path)}}, Tables),
 }
 
 

@@ -22,7 +22,7 @@ def is_windio(name: str) -> bool:
     return Path(name).suffix.lower() in (".yaml", ".yml")
 
 
-def find_aero_file(name: str, folder: str | os.PathLike[str]) -> str:
+def find_beside_or_example(name: str, folder: str | os.PathLike[str]) -> str:
     """A file in a folder, or one of windIO's examples, which are known by their names alone."""
     if is_windio(name):
         from turbine_fenicsx.windio import find_turbine_file  # not needed to read other cases
@@ -44,7 +44,7 @@ class AeroCase(Section):
     behind it.
     """
 
-    file: Annotated[str | None, DataFile("aerodynamics file", find=find_aero_file)] = None
+    file: Annotated[str | None, DataFile("aerodynamics file", find=find_beside_or_example)] = None
     """Primary file of AeroDyn 15, or a windIO file, with chord, twist and polars, relative to the
     case file; none: those of ``turbine.file``."""
     stations: Annotated[Whole, Field(ge=5, le=1000)] = 12
