@@ -54,7 +54,7 @@ class LoadsCase(Section):
     duration: Annotated[Seconds, Positive, AnyOf(*HAS_TORQUE, say="without a torque")] = 3.0
     """Duration of all hat functions, which begin at t = 0."""
 
-    @check("", "time.end", "pitch", "yaw", "turbine.model")
+    @check("file", "", "time.end", "pitch", "yaw", "turbine.model")
     def _check_file(self, case: Any) -> str:
         """The torques can be read, last as long as the run, and act on what can turn."""
         if self.file is None:

@@ -120,7 +120,7 @@ class PitchCase(Section):
             return ""
         return 'pitch.drive = "spring": expected pitch.stiffness or pitch.damping greater than 0'
 
-    @check("", "time.end", "turbine.model")
+    @check("file", "", "time.end", "turbine.model")
     def _check_file(self, case: Any) -> str:
         """The pitch can be read, lasts as long as the run, and begins where the blades start."""
         if self.file is None or self.drive != "prescribed" or not case.has_pitch_bearings:
