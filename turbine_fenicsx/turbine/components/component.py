@@ -164,7 +164,7 @@ class Component(Protocol):
     def mistakes(self, case: Case) -> Iterable[str]:
         """One sentence for everything in a case or in itself that keeps it from being built.
 
-        Called on all ranks before anything is built.
+        Called on rank 0, which reads files, before anything is built.
         """
         return check_tables(case, self.made_from)
 

@@ -8,6 +8,7 @@ from typing import Any
 from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import NACELLE, PART_NUMBERS
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
@@ -62,7 +63,7 @@ def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -
     for c in components:
         if isinstance(c, type) or not isinstance(c, Component):
             raise ModelError(f"a component of a turbine needs the methods of Component, got {c!r}")
-    mistakes = [sentence for c in components for sentence in c.mistakes(case)]
+    mistakes = on_rank0(comm, lambda: [text for c in components for text in c.mistakes(case)])
     if mistakes:
         raise ModelError("\n".join(mistakes))
     assembly = Assembly(case, comm, plan_rotor(case, comm), inflow=make_inflow(case, comm))

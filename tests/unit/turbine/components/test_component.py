@@ -158,6 +158,17 @@ def test_all_mistakes_are_told_before_anything_is_built(comm, monkeypatch):
     ]
 
 
+def test_rank_0_looks_for_mistakes_alone_and_all_ranks_raise_them(comm):
+    """Files of a case may be there only for rank 0."""
+
+    class Picky(Disc):
+        def mistakes(self, case):
+            return [f"told by rank {comm.rank}"]
+
+    with pytest.raises(ModelError, match=r"^told by rank 0$"):
+        build_turbine(Case.parse(RIGID), comm, [Picky()])
+
+
 def test_cases_made_without_reading_are_checked_too(comm):
     """`Case.parse` finds contradictions; the constructors of the tables do not."""
     tower = TowerCase(flexible=True, wall=5.0, elements=(2, 1, 2))
