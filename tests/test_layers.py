@@ -10,6 +10,11 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "turbine_fenicsx"
 
+# what draws the rooms for the documentation
+_spec = importlib.util.spec_from_file_location("rooms", ROOT / "docs/_extensions/rooms.py")
+rooms = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(rooms)
+
 # From numbers to the application; a room imports from layers above its own in this list, and from
 # rooms of its own layer, without circles. Imports in function bodies count as well.
 LAYERS = [
@@ -35,13 +40,7 @@ MODULES = {p: p.relative_to(PACKAGE) for p in sorted(PACKAGE.rglob("*.py"))}
 
 def room(path):
     """Folder or module at the top of the package, or of the turbine, that a file belongs to."""
-    return room_of_module(".".join(path.with_suffix("").parts).removesuffix(".__init__"))
-
-
-def room_of_module(name):
-    """Room of a module with a dotted name inside of the package."""
-    first, *rest = name.split(".")
-    return ".".join([first, *rest[: first == "turbine"]])
+    return rooms.find_room(".".join(path.with_suffix("").parts).removesuffix(".__init__"))
 
 
 def imports_of(tree):
@@ -68,14 +67,8 @@ def test_every_room_has_a_layer():
 
 
 def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    shown: list[set[str]] = []
-    room_of_a_row = r"^\| ([\w ]*) ?\| (?:\{py:mod\}`~?turbine_fenicsx\.|`)([\w.]+)` \|"
-    for layer, name in re.findall(room_of_a_row, page, re.MULTILINE):
-        if layer.strip():
-            shown.append(set())
-        shown[-1].add(name)
-    assert shown == LAYERS
+    page = rooms.PAGE.read_text(encoding="utf-8")
+    assert [set(layer) for layer in rooms.list_layers()] == LAYERS
     files = re.findall(r"`([a-z_]+/[a-z_/]+\.py)`", page)
     assert len(files) > 10
     missing = {f for f in files if not (PACKAGE / f).exists() and not (ROOT / f).exists()}
@@ -83,17 +76,14 @@ def test_the_page_on_architecture_shows_the_layers_and_files_that_are_there():
 
 
 def test_the_picture_of_the_rooms_is_that_of_the_imports():
-    spec = importlib.util.spec_from_file_location("rooms", ROOT / "docs/_extensions/rooms.py")
-    rooms = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(rooms)
     assert rooms.PICTURE.read_text(encoding="utf-8") == rooms.draw(), "make reference draws it"
 
 
 def test_unit_tests_stand_in_the_rooms_of_the_package():
     tests = ROOT / "tests" / "unit"
-    rooms = {p.parent.relative_to(tests) for p in tests.rglob("test_*.py")}
-    assert [str(r) for r in sorted(rooms) if not (PACKAGE / r / "__init__.py").exists()] == []
-    assert Path(".") not in rooms
+    found = {p.parent.relative_to(tests) for p in tests.rglob("test_*.py")}
+    assert [str(r) for r in sorted(found) if not (PACKAGE / r / "__init__.py").exists()] == []
+    assert Path(".") not in found
 
 
 def test_no_two_files_of_tests_have_one_name():
@@ -112,7 +102,7 @@ def test_module_imports_only_from_layers_above(path):
         package, _, rest = name.partition(".")
         if package != PACKAGE.name:
             continue
-        target = room_of_module(rest)
+        target = rooms.find_room(rest)
         assert target in depth, f"{mine} imports {name}, a public name, not where it stands"
         assert depth[target] <= depth[mine], f"{mine} imports {name} from a layer below"
 
@@ -147,11 +137,11 @@ def test_neither_modules_nor_rooms_import_each_other():
     }
     modules = {name: set(own_imports(path, names)) - {name} for name, path in names.items()}
     assert_no_circle(modules)
-    rooms: dict[str, set[str]] = {}
+    arrows: dict[str, set[str]] = {}
     for name, imported in modules.items():
-        mine = room_of_module(name)
-        rooms.setdefault(mine, set()).update({room_of_module(i) for i in imported} - {mine})
-    assert_no_circle(rooms)
+        mine = rooms.find_room(name)
+        arrows.setdefault(mine, set()).update({rooms.find_room(i) for i in imported} - {mine})
+    assert_no_circle(arrows)
 
 
 def test_files_are_no_longer_than_400_lines_and_functions_than_60():

@@ -20,7 +20,9 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.text_files import quote
 
-Tables = Mapping[str, Any]
+Nested = Mapping[str, Any]
+"""Nested tables as they are read, which may hold mistakes."""
+
 Result = TypeVar("Result")
 
 
@@ -52,7 +54,7 @@ class DataFile:
 
 
 def change_files(
-    data: Tables, model: type[BaseModel], change: Callable[[DataFile, str], str]
+    data: Nested, model: type[BaseModel], change: Callable[[DataFile, str], str]
 ) -> dict[str, Any]:
     """A copy of nested tables in which each name of a file is changed.
 
@@ -91,7 +93,7 @@ def _change(value: Any, field: FieldInfo, change: Callable[[DataFile, str], str]
     return value
 
 
-def list_files(data: Tables, model: type[BaseModel]) -> list[tuple[DataFile, str]]:
+def list_files(data: Nested, model: type[BaseModel]) -> list[tuple[DataFile, str]]:
     """The files that nested tables name, in their order."""
     found: list[tuple[DataFile, str]] = []
 
@@ -104,18 +106,18 @@ def list_files(data: Tables, model: type[BaseModel]) -> list[tuple[DataFile, str
 
 
 def place_files(
-    data: Tables, model: type[BaseModel], folder: str | os.PathLike[str]
+    data: Nested, model: type[BaseModel], folder: str | os.PathLike[str]
 ) -> dict[str, Any]:
     """Nested tables with their files relative to a folder."""
     return change_files(data, model, lambda mark, name: mark.find(name, folder))
 
 
-def make_absolute(data: Tables, model: type[BaseModel]) -> dict[str, Any]:
+def make_absolute(data: Nested, model: type[BaseModel]) -> dict[str, Any]:
     """Nested tables that mean the same from any folder."""
     return change_files(data, model, lambda mark, name: os.path.abspath(mark.find(name, ".")))
 
 
-def hash_files(data: Tables, model: type[BaseModel]) -> dict[str, str]:
+def hash_files(data: Nested, model: type[BaseModel]) -> dict[str, str]:
     """Hash of the contents of the files of each kind, by what they are.
 
     Raises:

@@ -66,11 +66,8 @@ class Only(Rule):
         return self._say or without or f"with {key} = {format_toml(value)}"
 
 
-class Unless(Rule):
+class Unless(Only):
     """The key does not count if another has one of some values."""
-
-    def __init__(self, key: str, *values: Any, say: str = "") -> None:
-        self.keys, self._values, self._say = (key,), values, say
 
     def explain(self, case: Any, table: str) -> str:
         """The value of the other key."""
@@ -180,6 +177,11 @@ def _list_tables(section: BaseModel, name: str, key: str) -> Iterator[tuple[str,
     for own, table in tables.items():
         if isinstance(table, BaseModel):
             yield f"{dotted}.{own}".rstrip("."), table
+
+
+def find_name(case: BaseModel, section: BaseModel) -> str:
+    """Dotted name of a table of a case."""
+    return next(name for name, table in walk_sections(case) if table is section)
 
 
 def list_exclusions(case: BaseModel) -> Iterator[tuple[str, str, NotBeside]]:

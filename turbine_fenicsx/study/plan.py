@@ -10,12 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import isfinite, prod
-from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.case.files import list_files, make_absolute
+from turbine_fenicsx.case.files import hash_files, make_absolute
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import open_regular
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
@@ -107,10 +105,7 @@ def format_case(case: Case) -> str:
     tables = make_absolute(case.model_dump(), Tables)
     for key, value in flatten(tables):
         digest.update(f"{key} = {json.dumps(value)}\n".encode())
-    for _, name in list_files(tables, Tables):
-        if Path(name).is_file():  # a key without effect may name none
-            with open_regular(name) as file:
-                digest.update(file.read())
+    digest.update(json.dumps(hash_files(tables, Tables)).encode())
     lines = [
         f"{key} = {json.dumps(value, ensure_ascii=False)}\n"  # JSON values are TOML values
         for key, value in flatten(make_absolute(case.model_dump(exclude_unset=True), Tables))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from turbine_fenicsx.case.checks import find_contradictions, list_checks
-from turbine_fenicsx.case.files import place_files
+from turbine_fenicsx.case.files import Nested, place_files
 from turbine_fenicsx.case.mistakes import Mistake, find_mistakes, remove_keys
 from turbine_fenicsx.case.rules import find_unused_keys, walk_sections
 from turbine_fenicsx.case.section import Section
@@ -24,8 +24,6 @@ from turbine_fenicsx.turbine.case.turbine_file import FILE, TURBINE_CHECKS, add_
 from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS
 from turbine_fenicsx.turbine.tables.event import name_events
 from turbine_fenicsx.turbine.tables.tables import Tables
-
-Nested = Mapping[str, Any]
 
 
 class Case(Tables):

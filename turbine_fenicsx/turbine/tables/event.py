@@ -15,7 +15,7 @@ from turbine_fenicsx.case.quantities import (
     Seconds,
     require_number,
 )
-from turbine_fenicsx.case.rules import Only
+from turbine_fenicsx.case.rules import Only, find_name
 from turbine_fenicsx.case.schema import Also
 from turbine_fenicsx.case.section import (
     NotNegative,
@@ -62,7 +62,7 @@ class EventCase(Section):
     @check("kind", "pitch.drive", "pitch.bearings", "drivetrain.brake_torque")
     def _check_needs(self, case: Any) -> str:
         """The turbine has what the event needs."""
-        key = f'event.{_find_name(self, case.event)}.kind = "{self.kind}"'
+        key = f'{find_name(case, self)}.kind = "{self.kind}"'
         if self.kind in TURNING and (not case.has_pitch_bearings or case.pitch.drive != "actuator"):
             where = "" if case.has_pitch_bearings else "pitch.bearings = true and "
             return f'{key}: expected {where}pitch.drive = "actuator"'
@@ -74,14 +74,9 @@ class EventCase(Section):
         """Events happen."""
         if self.time > case.time.end:
             yield (
-                f"event.{_find_name(self, case.event)}.time = {self.time:g} s is after time.end = "
+                f"{find_name(case, self)}.time = {self.time:g} s is after time.end = "
                 f"{case.time.end:g} s, so it does not happen"
             )
-
-
-def _find_name(event: EventCase, events: Mapping[str, EventCase]) -> str:
-    """Name of an event."""
-    return next(name for name, other in events.items() if other is event)
 
 
 def list_events(events: Mapping[str, EventCase]) -> Sequence[Event]:

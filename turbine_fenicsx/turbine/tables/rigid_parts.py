@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, pi
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from turbine_fenicsx.bodies.inertia import principal_inertia
 from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import EulerMoment, Kilograms, Metres
-from turbine_fenicsx.case.rules import Beside
+from turbine_fenicsx.case.rules import Beside, find_name
 from turbine_fenicsx.case.section import Finite, Moment, Positive, Section
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import quote
@@ -95,8 +95,6 @@ class NacelleCase(Section):
     values ``euler``.
     """
 
-    key: ClassVar[str] = "turbine.nacelle"
-
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
     """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
@@ -125,13 +123,14 @@ class NacelleCase(Section):
         J, tensor = self.inertia, self.tensor
         if J is None or tensor is None:
             return ""
-        words = f"{self.key}.inertia = {quote(list(J))}"
+        key = find_name(case, self)
+        words = f"{key}.inertia = {quote(list(J))}"
         if len(J) not in (3, 6):
             return (
                 f"{words}: expected J11, J22, J33, or these and J12, J13, J23, got {len(J)} numbers"
             )
         try:
-            principal_inertia(self.key, tensor)
+            principal_inertia(key, tensor)
         except ModelError as error:
             return f"{words}: {error}"
         return ""
@@ -143,8 +142,6 @@ class HubCase(NacelleCase):
     Its axes are those of the rotor: to the side, up, and along the shaft, downwind. ``centre``
     counts from the rotor centre.
     """
-
-    key: ClassVar[str] = "turbine.hub"
 
     mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
     """Mass."""
