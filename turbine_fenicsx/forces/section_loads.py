@@ -13,7 +13,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.checks import (
     check_array,
@@ -82,6 +83,8 @@ class StationLine:
         origin: A point of the axis in the initial configuration [m], shape (3,).
         axis: Its direction.
         stations: Distances along the axis from the origin, rising, shape (n,) [m].
+        copy: Number of the copy of a reduced body whose skin it is, see `ReducedBody`; the facets
+            are those of its mesh, origin and axis count where the copy stands.
     """
 
     facets: npt.NDArray[np.int32]
@@ -89,6 +92,7 @@ class StationLine:
     origin: npt.ArrayLike
     axis: npt.ArrayLike
     stations: npt.ArrayLike
+    copy: int = 0
 
     @property
     def size(self) -> int:
@@ -118,12 +122,13 @@ class SectionLoads:
         source: What knows the loads.
 
     Raises:
-        ModelError: for stations that do not rise, or an axis without a direction.
+        ModelError: for stations that do not rise, an axis without a direction, or a copy that the
+            body does not have.
         TypeError: if the source is not a `LineLoad`.
     """
 
     name: str
-    flexible: FlexibleBody
+    flexible: DeformableBody
     lines: Sequence[StationLine]
     source: LineLoad
 
@@ -136,6 +141,12 @@ class SectionLoads:
             if line.size < 1 or not np.all(np.diff(values) > 0.0):
                 raise ModelError(
                     f"{what} must be one or more rising distances, got {line.stations!r}"
+                )
+            copies = len(self.flexible.placements) if isinstance(self.flexible, ReducedBody) else 1
+            if isinstance(line.copy, bool) or line.copy not in range(copies):
+                raise ModelError(
+                    f"copy of {self.name!r} must be one of the {copies} copies of "
+                    f"{self.flexible.name!r}, counted from 0, got {line.copy!r}"
                 )
         if not self.lines:
             raise ModelError(f"{self.name!r} needs a line of stations or more")

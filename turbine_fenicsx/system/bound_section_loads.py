@@ -2,39 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from mpi4py import MPI
+from typing import Protocol
 
 import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.line_source import LineSource, StepLoads
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion
-from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.section_transfer import SectionTransfer
+from turbine_fenicsx.foundation.types import Array, IntArray
+
+
+class Transfer(Protocol):
+    """From the nodes of a body to the motion of sections, and from their loads back. Collective."""
+
+    def set_positions(self, x: Array) -> None:
+        """Set positions of the nodes from which those in a step do not differ much."""
+
+    def motion(self, x: Array, v: Array) -> SectionMotion:
+        """How the sections move, for positions and velocities of the nodes, shape (k, 3)."""
+
+    def forces(self, F: Array, M: Array) -> Array:
+        """Forces on the nodes for loads on the sections of the last motion, shape (k, 3) [N]."""
 
 
 class BoundSectionLoads(LineSource):
     """Loads on stations as forces on the nodes of a body.
 
     Args:
-        comm: Communicator of the body.
-        positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
-        areas: For each line the skin area of each node, zero off its skin, shape (n_owned,) [m^2].
         loads: What acts on it.
-
-    Note:
-        Collective.
+        transfer: Between its nodes and the stations.
+        positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
+        nodes: Those of the owned nodes that the transfer takes.
     """
 
     def __init__(
-        self, comm: MPI.Intracomm, positions: Array, areas: Sequence[Array], loads: SectionLoads
+        self, loads: SectionLoads, transfer: Transfer, positions: Array, nodes: IntArray
     ) -> None:
         stations = sum(line.size for line in loads.lines)
         super().__init__(loads.name, stations, loads.source)
-        self._transfer = SectionTransfer(comm, positions, areas, loads)
-        nodes = self._transfer.nodes
+        self._transfer = transfer
         self._X = positions[nodes]
         self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         self._checked = False

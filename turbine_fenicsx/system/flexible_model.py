@@ -44,6 +44,7 @@ from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import MassDamper
 from turbine_fenicsx.system.nodal_forces import NodalForce, find_nodal_forces
 from turbine_fenicsx.system.own_fields import check_cells, evaluate_field
+from turbine_fenicsx.system.section_transfer import SectionTransfer
 from turbine_fenicsx.system.weak_form import WeakForm
 
 
@@ -94,15 +95,7 @@ class FlexibleModel(WeakForm, BodyModel):
         self.positions = self.local_positions[: self.n_owned]
         self.is_point = np.ones(self.n_owned)
         self.nodal_forces: list[tuple[slice, Array]] = []
-        self.section_loads = tuple(
-            BoundSectionLoads(
-                self.comm,
-                self.positions,
-                [self.find_areas(loads.name, line.facets) for line in loads.lines],
-                loads,
-            )
-            for loads in section_loads
-        )
+        self.section_loads = tuple(map(self._bind, section_loads))
         self._compile()
         ones = self.new_vector()
         ones.set(1.0)
@@ -112,6 +105,12 @@ class FlexibleModel(WeakForm, BodyModel):
         ones.destroy()
         self._of_nodes = self.find_nodal_forces(of_nodes)
         self.mass_damper = self._make_mass_damper()
+
+    def _bind(self, loads: SectionLoads) -> BoundSectionLoads:
+        """Loads on sections with the nodes that they act on."""
+        areas = [self.find_areas(loads.name, line.facets) for line in loads.lines]
+        transfer = SectionTransfer(self.comm, self.positions, areas, loads)
+        return BoundSectionLoads(loads, transfer, self.positions, transfer.nodes)
 
     def _make_mass_damper(self) -> MassDamper | None:
         """Make the damper in proportion to the mass, see `RayleighDamping`."""

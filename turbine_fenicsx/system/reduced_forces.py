@@ -1,4 +1,4 @@
-"""Forces of fixed directions on the vectors of a reduced body."""
+"""Forces on the vectors of a reduced body: those of fixed directions, and those on sections."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from scipy.spatial import cKDTree
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.section_rows import SectionRows
 
 
 def find_vector_forces(body: ReducedBody, forces: Sequence[NodeForce | BodyForce]) -> list[Array]:
@@ -33,6 +36,34 @@ def find_vector_forces(body: ReducedBody, forces: Sequence[NodeForce | BodyForce
     ]
 
 
+def bind_section_loads(
+    body: ReducedBody, loads: Sequence[SectionLoads], positions: Array
+) -> tuple[BoundSectionLoads, ...]:
+    """Loads on sections with the vectors that they act on. Collective.
+
+    Args:
+        body: The body.
+        loads: The loads.
+        positions: Initial values of the vectors that this rank owns, shape (copies n or 0, 3).
+
+    Raises:
+        ModelError: for a station without nodes.
+    """
+    if not loads:
+        return ()
+    model, F = find_functions(body)
+    every = np.arange(len(positions))
+    return tuple(
+        BoundSectionLoads(x, SectionRows(body, model, F, x), positions, every) for x in loads
+    )
+
+
+def find_functions(body: ReducedBody) -> tuple[FlexibleModel, Array]:
+    """The full body, and the functions at the nodes that this rank owns, shape (n_owned, n)."""
+    model = FlexibleModel(body.full)
+    return model, body.basis.functions[cKDTree(body.basis.points).query(model.positions)[1]]
+
+
 def _find_nearest(body: ReducedBody, force: NodeForce) -> Array:
     """A force on the node of any copy that is nearest to its point."""
     points, F = body.points, body.basis.functions
@@ -47,8 +78,7 @@ def _sum_over_mesh(body: ReducedBody, forces: Sequence[BodyForce]) -> Iterator[A
     """Int rho F_k b dV of fields b, by the forms of the full body."""
     if not forces:
         return
-    model = FlexibleModel(body.full)
-    F = body.basis.functions[cKDTree(body.basis.points).query(model.positions)[1]]
+    model, F = find_functions(body)
     for force in forces:
         values = []
         for place in body.placements:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from typing import Any
 
 from petsc4py import PETSc
 
@@ -24,17 +23,21 @@ from scipy.spatial import cKDTree
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.material_points import find_surroundings
-from turbine_fenicsx.bodies.reduced_body import SAME_PLACE, Placement, ReducedBody
+from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
 from turbine_fenicsx.forces.body_force import BodyForce
+from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
+from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
 from turbine_fenicsx.system.own_fields import evaluate_field
-from turbine_fenicsx.system.reduced_forces import find_vector_forces
+from turbine_fenicsx.system.reduced_checks import check_forces, check_mesh
+from turbine_fenicsx.system.reduced_damper import ReducedDamper
+from turbine_fenicsx.system.reduced_forces import bind_section_loads, find_vector_forces
 
 
 class ReducedModel(BodyModel):
@@ -42,8 +45,8 @@ class ReducedModel(BodyModel):
 
     Args:
         body: The body.
-        forces: Forces on nodes and masses of its mesh.
-        damping: Rayleigh damping in proportion to the stiffness; None is none.
+        forces: Forces on nodes and masses of its mesh, and on sections.
+        damping: Rayleigh damping; None is none.
         couplings: The couplings that hold it, which make the directors of their interfaces rigid.
 
     Attributes:
@@ -52,32 +55,35 @@ class ReducedModel(BodyModel):
         strain: The strain of all copies.
         losses: Times Z of each law that dissipates by its name, shape (r,) [s].
         loss: Their sum.
+        mass_damper: Rayleigh damping in proportion to the mass; None if there is none.
 
     Raises:
         ModelError: for forces that a reduced body cannot have.
     """
 
     body: ReducedBody
-    section_loads = ()
 
     def __init__(
         self,
         body: ReducedBody,
-        forces: Sequence[NodeForce | BodyForce],
+        forces: Sequence[NodeForce | BodyForce | SectionLoads],
         damping: RayleighDamping | None,
         couplings: Sequence[Coupling],
     ) -> None:
         self.body, self.comm = body, body.full.mesh.comm
-        _check_forces(body, forces, damping)
+        check_forces(body, forces)
+        of_sections = [x for x in forces if isinstance(x, SectionLoads)]
+        of_vectors = [x for x in forces if not isinstance(x, SectionLoads)]
         basis, n = body.basis, body.basis.functions.shape[1]
-        self.forces, self.copies, self._n = tuple(forces), len(body.placements), n
+        self.forces = (*of_vectors, *of_sections)
+        self.copies, self._n = len(body.placements), n
         self.size_global, self.dense_block = n * self.copies, 3 * n
         self._is_owner = self.comm.rank == 0
         self.n_owned = self.size_global if self._is_owner else 0
         self.mass = basis.mass
         self.meaning = hashlib.sha256(basis.functions.tobytes()).hexdigest()[:16]
         self._space = _compat.vector_space(body.full.mesh, body.full.degree)
-        _check_mesh(body, self._space)
+        check_mesh(body, self._space)
         h = np.zeros(n)
         h[: 4 * len(basis.origins) : 4] = 1.0
         self.positions = np.concatenate([_place(basis.vectors, h, p) for p in body.placements])
@@ -98,7 +104,24 @@ class ReducedModel(BodyModel):
             times = np.full(self.strain.size, float(damping.stiffness))
             self.losses["structural damping"] = times
         self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
-        self._of_vectors = find_vector_forces(body, forces)
+        self.mass_damper = self._make_mass_damper(damping)
+        self._of_vectors = find_vector_forces(body, of_vectors)
+        self.section_loads = bind_section_loads(body, of_sections, self.positions)
+
+    def _make_mass_damper(self, damping: RayleighDamping | None) -> ReducedDamper | None:
+        """Make the damper in proportion to the mass, see `RayleighDamping`. Collective."""
+        if damping is None or damping.mass == 0.0:
+            return None
+        found = [find_surface_points(self._space, damping.name, x.facets) for x in damping.held]
+        interface = self.body.basis.find_interface(found[0]) if len(found) == 1 else None
+        if interface is None:
+            raise ModelError(
+                f"held of {damping.name!r} must be the surface of one coupling of "
+                f"{self.body.name!r}, which is reduced"
+            )
+        is_point = np.zeros(self._n)
+        is_point[: 4 * len(self.body.basis.origins) : 4] = 1.0
+        return ReducedDamper(damping.mass * self.mass, is_point, interface)
 
     def _holds_first_interface(self) -> bool:
         """Whether couplings hold the first interface of all copies."""
@@ -162,12 +185,31 @@ class ReducedModel(BodyModel):
         return values.reshape(-1, self._n, 3)
 
     def forces_at(self, time: float) -> list[Array]:
-        """Each force on the vectors that this rank owns, shape (copies or 0, n, 3) [N]."""
+        """Each force of a fixed direction on the vectors that this rank owns.
+
+        Returns:
+            Shapes (copies or 0, n, 3) [N].
+        """
         owned = self.copies if self._is_owner else 0
         return [
             force.function(time) * values[:owned]
-            for force, values in zip(self.forces, self._of_vectors, strict=True)
+            for force, values in zip(self.forces, self._of_vectors, strict=False)
         ]
+
+    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
+        """Add loads on sections, and what dampens in proportion to the mass. Collective.
+
+        Args:
+            u: Displacements of the owned vectors, shape (3 n_owned,).
+            v: Their velocities, shape (3 n_owned,).
+            time: Time of the loads [s].
+            factor: Factor of the forces.
+            out: What they are added to, shape (3 n_owned,).
+        """
+        for loads in self.section_loads:
+            loads.add_forces(u, v, time, factor, out)
+        if self.mass_damper is not None:
+            self.mass_damper.add_forces(self.vectors(u), self.split(v), factor, self.split(out))
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
         """Weight and forces, shape (copies or 0, n, 3) [N]. Collective."""
@@ -220,6 +262,9 @@ class ReducedModel(BodyModel):
         y = self.strain.vectors(self.vectors(u.array_r))
         S = self.strain.stress(self.strain.strain(y))
         out.array[:] = (self.strain.forces(S, y) - self.applied_forces(gravity, time)).ravel()
+        for loads in self.section_loads:
+            loads.start_step_at(StepTimes.at_rest(time), u.array_r)
+            loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
 
     def new_stiffness(self) -> PETSc.Mat:
         """New matrix with a dense block for each copy, zero."""
@@ -258,9 +303,13 @@ class ReducedModel(BodyModel):
         """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
         if not self.losses:
             return None
-        J = self.strain.jacobian(self.strain.vectors(self.vectors(u.array_r)))
+        z = self.vectors(u.array_r)
+        J = self.strain.jacobian(self.strain.vectors(z))
+        D = (J.swapaxes(1, 2) * self.loss) @ J
+        if self.mass_damper is not None:
+            D += self.mass_damper.matrix(z)
         out = self.new_stiffness()
-        self.fill(out, (J.swapaxes(1, 2) * self.loss) @ J)
+        self.fill(out, D)
         return out
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:
@@ -334,40 +383,8 @@ class ReducedModel(BodyModel):
         return found.reshape(-1, 3)[: self.n_owned]
 
 
-def _check_mesh(body: ReducedBody, space: Any) -> None:
-    """Raise a ModelError if the mesh of the full body is not that of the basis. Collective."""
-    points, full = body.basis.points, body.full
-    nodes, own = space.dofmap.index_map.size_global, space.dofmap.index_map.size_local
-    X = np.vstack([space.tabulate_dof_coordinates()[:own], points[:1]])
-    low, high = np.array(full.mesh.comm.allgather([X.min(axis=0), X.max(axis=0)])).swapaxes(0, 1)
-    bounds = low.min(axis=0), high.max(axis=0)
-    gap = np.max(np.abs(np.array(bounds) - [points.min(axis=0), points.max(axis=0)]))
-    if nodes != len(points) or gap > SAME_PLACE * np.max(np.ptp(points, axis=0)):
-        raise ModelError(
-            f"basis of {body.name!r} belongs to another mesh than full, {full.name!r}: it has "
-            f"{len(points)} nodes, and the mesh {nodes}, or another size"
-        )
-
-
 def _place(vectors: Array, is_point: Array, placement: Placement) -> Array:
     """Vectors of a copy at rest, shape (n, 3)."""
     R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
     placed: Array = vectors @ R.T + is_point[:, None] * t
     return placed
-
-
-def _check_forces(
-    body: ReducedBody, forces: Sequence[object], damping: RayleighDamping | None
-) -> None:
-    """Raise a ModelError for forces that need the mesh."""
-    for force in forces:
-        if not isinstance(force, NodeForce | BodyForce):
-            raise ModelError(
-                f"{getattr(force, 'name', force)!r} acts on the surface of {body.name!r}, which is "
-                "reduced: forces on nodes and masses, and gravity, can act on it"
-            )
-    if damping is not None and damping.mass > 0.0:
-        raise ModelError(
-            f"{damping.name!r} dampens {body.name!r}, which is reduced, in proportion to its mass: "
-            "only damping in proportion to the stiffness can"
-        )

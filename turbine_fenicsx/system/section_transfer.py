@@ -65,7 +65,7 @@ class SectionTransfer:
         self._comm, self.stations = comm, sum(line.size for line in loads.lines)
         parts, first = [], 0
         for line, area in zip(loads.lines, areas, strict=True):
-            parts.append(_share_out(line, positions, area, first))
+            parts.append(share_out(line, positions, area, first))
             first += line.size
         node, station, weight = (np.concatenate(part) for part in zip(*parts, strict=True))
         self.nodes, pair = np.unique(node, return_inverse=True)
@@ -77,7 +77,7 @@ class SectionTransfer:
             (self._w, (self._pair, np.arange(pair.size))), (self.nodes.size, pair.size)
         )
         self._present, self._starts = np.unique(self._station, return_index=True)
-        self._W = self._sum(self._w[None])[:, 0]
+        self._W = np.maximum(self._sum(self._w[None])[:, 0], np.finfo(float).tiny)
         X_pairs = _take(X, self._pair)
         self._check(loads, X_pairs)
         self._initial = self._centre = self._centres(X_pairs)
@@ -147,7 +147,8 @@ class SectionTransfer:
 
     def _centres(self, x: Array) -> Array:
         """Weighted means of positions of the pairs, shape (n, 3) [m]. Collective."""
-        return self._sum(self._w * x) / self._W[:, None]
+        centres: Array = self._sum(self._w * x) / self._W[:, None]
+        return centres
 
     def _sum(self, rows: Array) -> Array:
         """Sums over the pairs of each station on all ranks, shape (n, rows). Collective."""
@@ -159,26 +160,38 @@ class SectionTransfer:
     def _check(self, loads: SectionLoads, X: Array) -> None:
         """Raise a ModelError for a station that is empty or whose nodes are on a line."""
         count = np.bincount(self._station, minlength=self.stations).astype(float)
-        flat = sum_over_ranks(self._comm, count) < 3.0
-        if not np.any(flat):
-            r = X - _take(self._centres(X), self._station)
-            outer = (self._w * r[:, None] * r[None]).reshape(9, -1)
-            spread = np.linalg.eigvalsh(self._sum(outer).reshape(-1, 3, 3))
-            flat = spread[:, 1] <= SLENDEREST * spread[:, 2]
-        if np.any(flat):
-            k = int(np.argmax(flat))
-            for line in loads.lines:
-                if k < line.size:
-                    break
-                k -= line.size
-            place = np.asarray(line.stations, dtype=float)[k]
-            raise ModelError(
-                f"station {k + 1} of {loads.name!r} at {place:g} m has no three nodes of the skin "
-                "that are not on a line: take fewer stations, or a finer mesh"
-            )
+        r = X - _take(self._centres(X), self._station)
+        outer = (self._w * r[:, None] * r[None]).reshape(9, -1)
+        moments = self._sum(outer).reshape(-1, 3, 3)
+        check_stations(loads, sum_over_ranks(self._comm, count), moments)
 
 
-def _share_out(
+def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
+    """Raise a ModelError for a station that is empty or whose nodes are on a line.
+
+    Args:
+        loads: The stations.
+        counts: Number of nodes of each, shape (n,).
+        moments: Sums w r r^T of the arms of these from their centre, shape (n, 3, 3).
+    """
+    flat = counts < 3.0
+    if not np.any(flat):
+        spread = np.linalg.eigvalsh(moments)
+        flat = spread[:, 1] <= SLENDEREST * spread[:, 2]
+    if np.any(flat):
+        k = int(np.argmax(flat))
+        for line in loads.lines:
+            if k < line.size:
+                break
+            k -= line.size
+        place = np.asarray(line.stations, dtype=float)[k]
+        raise ModelError(
+            f"station {k + 1} of {loads.name!r} at {place:g} m has no three nodes of the skin "
+            "that are not on a line: take fewer stations, or a finer mesh"
+        )
+
+
+def share_out(
     line: StationLine, positions: Array, areas: Array, first: int
 ) -> tuple[IntArray, IntArray, Array]:
     """Nodes, stations and weights of all pairs in which a node has a part of a station.

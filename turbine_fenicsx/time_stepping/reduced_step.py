@@ -4,7 +4,9 @@ Unknown: the increment dz = z_{n+1} - z_n of all vectors. With the strain coordi
 `GramStrain`, the mean vectors y_m and the times Z of viscous losses, v_{n+1} = 2 dz/dt - v_n and
 
     c_alg = (c_n + c_{n+1})/2 + (chi/2) (c_{n+1} - c_n) + Z (c_{n+1} - c_n)/dt,
-    M (dz - dt v_n) + dt^2/2 L^T S(W c_alg) y_m = dt^2/2 (m g + f).
+    M (dz - dt v_n) + dt^2/2 L^T S(W c_alg) y_m = dt^2/2 (m g + f),
+
+with the forces f of the middle of the step.
 
 S y_m . dy = c_alg . (c_{n+1} - c_n), so that the step gains the strain energy
 |c_{n+1}|^2/2 - |c_n|^2/2 and what dissipates, for any step; S is symmetric, so that no moment is
@@ -84,6 +86,9 @@ class ReducedStep:
         masses = np.abs(model.nodal_mass).reshape(-1, len(M), 1)
         weight = times.half_dt2 * np.linalg.norm(gravity) * masses
         self._fixed_terms = M @ np.abs(self._dt_v) + weight
+        self._u = u.array_r.copy()
+        for loads in model.section_loads:
+            loads.start_step_at(times, self._u)
         self.start_iteration()
         self.round_off = self._find_round_off()
 
@@ -97,6 +102,12 @@ class ReducedStep:
         y, dy = self._middle(dz)
         terms = self.model.mass @ (dz - self._dt_v) - self._impulse
         R.array[:] = (terms + self._times.half_dt2 * self._forces(y, dy)).ravel()
+        middle, factor = self._times.middle, -self._times.half_dt2
+        self.model.add_forces(*self._move(du.array_r), middle, factor, R.array)
+
+    def _move(self, du: Array) -> tuple[Array, Array]:
+        """Displacements and velocities of the vectors in the middle of the step."""
+        return self._u + 0.5 * du, du / self._times.dt
 
     def _middle(self, dz: Array) -> tuple[Array, Array]:
         """Mean vectors y_m in the step, and their increments."""
@@ -182,13 +193,20 @@ class ReducedStep:
         """This rank's part of the work of each force, and of what each law dissipates [J]."""
         lost, dz = np.zeros(len(self.losses)), self.model.split(du.array_r)
         forces = self.model.forces_at(self._times.middle)
-        works = np.array([np.sum(force * dz) for force in forces])
+        u, v = self._move(du.array_r)
+        works = [float(np.sum(force * dz)) for force in forces]
+        works += [x.work(u, v, self._times, du.array_r) for x in self.model.section_loads]
         dc = self.model.strain.change(*self._middle(dz))
         for k, Z in enumerate(self.model.losses.values()):
             lost[k] = np.sum(Z * dc * dc) / self._times.dt
+        damper = self.model.mass_damper
+        if damper is not None:
+            place = list(self.model.losses).index("structural damping")
+            power = damper.power(self.model.vectors(u), self.model.split(v))
+            lost[place] += self._times.dt * power
         if self._chi:
             lost[-1] = 0.5 * self._chi * np.sum(dc * dc)
-        return works, lost
+        return np.array(works), lost
 
     def save(self) -> RestartData:
         """Strain coordinates at the starts of the last steps. Collective."""

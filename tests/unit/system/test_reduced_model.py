@@ -33,6 +33,7 @@ from turbine_fenicsx import (
     RigidBody,
     StVenantKirchhoff,
     cell_field,
+    damped_modes,
     equilibrium,
     modes,
     reduce_body,
@@ -159,6 +160,40 @@ def test_the_stiffness_is_a_projection_of_that_of_the_full_body(pair):
     assert_same(gathered(K).toarray(), P.T @ (gathered(of_full) @ P))
 
 
+def damped(body, **numbers):
+    facets = facets_at(getattr(body, "full", body), 0.0)
+    return RayleighDamping("d", body, held=[HeldPart(facets)], **numbers)
+
+
+def test_damping_of_masses_adds_no_momentum_and_leaves_a_rigid_motion_alone():
+    body = ReducedBody("r", beam(), clamped_basis())
+    model = ReducedModel(body, (), damped(body, stiffness=0.0, mass=0.3), ())
+    u, v = wild_vectors(model)
+    z, rates, damper = model.vectors(u.array_r), model.split(v.array_r), model.mass_damper
+    f = np.zeros_like(z)
+    damper.add_forces(z, rates, 1.0, f)
+    size = np.abs(f).sum()
+    if COMM.rank == 0:
+        assert np.abs(np.sum(f[:, model.is_point == 1.0], axis=1)).max() < EXACT * size
+        assert np.abs(np.cross(z, f).sum(axis=1)).max() < EXACT * size
+        assert np.sum(f * rates) == pytest.approx(-damper.power(z, rates), rel=1e-10)
+        D = damper.matrix(z)[0]
+        assert_same(-D @ rates.ravel(), f.ravel())
+        assert_same(D, D.T)
+        rigid = np.cross((0.3, 1.0, -0.2), z) + model.is_point[:, None] * (1.0, 2.0, 3.0)
+        assert damper.power(z, rigid) <= 1e-20 * size
+
+
+def test_modes_are_damped_by_mass_and_stiffness_as_those_of_the_full_body():
+    ratios = []
+    for body in (beam(), ReducedBody("r", beam(), clamped_basis())):
+        system = clamped(body, damped(body, stiffness=2e-4, mass=0.02))
+        ratios.append([mode.damping_ratio for mode in damped_modes(system, count=4).modes])
+    # the nodes of the mesh have lumped masses
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.02)
+    assert min(ratios[0]) > 1e-3
+
+
 @pytest.mark.parametrize("law", ["viscous", "rayleigh"])
 def test_damping_is_a_projection_of_that_of_the_full_body(law):
     viscous = law == "viscous"
@@ -270,9 +305,9 @@ def test_forces_that_need_the_mesh_are_refused():
     facets = facets_at(beam(), SIZE[2])
     with pytest.raises(ValueError, match="'wind' acts on the surface of 'r', which is reduced"):
         clamped(body, Pressure("wind", body, facets, 1.0))
-    held = [HeldPart(facets_at(beam(), 0.0))]
+    held = [HeldPart(facets_at(beam(), SIZE[2]))]
     damping = RayleighDamping("d", body, stiffness=0.0, mass=1.0, held=held)
-    with pytest.raises(ValueError, match="'d' dampens 'r', which is reduced, in proportion to its"):
+    with pytest.raises(ValueError, match="held of 'd' must be the surface of one coupling of 'r'"):
         clamped(body, damping)
 
 

@@ -1,0 +1,81 @@
+"""Damping of a reduced body in proportion to its mass, relative to the interface that holds it.
+
+The interface moves like a rigid frame: with its point p, its directors d_j and
+J = sum_j (|d_j|^2 1 - d_j d_j^T),
+
+    omega = J^-1 sum_j d_j x d_j',      w_k = z_k' - h_k p' - omega x (z_k - h_k p),
+
+where h_k is one for points and zero for vectors. On the vectors act f = -alpha M w, and on those of
+the interface the transpose of its motion, with F = sum_k h_k f_k and T = sum_k (z_k - h_k p) x f_k
+
+    -F on p,      -(J^-1 T) x d_j on d_j.
+
+Forces and moments add up to zero; the power is -alpha w.M w. See `MassDamper` for bodies on a mesh.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from turbine_fenicsx.foundation.rotations import skew
+from turbine_fenicsx.foundation.types import Array
+
+
+class ReducedDamper:
+    """The damping of all copies of a reduced body.
+
+    Args:
+        mass: alpha M, shape (n, n) [kg/s].
+        is_point: h of the vectors of one copy, shape (n,).
+        interface: Number of the interface that holds it.
+    """
+
+    def __init__(self, mass: Array, is_point: Array, interface: int) -> None:
+        self._M, self._h = mass, is_point
+        self._p, self._d = 4 * interface, slice(4 * interface + 1, 4 * interface + 4)
+
+    def add_forces(self, z: Array, rates: Array, factor: float, out: Array) -> None:
+        """Add the forces on the vectors times a factor.
+
+        Args:
+            z: Vectors, shape (copies, n, 3) [m, -].
+            rates: Their rates.
+            factor: The factor.
+            out: What the forces are added to, of the same shape.
+        """
+        arms, inverse, w = self._find_motion(z, rates)
+        f = -factor * (self._M @ w)
+        T = np.cross(arms, f).sum(axis=1)
+        turn = (inverse @ T[:, :, None])[:, :, 0]
+        out += f
+        out[:, self._p] -= self._h @ f
+        out[:, self._d] -= np.cross(turn[:, None], z[:, self._d])
+
+    def power(self, z: Array, rates: Array) -> float:
+        """Power that it takes out [W]; arguments as of `add_forces`."""
+        w = self._find_motion(z, rates)[2]
+        return float(np.sum(w * (self._M @ w)))
+
+    def matrix(self, z: Array) -> Array:
+        """Minus the forces per rate, shape (copies, 3 n, 3 n) [N s/m], symmetric."""
+        n, found = len(self._h), []
+        arms, inverse, _ = self._find_motion(z, np.zeros_like(z))
+        for r, J_inverse, vectors in zip(arms, inverse, z, strict=True):
+            Q = np.eye(3 * n).reshape(n, 3, n, 3)
+            Q[:, :, self._p] -= self._h[:, None, None] * np.eye(3)
+            for j in range(self._d.start, self._d.stop):
+                turn = J_inverse @ skew(vectors[j])
+                Q[:, :, j] += np.array([skew(arm) @ turn for arm in r])
+            Q = Q.reshape(3 * n, 3 * n)
+            found.append(Q.T @ np.kron(self._M, np.eye(3)) @ Q)
+        return np.array(found).reshape(-1, 3 * n, 3 * n)
+
+    def _find_motion(self, z: Array, rates: Array) -> tuple[Array, Array, Array]:
+        """Arms z_k - h_k p, J^-1 and w of each copy."""
+        d, arms = z[:, self._d], z - self._h[:, None] * z[:, self._p, None]
+        J = np.sum(d * d, axis=(1, 2))[:, None, None] * np.eye(3) - d.swapaxes(1, 2) @ d
+        inverse = np.linalg.inv(J)
+        spin = np.cross(d, rates[:, self._d]).sum(axis=1)
+        omega = (inverse @ spin[:, :, None])[:, :, 0]
+        w = rates - self._h[:, None] * rates[:, self._p, None] - np.cross(omega[:, None], arms)
+        return arms, inverse, w

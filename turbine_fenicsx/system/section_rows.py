@@ -1,0 +1,146 @@
+"""From the vectors of a reduced body to the motion of sections, and from their loads back.
+
+With the weights w_a of the nodes of the mesh at a station (see `section_transfer`), W their sum,
+and the arms R_a of the nodes from the centre of the station in the mesh, the rows
+
+    H_0 = sum w_a F(X_a)/W,      H_j = sum w_a R_aj F(X_a)
+
+are constant, and with B_j = H_j z, A the rotation nearest to B, and U = A^T B
+
+    x_i = H_0 z,    v_i = H_0 z',    omega_i = J^-1 sum_j A_j x H_j z',    J = tr(U) 1 - B A^T.
+
+The forces on the vectors are the transpose of that,
+
+    H_0^T F + sum_j H_j^T (J^-1 M) x A_j.
+
+So the power is F.v_i + M.omega_i. If all vectors turn with w, omega_i = J^-1 sum_j A_j x (w x B_j)
+is w, so that the resultants are F and M about x_i. All three hold to round-off.
+"""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
+from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
+from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.section_transfer import check_stations, share_out
+
+
+class SectionRows:
+    """Rows of the stations of all copies, whose vectors rank 0 owns.
+
+    Args:
+        body: The reduced body.
+        full: The model of its full body.
+        functions: F at the nodes of the mesh that this rank owns, shape (n_owned, n).
+        loads: The stations.
+
+    Raises:
+        ModelError: if a station has no three nodes off a line, on all ranks.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(
+        self, body: ReducedBody, full: FlexibleModel, functions: Array, loads: SectionLoads
+    ) -> None:
+        self._comm: MPI.Intracomm = full.comm
+        self._copies, self._n = len(body.placements), functions.shape[1]
+        found = [self._find_rows(body, full, functions, loads.name, line) for line in loads.lines]
+        rows, *others = zip(*found, strict=True)
+        counts, moments, self._initial = map(np.concatenate, others)
+        check_stations(loads, counts, moments)
+        self._lines = [(line.copy, own) for line, own in zip(loads.lines, rows, strict=True)]
+        turns = [np.asarray(body.placements[line.copy].rotation) for line in loads.lines]
+        sizes = [line.size for line in loads.lines]
+        self._first = np.cumsum([0, *sizes])
+        self._turn_back = np.repeat(np.array(turns, dtype=float), sizes, axis=0).swapaxes(1, 2)
+
+    def _find_rows(
+        self,
+        body: ReducedBody,
+        full: FlexibleModel,
+        functions: Array,
+        name: str,
+        line: StationLine,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Rows of a line, shape (4 stations, n), numbers of nodes, sum w R R^T, and centres."""
+        X, place = full.positions, body.placements[line.copy]
+        R, t = (np.asarray(x, dtype=float) for x in (place.rotation, place.position))
+        placed = t + X @ R.T
+        nodes, stations, weights = share_out(line, placed, full.find_areas(name, line.facets), 0)
+        sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(line.size, len(X)))
+        counts = np.bincount(stations, minlength=line.size).astype(float)
+        # weights, X and X X^T beside 1, and F beside 1 and each component of X
+        of_weights = [np.ones((len(X), 1)), X, (X[:, :, None] * X[:, None]).reshape(-1, 9)]
+        columns = np.hstack([*of_weights, functions, *(x[:, None] * functions for x in X.T)])
+        sums = sum_over_ranks(self._comm, np.column_stack([counts, sum_nodes @ columns]))
+        counts, W = sums[:, 0], np.maximum(sums[:, 1], np.finfo(float).tiny)
+        centre = sums[:, 2:5] / W[:, None]
+        outer = centre[:, :, None] * centre[:, None] * W[:, None, None]
+        moments = sums[:, 5:14].reshape(-1, 3, 3) - outer
+        rows = sums[:, 14:].reshape(line.size, 4, self._n)
+        rows[:, 1:] -= centre[:, :, None] * rows[:, :1]
+        rows[:, 0] /= W[:, None]
+        return rows.reshape(-1, self._n), counts, moments, t + centre @ R.T
+
+    def set_positions(self, x: Array) -> None:
+        """Nothing: sums are those of arms, and lose no digits far from the origin."""
+
+    def motion(self, x: Array, v: Array) -> SectionMotion:
+        """How the sections move. Collective.
+
+        Args:
+            x: Vectors of all copies on rank 0, nothing elsewhere, shape (copies n or 0, 3) [m, -].
+            v: Their rates.
+        """
+        both = np.zeros((self._copies, self._n, 6))
+        if len(x):
+            both[..., :3], both[..., 3:] = x.reshape(-1, self._n, 3), v.reshape(-1, self._n, 3)
+        from_rank0(self._comm, both)
+        sums = np.concatenate([rows @ both[copy] for copy, rows in self._lines]).reshape(-1, 4, 6)
+        B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
+        self._axes = A = nearest_rotation(B)
+        A_T = A.swapaxes(1, 2)
+        J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A_T
+        self._inverse = np.linalg.inv(J)
+        D = A @ rates
+        spin = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        return SectionMotion(
+            sums[:, 0, :3],
+            A @ self._turn_back,
+            sums[:, 0, 3:],
+            (self._inverse @ spin[:, :, None])[:, :, 0],
+            self._initial,
+        )
+
+    def forces(self, F: Array, M: Array) -> Array:
+        """Forces on the vectors for loads on the sections of the last motion.
+
+        Args:
+            F: Forces, shape (n, 3) [N].
+            M: Moments about the centres, shape (n, 3) [N m].
+
+        Returns:
+            On rank 0 those of all vectors, nothing elsewhere, shape (copies n or 0, 3) [N].
+        """
+        if self._comm.rank:
+            return np.zeros((0, 3))
+        turn, on_rows = (self._inverse @ M[:, :, None])[:, :, 0], np.empty((len(F), 4, 3))
+        on_rows[:, 0] = F
+        for j in range(3):
+            on_rows[:, 1 + j] = cross_rows(turn, self._axes[:, :, j])
+        f = np.zeros((self._copies, self._n, 3))
+        for (copy, rows), start, end in zip(
+            self._lines, self._first, self._first[1:], strict=False
+        ):
+            f[copy] += rows.T @ on_rows[start:end].reshape(-1, 3)
+        return f.reshape(-1, 3)
