@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
@@ -25,8 +25,8 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.make_model import on_mesh
-from turbine_fenicsx.system.skin import Skin
+from turbine_fenicsx.system.mesh_view import MeshView
+from turbine_fenicsx.system.skin import Crossing, Skin
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -47,7 +47,7 @@ class Gauge:
     """
 
     name: str
-    body: FlexibleBody
+    body: DeformableBody
     _: KW_ONLY
     point: npt.ArrayLike
     outward: npt.ArrayLike
@@ -90,15 +90,18 @@ class Gauges:
             mine = [g for g, gauge in enumerate(self.gauges) if gauge.body is model.body]
             if not mine:
                 continue
-            block = on_mesh(model, "gauges")
-            skin, (first, end) = Skin(block), block.space.dofmap.index_map.local_range
+            view = MeshView(model)
+            skin = Skin(view.mesh)
             rows, columns, values = [], [], []
             for g in mine:
-                nodes, weights, self._directions[g] = _place(self.gauges[g], skin)
-                own = (nodes >= first) & (nodes < end)
-                rows += [g] * int(own.sum())
-                columns += (nodes[own] - first).tolist()
-                values += weights[own].tolist()
+                copy, crossings = _find_surface(self.gauges[g], skin, view)
+                R = view.placements[copy][0]
+                nodes, weights, t = _place(self.gauges[g], crossings, R)
+                self._directions[g] = R @ t
+                own, of_own = view.take(copy, nodes, weights)
+                rows += [g] * len(own)
+                columns += own.tolist()
+                values += of_own.tolist()
             shape = (len(self.gauges), model.n_owned)
             self._weights.append((k, csr_matrix((values, (rows, columns)), shape=shape)))
 
@@ -118,20 +121,41 @@ def gauge_channel(gauges: Gauges) -> Channel:
     return Channel(columns, lambda s: gauges.at(s).tolist())
 
 
-def _place(gauge: Gauge, skin: Skin) -> tuple[npt.NDArray[np.int64], Array, Array]:
-    """Nodes and weights of a gauge, and its direction; where cells meet, the mean over them."""
-    crossings = skin.leave(gauge.point, gauge.outward)
-    if not crossings:
+def _find_surface(gauge: Gauge, skin: Skin, view: MeshView) -> tuple[int, list[Crossing]]:
+    """Copy of the body, and where a half-line leaves it for good, at its first copy. Collective.
+
+    Raises:
+        ModelError: if it misses all copies.
+    """
+    point, outward = (np.asarray(x, dtype=float) for x in (gauge.point, gauge.outward))
+    found = [skin.leave((point - t) @ R, outward @ R) for R, t in view.placements]
+    hit = [(crossings[0].distance, copy) for copy, crossings in enumerate(found) if crossings]
+    if not hit:
         raise ModelError(
             f"gauge {gauge.name!r}: from {np.asarray(gauge.point).tolist()} along "
             f"{np.asarray(gauge.outward).tolist()} there is no surface of {gauge.body.name!r}"
         )
+    copy = min(hit)[1]
+    return copy, found[copy]
+
+
+def _place(
+    gauge: Gauge, crossings: Sequence[Crossing], R: Array
+) -> tuple[npt.NDArray[np.int64], Array, Array]:
+    """Nodes and weights of a gauge, and its direction; where cells meet, the mean over them.
+
+    Args:
+        gauge: The gauge.
+        crossings: Where its half-line leaves the mesh.
+        R: Rotation of the copy that it is glued to, shape (3, 3).
+    """
     normal = np.sum([crossing.normal for crossing in crossings], axis=0)
     normal /= np.linalg.norm(normal)
-    along = np.asarray(gauge.along, dtype=float)
+    along = np.asarray(gauge.along, dtype=float) @ R
     t = along - (along @ normal) * normal
     if np.linalg.norm(t) < 1e-6 * np.linalg.norm(along):
-        raise ModelError(f"gauge {gauge.name!r}: along = {along.tolist()} is across the surface")
+        given = np.asarray(gauge.along, dtype=float).tolist()
+        raise ModelError(f"gauge {gauge.name!r}: along = {given} is across the surface")
     t /= np.linalg.norm(t)
     t = cos(gauge.angle) * t + sin(gauge.angle) * np.cross(normal, t)
     nodes = np.concatenate([crossing.nodes for crossing in crossings])

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.bodies.nearest_node import nearest_node
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -27,7 +28,7 @@ class Tip:
 
     Args:
         name: Column ``tip_deflection_NAME_[m]``.
-        body: Flexible body; its node nearest to the point is followed.
+        body: Flexible body; the node of its mesh nearest to the point is followed.
         point: Initial position [m], shape (3,).
         carrier: Rigid body whose frame the deflection is measured in; None is the ground.
         axes: Axes of the components, fixed to the parent body; their initial directions as rows,
@@ -35,7 +36,7 @@ class Tip:
     """
 
     name: str
-    body: FlexibleBody
+    body: DeformableBody
     point: npt.ArrayLike
     carrier: RigidBody | None
     axes: npt.ArrayLike | None = None
@@ -44,6 +45,22 @@ class Tip:
         check_vectors(self.name, point=self.point)
         if self.axes is not None:
             check_array(f"axes of {self.name!r}", self.axes, (3, 3), "three rows of three numbers")
+
+
+class _Followed(NamedTuple):
+    """A tip of this rank: numbers of tip and body, nodes that move it, coordinates of its carrier.
+
+    X is its initial position, xi that in the frame of the carrier.
+    """
+
+    number: int
+    body: int
+    nodes: IntArray
+    weights: Array
+    coordinates: slice | None
+    X: Array
+    xi: Array
+    axes: Array
 
 
 class Tips:
@@ -61,19 +78,20 @@ class Tips:
     """
 
     def __init__(self, system: MultibodySystem, tips: Sequence[Tip]) -> None:
-        self._comm = comm = system.comm
+        self._comm = system.comm
         self.tips = tuple(tips)
-        self._mine: list[tuple[int, int, slice, slice | None, Array, Array, Array]] = []
+        self._mine: list[_Followed] = []
         for k, tip in enumerate(self.tips):
             whose = f"tip {tip.name!r}"
             check_among_parts("body", tip.body, system.flexible_bodies, whose)
             if tip.carrier is not None:
                 check_among_parts("body", tip.carrier, system.rigid_bodies, whose)
             index = system.flexible_bodies.index(tip.body)
-            block = on_mesh(system.flexible_models[index], "tips")
-            node = nearest_node(comm, block.positions, tip.point)
-            if node is not None:
-                X, axes, R = block.positions[node], np.eye(3), np.eye(3)
+            model = system.flexible_models[index]
+            found = MeshView(model).find_node(tip.point)
+            if found is not None:
+                nodes, weights = found
+                X, axes, R = weights @ model.positions[nodes], np.eye(3), np.eye(3)
                 xi, q = X, None
                 if tip.carrier is not None:
                     first = system.first_coordinate[tip.carrier]
@@ -81,8 +99,7 @@ class Tips:
                     R = np.asarray(tip.carrier.directors, dtype=float)
                 if tip.axes is not None:
                     axes = np.asarray(tip.axes, dtype=float) @ R
-                dofs = slice(3 * node, 3 * node + 3)
-                self._mine.append((k, index, dofs, q, X, xi, axes))
+                self._mine.append(_Followed(k, index, nodes, weights, q, X, xi, axes))
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
@@ -92,11 +109,11 @@ class Tips:
         """Deflections of the nodes of this rank, zero for the others."""
         deflections = np.zeros((len(self.tips), 3))
         state = snapshot.state
-        for k, index, dofs, coordinates, X, xi, axes in self._mine:
-            q = GROUND if coordinates is None else state.q[coordinates]
+        for tip in self._mine:
+            q = GROUND if tip.coordinates is None else state.q[tip.coordinates]
             phi, directors = q[:3], q[3:].reshape(3, 3)
-            x = X + state.u[index].array_r[dofs]
-            deflections[k] = axes @ (directors @ (x - phi) - xi)
+            x = tip.X + tip.weights @ state.u[tip.body].array_r.reshape(-1, 3)[tip.nodes]
+            deflections[tip.number] = tip.axes @ (directors @ (x - phi) - tip.xi)
         return deflections
 
 
