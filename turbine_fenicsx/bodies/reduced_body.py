@@ -131,6 +131,13 @@ class ReducedBasis:
         return make_strain_vectors(self.functions.shape[1], self.origins)
 
     @property
+    def is_point(self) -> Array:
+        """Which of the vectors are points, 1 or 0, shape (n,)."""
+        h = np.zeros(self.functions.shape[1])
+        h[: 4 * len(self.origins) : 4] = 1.0
+        return h
+
+    @property
     def vectors(self) -> Array:
         """Vectors z in the reference configuration, shape (n, 3) [m, -]."""
         return make_vectors(self.functions.shape[1], self.origins)
@@ -176,6 +183,17 @@ class Placement:
         R = check_array("rotation of a placement", self.rotation, (3, 3), "a rotation matrix")
         if not np.allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-12) or np.linalg.det(R) < 0.0:
             raise ModelError(f"rotation of a placement must be a rotation, got {self.rotation!r}")
+
+    def place(self, vectors: Array, is_point: Array) -> Array:
+        """Vectors of the copy, shape (n, 3).
+
+        Args:
+            vectors: Those of the mesh, shape (n, 3).
+            is_point: Which of them are points, 1 or 0, shape (n,).
+        """
+        R, t = (np.asarray(x, dtype=float) for x in (self.rotation, self.position))
+        placed: Array = vectors @ R.T + is_point[:, None] * t
+        return placed
 
 
 @dataclass(frozen=True, eq=False)

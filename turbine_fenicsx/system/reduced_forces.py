@@ -38,8 +38,8 @@ def find_vector_forces(body: ReducedBody, forces: Sequence[NodeForce | BodyForce
 
 def bind_section_loads(
     body: ReducedBody, loads: Sequence[SectionLoads], positions: Array
-) -> tuple[BoundSectionLoads, ...]:
-    """Loads on sections with the vectors that they act on. Collective.
+) -> tuple[list[SectionRows], tuple[BoundSectionLoads, ...]]:
+    """Rows of loads on sections, and the loads with the vectors that they act on. Collective.
 
     Args:
         body: The body.
@@ -50,12 +50,12 @@ def bind_section_loads(
         ModelError: for a station without nodes.
     """
     if not loads:
-        return ()
+        return [], ()
     model, F = find_functions(body)
     every = np.arange(len(positions))
-    return tuple(
-        BoundSectionLoads(x, SectionRows(body, model, F, x), positions, every) for x in loads
-    )
+    rows = [SectionRows(body, model, F, x) for x in loads]
+    pairs = zip(loads, rows, strict=True)
+    return rows, tuple(BoundSectionLoads(x, own, positions, every) for x, own in pairs)
 
 
 def find_functions(body: ReducedBody) -> tuple[FlexibleModel, Array]:

@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.material_points import find_surroundings
-from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.force import StepTimes
@@ -84,9 +84,8 @@ class ReducedModel(BodyModel):
         self.meaning = hashlib.sha256(basis.functions.tobytes()).hexdigest()[:16]
         self._space = _compat.vector_space(body.full.mesh, body.full.degree)
         check_mesh(body, self._space)
-        h = np.zeros(n)
-        h[: 4 * len(basis.origins) : 4] = 1.0
-        self.positions = np.concatenate([_place(basis.vectors, h, p) for p in body.placements])
+        h = basis.is_point
+        self.positions = np.concatenate([p.place(basis.vectors, h) for p in body.placements])
         moments = np.tile(basis.mass @ h, self.copies)
         weights = np.tile(np.abs(np.diag(basis.mass)), self.copies)
         h = np.tile(h, self.copies)
@@ -106,7 +105,7 @@ class ReducedModel(BodyModel):
         self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
         self.mass_damper = self._make_mass_damper(damping)
         self._of_vectors = find_vector_forces(body, of_vectors)
-        self.section_loads = bind_section_loads(body, of_sections, self.positions)
+        self._rows, self.section_loads = bind_section_loads(body, of_sections, self.positions)
 
     def _make_mass_damper(self, damping: RayleighDamping | None) -> ReducedDamper | None:
         """Make the damper in proportion to the mass, see `RayleighDamping`. Collective."""
@@ -119,9 +118,7 @@ class ReducedModel(BodyModel):
                 f"held of {damping.name!r} must be the surface of one coupling of "
                 f"{self.body.name!r}, which is reduced"
             )
-        is_point = np.zeros(self._n)
-        is_point[: 4 * len(self.body.basis.origins) : 4] = 1.0
-        return ReducedDamper(damping.mass * self.mass, is_point, interface)
+        return ReducedDamper(damping.mass * self.mass, self.body.basis.is_point, interface)
 
     def _holds_first_interface(self) -> bool:
         """Whether couplings hold the first interface of all copies."""
@@ -210,6 +207,21 @@ class ReducedModel(BodyModel):
             loads.add_forces(u, v, time, factor, out)
         if self.mass_damper is not None:
             self.mass_damper.add_forces(self.vectors(u), self.split(v), factor, self.split(out))
+
+    def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array | None:
+        """Derivative of loads on sections with respect to the increments of a step. Collective.
+
+        Args:
+            u: Displacements of the owned vectors in its middle, shape (3 n_owned,).
+            v: Their velocities there, shape (3 n_owned,).
+            times: The step.
+
+        Returns:
+            Shape (copies or 0, 3 n, 3 n) [N/m], not symmetric; None without such loads.
+        """
+        pairs = zip(self.section_loads, self._rows, strict=True)
+        found = [rows.spread_slopes(loads.find_slopes(u, v, times)) for loads, rows in pairs]
+        return sum(found, np.zeros(()))[: len(self.vectors(u))] if found else None
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
         """Weight and forces, shape (copies or 0, n, 3) [N]. Collective."""
@@ -381,10 +393,3 @@ class ReducedModel(BodyModel):
             columns = root * basis.functions[:, free[copy]]
             found[copy, free[copy]] = np.linalg.lstsq(columns, root * of_nodes, rcond=None)[0]
         return found.reshape(-1, 3)[: self.n_owned]
-
-
-def _place(vectors: Array, is_point: Array, placement: Placement) -> Array:
-    """Vectors of a copy at rest, shape (n, 3)."""
-    R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
-    placed: Array = vectors @ R.T + is_point[:, None] * t
-    return placed

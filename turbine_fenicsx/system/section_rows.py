@@ -27,7 +27,7 @@ from scipy.sparse import csr_matrix
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
 from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
-from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.section_transfer import check_stations, share_out
@@ -58,10 +58,13 @@ class SectionRows:
         rows, *others = zip(*found, strict=True)
         counts, moments, self._initial = map(np.concatenate, others)
         check_stations(loads, counts, moments)
-        self._lines = [(line.copy, own) for line, own in zip(loads.lines, rows, strict=True)]
+        ends = np.cumsum([line.size for line in loads.lines])
+        self._lines = [
+            (line.copy, own, slice(end - line.size, end))
+            for line, own, end in zip(loads.lines, rows, ends, strict=True)
+        ]
         turns = [np.asarray(body.placements[line.copy].rotation) for line in loads.lines]
         sizes = [line.size for line in loads.lines]
-        self._first = np.cumsum([0, *sizes])
         self._turn_back = np.repeat(np.array(turns, dtype=float), sizes, axis=0).swapaxes(1, 2)
 
     def _find_rows(
@@ -106,7 +109,9 @@ class SectionRows:
         if len(x):
             both[..., :3], both[..., 3:] = x.reshape(-1, self._n, 3), v.reshape(-1, self._n, 3)
         from_rank0(self._comm, both)
-        sums = np.concatenate([rows @ both[copy] for copy, rows in self._lines]).reshape(-1, 4, 6)
+        sums = np.concatenate([rows @ both[copy] for copy, rows, _ in self._lines]).reshape(
+            -1, 4, 6
+        )
         B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
         self._axes = A = nearest_rotation(B)
         A_T = A.swapaxes(1, 2)
@@ -121,6 +126,33 @@ class SectionRows:
             (self._inverse @ spin[:, :, None])[:, :, 0],
             self._initial,
         )
+
+    def spread_slopes(self, slopes: Array) -> Array:
+        """Derivatives of the forces on the vectors, of those of the loads at the last motion.
+
+        With P_i, which takes increments of the vectors to those of section i, this is the sum of
+        P_i^T Q_i P_i for each copy.
+
+        Args:
+            slopes: Q, shape (stations, 6, 6), see `BoundSectionLoads.find_slopes`.
+
+        Returns:
+            Shape (copies, 3 n, 3 n).
+        """
+        k = 3 * self._n
+        found = np.zeros((self._copies, k, k))
+        # J^-1 sum_j A_j x H_j
+        turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=1)
+        turns = self._inverse[:, None] @ turns
+        for copy, rows, of_line in self._lines:
+            H = rows.reshape(-1, 4, self._n)
+            P = np.zeros((len(H), 6, self._n, 3))
+            for i in range(3):
+                P[:, i, :, i] = H[:, 0]
+            P[:, 3:] = np.einsum("sjab,sjn->sanb", turns[of_line], H[:, 1:], optimize=True)
+            P = P.reshape(-1, 6, k)
+            found[copy] += P.reshape(-1, k).T @ (slopes[of_line] @ P).reshape(-1, k)
+        return found
 
     def forces(self, F: Array, M: Array) -> Array:
         """Forces on the vectors for loads on the sections of the last motion.
@@ -139,8 +171,6 @@ class SectionRows:
         for j in range(3):
             on_rows[:, 1 + j] = cross_rows(turn, self._axes[:, :, j])
         f = np.zeros((self._copies, self._n, 3))
-        for (copy, rows), start, end in zip(
-            self._lines, self._first, self._first[1:], strict=False
-        ):
-            f[copy] += rows.T @ on_rows[start:end].reshape(-1, 3)
+        for copy, rows, of_line in self._lines:
+            f[copy] += rows.T @ on_rows[of_line].reshape(-1, 3)
         return f.reshape(-1, 3)

@@ -17,7 +17,7 @@ left. The derivative with respect to dz is
 A first guess strains stiff walls by terms of second order, and their stress would spoil the last
 term. There c is taken as it was expected: extrapolated from the last steps, then linear in the last
 increment, c + J ddz. The residual stays as it is (mixed integration points: Magisano, Leonetti and
-Garcea 2017).
+Garcea 2017). Loads on sections have the slopes of the first guess in all iterations of a step.
 """
 
 from __future__ import annotations
@@ -89,6 +89,7 @@ class ReducedStep:
         self._u = u.array_r.copy()
         for loads in model.section_loads:
             loads.start_step_at(times, self._u)
+        self._slopes: Array | None = None
         self.start_iteration()
         self.round_off = self._find_round_off()
 
@@ -128,6 +129,8 @@ class ReducedStep:
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
         dz, strain = self.model.split(du.array_r), self.model.strain
+        if self._slopes is None and self.model.section_loads:
+            self._slopes = self.model.find_load_slopes(*self._move(du.array_r), self._times)
         y, dy = self._middle(dz)
         dc, J = strain.change(y, dy), strain.jacobian(self._y + dy)
         if self._expected is None:
@@ -163,6 +166,8 @@ class ReducedStep:
         S = strain.stress(self._algorithmic(dc))
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
+        if self._slopes is not None:
+            A -= half_dt2 * self._slopes
         return A
 
     def _write(self, A: Array) -> None:

@@ -218,3 +218,40 @@ def test_the_step_is_announced_to_the_source():
     loads.work(u, u, times, u)
     loads.start_step_at(StepTimes.from_start(0.1, 0.1), u)
     assert np.max(np.abs(source.wake)) > 0.0
+
+
+@dataclass
+class Stations(Drag):
+    """A drag that every station has for itself, and a moment that brings it back."""
+
+    def loads(self, motion, time):
+        force, moment = super().loads(motion, time)
+        back = np.cross(motion.axes[:, :, 0], [1.0, 0.3, 0.0])
+        return force - 3.0 * motion.position, moment + 5.0 * back
+
+
+def test_slopes_are_the_derivative_of_the_forces_in_a_step():
+    body = rotor()
+    system = on_hub([body], blown(body, Stations(12)))
+    model, rng = system.flexible_models[0], np.random.default_rng(6)
+    times = StepTimes.from_start(0.3, 0.05)
+
+    def random(size):
+        return own(size * rng.standard_normal((model.size_global, 3))).ravel()
+
+    z = model.positions
+    turn = np.cross((0.5, -1.0, 0.3), z) + model.is_point[:, None] * (1.0, 2.0, 0.5)
+    u, du, way = random(1e-4), times.dt * turn.ravel(), random(1.0)
+
+    def forces(change):
+        out = np.zeros_like(u)
+        moved = du + change * way
+        model.add_forces(u + 0.5 * moved, moved / times.dt, times.middle, 1.0, out)
+        return out
+
+    slopes = model.find_load_slopes(u + 0.5 * du, du / times.dt, times)
+    change = 1e-5
+    wanted = (forces(change) - forces(-change)) / (2.0 * change)
+    found = (slopes @ way.reshape(-1, slopes.shape[-1], 1)).ravel()
+    # slopes leave out how spins and forces follow arms that change
+    assert np.linalg.norm(found - wanted) <= 0.05 * np.linalg.norm(wanted)
