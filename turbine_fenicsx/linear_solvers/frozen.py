@@ -11,7 +11,7 @@ parent body, R_l for forces and R_r for motions of both: then P, Z and the Schur
 turn, and the coupling stays exact. `QuasiNewton` makes up for what the deformation changes beyond
 that.
 
-A body with a small dense tangent has no frames: its tangent is that of the first guess of a step.
+A body with a small dense tangent has no frames: its tangent is new in each update.
 """
 
 from __future__ import annotations
@@ -70,6 +70,11 @@ class FrozenElimination:
         self._reduced = ReducedEquations(step, [bodies[k] for k in sorted(bodies)])
         self._dt = 0.0
         self._factorised_at = RestartData()
+
+    @property
+    def has_small_bodies(self) -> bool:
+        """Whether some bodies have small tangents, which `update` makes exact."""
+        return bool(self._small)
 
     @property
     def krylov_iterations(self) -> int:

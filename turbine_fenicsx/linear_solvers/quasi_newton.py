@@ -46,6 +46,9 @@ class QuasiNewton:
     sum of both costs is then nearly the least; where refreshing does not help, it is not repeated,
     as there is nothing beyond what it led to. One more in a step does not count.
 
+    Bodies with small tangents have new ones in each iteration. Then P changes, so that steps stay
+    as they are; what is frozen of the other bodies alone makes them approximate.
+
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
         solver: The approximate linear solver P.
@@ -57,6 +60,7 @@ class QuasiNewton:
         self._comm = step.system.comm
         self._weights = step.mass_weights()
         self._steps: list[Array] = []
+        self._iterations = 0
         self._new = False
         self._excess = self._usual = 0.0
         self._settled = self._fewest = 0
@@ -77,7 +81,7 @@ class QuasiNewton:
         due = self._excess >= RENEWAL
         if due:
             self._solver.refresh()
-        self._steps = []
+        self._steps, self._iterations = [], 0
         self._products = np.zeros((0, 0))
         self._new = self._solver.start_iteration() or due
         if self._new:
@@ -86,12 +90,15 @@ class QuasiNewton:
 
     def update(self, x: PETSc.Vec) -> None:
         """Update the approximate solver, once per step: Broyden's method does the rest."""
-        if not self._steps:
+        if not self._iterations or self._solver.has_small_bodies:
             self._solver.update(x)
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """The quasi-Newton correction for the residual b; x is minus the step."""
         self._solver.solve(b, x)
+        self._iterations += 1
+        if self._solver.has_small_bodies:
+            return
         parts = [part.array for part in x.getNestSubVecs()]
         s = self._improve(-np.concatenate(parts))
         end = 0
@@ -106,7 +113,7 @@ class QuasiNewton:
             Whether to retry the step: it failed with a factor of an earlier step, and a new one
             costs less than the exact tangent.
         """
-        n = len(self._steps)
+        n = self._iterations
         if not converged:
             self._excess = RENEWAL
             return not self._new
