@@ -45,7 +45,6 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.simulation.checkpoint import save_state
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.simulation.observers.tips import Tip, Tips
 
 pytestmark = pytest.mark.parallel
 
@@ -325,7 +324,6 @@ def test_reactions_at_a_root_change_the_momenta_of_the_blade():
         (lambda s, b: GeneralisedAlpha(s, 0.8), "steps of the Newmark family"),
         (lambda s, b: BodyFields(s, b), "fields"),
         (lambda s, b: turning_modes(s, "main", 1.0, 2, blades=3), "multiblade coordinates"),
-        (lambda s, b: Tips(s, [Tip("t", b, (0.0, 0.0, 4.0), None)]), "tips"),
     ],
 )
 def test_what_needs_a_mesh_says_so(make, what):

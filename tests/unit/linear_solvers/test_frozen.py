@@ -182,7 +182,7 @@ def test_the_factor_is_renewed_when_what_it_costs_is_spent_or_after_a_failure(co
         """Whether the step after each of these begins with a new factor."""
         method, found = QuasiNewton(Step(), Solver()), []
         for n in iterations:
-            method._steps = [None] * n
+            method._iterations = n
             method.end_iteration(converged)
             refreshed.clear()
             method.start_iteration()

@@ -61,7 +61,7 @@ def test_a_restored_method_renews_the_factor_when_the_first_one_does(make, past)
         """Whether the factor is due after each step."""
         due = []
         for n in counts:
-            method._steps = [None] * n
+            method._iterations = n
             method.end_iteration(True)
             due.append(method.save().numbers["excess"] >= RENEWAL)
         return due
