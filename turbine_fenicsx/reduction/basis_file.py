@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,6 +68,35 @@ def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis
             f"{name!r} is not a basis of {body.name!r}, {difference}: reduce the body anew"
         )
     return basis
+
+
+class BasisSizes(NamedTuple):
+    """Sizes of a basis in a file.
+
+    Attributes:
+        nodes: Number of nodes of the mesh.
+        functions: Number of functions besides those of the interfaces.
+        strains: Number of strain coordinates.
+    """
+
+    nodes: int
+    functions: int
+    strains: int
+
+
+def read_sizes(path: str | os.PathLike[str]) -> BasisSizes:
+    """Sizes of a basis in a file, without its body; on one rank.
+
+    Raises:
+        InputError: for a file that is not a basis.
+        FileError: if it cannot be read.
+    """
+    name = os.fspath(path)
+    try:
+        basis = ReducedBasis(**_read_arrays(name))
+    except ModelError as error:
+        raise InputError(f"{name!r} is damaged: {error}") from None
+    return BasisSizes(len(basis.points), basis.size, basis.strain_factor.shape[1])
 
 
 def _read_arrays(path: str) -> dict[str, Any]:

@@ -29,6 +29,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         describe_tower,
         inspect_mesh,
     )
+    from turbine_fenicsx.turbine.run.reduction import describe_reduction
 
     draft = on_rank0(comm, lambda: Draft.load(options.case, options.overrides))
     case = draft.case
@@ -61,6 +62,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
             raise InputError("\n".join(found.mistakes))
         _warn(comm, found.warnings)
         _print(comm, found.report)
+        reduction = on_rank0(comm, lambda: describe_reduction(case, found.nodes_of_blade))
+        _print(comm, "\n".join(reduction))
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_tower(case))))
     _print(comm, f"{options.case}: valid")
     return OK

@@ -12,6 +12,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
+from turbine_fenicsx.cli.commands._progress import show_reduction
 from turbine_fenicsx.cli.commands._running import carry_out, choose_style
 
 
@@ -32,19 +33,21 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.turbine.run.run import run_case
 
-    return carry_out(
-        options,
-        comm,
-        lambda stop: (
-            case,
-            run_case(
+    style = choose_style(options)
+    with show_reduction(comm, style == "none"):
+        return carry_out(
+            options,
+            comm,
+            lambda stop: (
                 case,
-                options.out,
-                comm,
-                choose_style(options),
-                stop=stop,
-                force=options.force,
-                overwrite=options.overwrite,
+                run_case(
+                    case,
+                    options.out,
+                    comm,
+                    style,
+                    stop=stop,
+                    force=options.force,
+                    overwrite=options.overwrite,
+                ),
             ),
-        ),
-    )
+        )

@@ -28,14 +28,19 @@ def find_aero_file(case: Tables) -> str:
     return str(find_turbine_file(name)) if is_windio(name) else name
 
 
-def load_aero_blade(case: Tables) -> AeroBlade:
+def load_aero_blade(case: Tables, stations: int | None = None) -> AeroBlade:
     """A blade at the stations of a quadrature over its span.
+
+    Args:
+        case: The case.
+        stations: Their number; that of the case if None.
 
     Raises:
         InputError: if the file cannot be read, or is none that is known.
         ModelError: if what it says cannot be a blade.
     """
-    return _load(find_aero_file(case), case.aero.stations, case.blade.hub_radius)
+    number = case.aero.stations if stations is None else stations
+    return _load(find_aero_file(case), number, case.blade.hub_radius)
 
 
 @read_if_changed()

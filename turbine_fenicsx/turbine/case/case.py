@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import PrivateAttr, ValidationError
 
 from turbine_fenicsx.case.checks import find_contradictions, list_checks
 from turbine_fenicsx.case.files import Nested, place_files
@@ -28,6 +28,13 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 
 class Case(Tables):
     """One run."""
+
+    _folder: Path | None = PrivateAttr(default=None)
+
+    @property
+    def folder(self) -> Path | None:
+        """Folder of the case file; None for a case from elsewhere."""
+        return self._folder
 
     @staticmethod
     def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Case:
@@ -103,6 +110,7 @@ class Draft:
         data, refused = _override(data, overrides)
         data = place_files(data, Tables, folder)
         draft = Draft.parse(data, folder)
+        draft.case._folder = folder
         return Draft(draft.case, (*refused, *draft.mistakes, *_look_at_mesh(draft.case)))
 
     @staticmethod

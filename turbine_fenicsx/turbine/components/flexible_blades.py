@@ -13,9 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -27,7 +30,9 @@ from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
+from turbine_fenicsx.turbine.blades.blade_basis import find_basis
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
+from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh, place_copies
 from turbine_fenicsx.turbine.blades.station_check import check_stations
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
@@ -36,6 +41,8 @@ from turbine_fenicsx.turbine.components.pitch import RINGS
 BODY = "blades"
 """Name of the flexible body of all blades."""
 
+Facets = npt.NDArray[np.int32]
+"""Facets of a mesh, indices local to a rank."""
 
 ROOT_LOADS = tuple(
     family(blade=k, axis=axis)
@@ -60,25 +67,13 @@ class FlexibleBlades(Component):
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
-        rotor = assembly.rotor
-        source, make = rotor.mesh_source()
-
-        def examine(mesh: MeshArrays) -> tuple[str, ...]:
-            mistakes = rotor.list_mistakes(mesh)
-            if not mistakes:
-                check_stations(assembly.case, mesh, rotor.layout, rotor.blades.degree)
-            return mistakes
-
-        mesh = assembly.load_mesh(BODY, source, make, examine)
-        frames = {
-            mesh.cell_names[name]: rotor.layout.frame(k) for k, name in enumerate(BLADES, start=1)
-        }
-        axes = frame_fields(mesh.mesh, mesh.cell_tags, frames)
-        body = rotor.blades.make_body(BODY, mesh, axes)
+        make = _make_reduced if assembly.case.has_reduced_blades else _make_full
+        body, roots = make(assembly)
         hub = assembly.part(HUB)
+        carriers = [assembly.find(ring) or hub for ring in RINGS]
         return [body] + [
-            Coupling(root, body, mesh.facets(root), assembly.find(ring) or hub)
-            for root, ring in zip(ROOTS, RINGS, strict=True)
+            Coupling(name, body, facets, carrier, copy=copy)
+            for name, carrier, (facets, copy) in zip(ROOTS, carriers, roots, strict=True)
         ]
 
     def channels(self, turbine: Turbine) -> Channels:
@@ -120,8 +115,40 @@ class FlexibleBlades(Component):
         return [failure_field(plies.stresses, leave_out=plies.made_up)] if plies else []
 
 
+def _make_full(assembly: Assembly) -> tuple[FlexibleBody, list[tuple[Facets, int]]]:
+    """All blades on one mesh, and the facets and copy of each root. Collective."""
+    rotor = assembly.rotor
+    source, make = rotor.mesh_source()
+
+    def examine(mesh: MeshArrays) -> tuple[str, ...]:
+        mistakes = rotor.list_mistakes(mesh)
+        if not mistakes:
+            check_stations(assembly.case, mesh, rotor.layout, rotor.blades.degree)
+        return mistakes
+
+    mesh = assembly.load_mesh(BODY, source, make, examine)
+    frames = {
+        mesh.cell_names[name]: rotor.layout.frame(k) for k, name in enumerate(BLADES, start=1)
+    }
+    axes = frame_fields(mesh.mesh, mesh.cell_tags, frames)
+    return rotor.blades.make_body(BODY, mesh, axes), [(mesh.facets(root), 0) for root in ROOTS]
+
+
+def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, int]]]:
+    """Copies of one reduced blade, and the facets and copy of each root. Collective."""
+    rotor = assembly.rotor
+    single = SingleMesh(assembly.case, rotor)
+    mesh = assembly.load_mesh(BODY, single.source, single.make, single.examine)
+    blade = ClampedBlade.of("blade", mesh, rotor)
+    basis = find_basis(assembly.case, blade)
+    body = ReducedBody(BODY, blade.body, basis, place_copies(rotor))
+    return body, [(blade.root, copy) for copy in range(len(ROOTS))]
+
+
 def find_plies(turbine: Turbine) -> BladePlies | None:
-    """Plies of the blades; None if they are of one material. Collective."""
+    """Plies of the blades; None if they are of one material, or reduced. Collective."""
+    if turbine.case.has_reduced_blades:
+        return None
     return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
 
 

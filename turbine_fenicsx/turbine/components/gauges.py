@@ -6,11 +6,11 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.skin import Skin
 from turbine_fenicsx.turbine.blades.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.components.component import Turbine
@@ -23,7 +23,7 @@ _SAMPLES = np.arange(64) / 64.0
 """Contour fractions whose mean point is inside a section."""
 
 
-def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
+def make_gauges(turbine: Turbine, body: DeformableBody) -> Gauges | None:
     """The gauges of a case; None if it has none. Collective.
 
     Args:
@@ -36,10 +36,11 @@ def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
     rotor, cases = turbine.rotor, turbine.case.output.gauges
     if not cases:
         return None
-    shape, skin = rotor.blades.shape, None
+    shape, view, skin = rotor.blades.shape, None, None
     if shape is None:
         model = next(model for model in turbine.system.flexible_models if model.body is body)
-        skin = Skin(on_mesh(model, "gauges"))
+        view = MeshView(model)
+        skin = Skin(view.mesh)
     found = []
     for name, case in cases.items():
         station, frame = case.find_station(rotor.blades.length), rotor.layout.frame(case.blade)
@@ -48,10 +49,13 @@ def make_gauges(turbine: Turbine, body: FlexibleBody) -> Gauges | None:
             start = rotor.layout.place(point[None], case.blade)[0]
             outward = outward @ frame
         else:
+            assert view is not None
             assert skin is not None
             height = rotor.blades.hub_radius + station * rotor.blades.length
-            centre = np.asarray(rotor.layout.centre)
-            start, outward = _look_from_middle(name, case, skin, centre, height, frame)
+            R, t = view.placements[case.blade - 1 if len(view.placements) > 1 else 0]
+            centre = (np.asarray(rotor.layout.centre) - t) @ R
+            start, outward = _look_from_middle(name, case, skin, centre, height, frame @ R)
+            start, outward = t + R @ start, R @ outward
         found.append(
             Gauge(name, body, point=start, outward=outward, along=frame[0], angle=case.angle)
         )

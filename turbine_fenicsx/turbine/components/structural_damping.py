@@ -11,8 +11,10 @@ import numpy as np
 from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.held_modes import HeldMode, Rider, held_modes
 from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
+from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
@@ -56,29 +58,50 @@ class StructuralDamping(Component):
         return found
 
 
-def _damp_blades(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> RayleighDamping:
+def _damp_blades(
+    assembly: Assembly, blades: DeformableBody, wanted: DampingCase
+) -> RayleighDamping:
     """The damping of all blades, found from the first one: they are equal."""
     mesh = assembly.meshes[BODY]
+    body = blades.full if isinstance(blades, ReducedBody) else blades
     held = [
         HeldPart(mesh.facets(root), mesh.cells(blade))
         for root, blade in zip(ROOTS, BLADES, strict=True)
+        if blade in mesh.cell_names
     ]
     damping = RayleighDamping(
         f"damping_of_{BODY}", body, stiffness=wanted.stiffness_time or 0.0, held=held
     )
-    if not wanted.ratios:
-        return damping
-    system, model = _make_system(assembly, damping, held[:1])
+    if wanted.ratios:
+        place = blades.placements[0] if isinstance(blades, ReducedBody) else Placement()
+        damping = _meet_ratios(assembly, damping, place, wanted)
+    return replace(damping, flexible=blades)
+
+
+def _meet_ratios(
+    assembly: Assembly, damping: RayleighDamping, place: Placement, wanted: DampingCase
+) -> RayleighDamping:
+    """The damping of blades with coefficients that meet the ratios of the first blade.
+
+    Args:
+        assembly: The turbine.
+        damping: The damping of the blades on their mesh.
+        place: Where the mesh of the first one stands.
+        wanted: The ratios.
+    """
+    mesh = assembly.meshes[BODY]
+    R, t = np.asarray(place.rotation, dtype=float), np.asarray(place.position, dtype=float)
+    system, model = _make_system(assembly, damping, damping.held[:1])
     nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
     root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
     layout, speed = assembly.rotor.layout, assembly.case.blade.damping.speed
-    spin = speed * skew(layout.axes[2])
+    spin, centre = speed * skew(layout.axes[2] @ R), (np.asarray(layout.centre) - t) @ R
     # centrifugal force -M S^2 (X - centre)
     arms, load = model.new_vector(), model.new_vector()
-    arms.array[:] = -((model.positions - np.asarray(layout.centre)) @ (spin @ spin).T).ravel()
+    arms.array[:] = -((model.positions - centre) @ (spin @ spin).T).ravel()
     model.momentum(arms, load)
     modes = held_modes(model, nodes, root, COUNT, load=load, spin=spin)
-    axes = blade_axes(layout, 1)
+    axes = blade_axes(layout, 1) @ R
     sections = _cut(system, nodes, axes)
     named = _name(modes, [BLADE_WAYS[_find_way(sections, nodes, mode)] for mode in modes])
     return _meet(damping, model, wanted, named, "blade")
@@ -205,6 +228,11 @@ def _sum_inertia(assembly: Assembly, tower: FlexibleBody) -> Array:
         r = np.append(1.0, np.asarray(body.position, dtype=float))
         total += body.mass * np.outer(r, r)
         total[1:, 1:] += R @ np.diag(body.euler) @ R.T
+    for blades in (x for x in assembly.parts if isinstance(x, ReducedBody)):
+        for place in blades.placements:
+            z = place.place(blades.basis.vectors, blades.basis.is_point)
+            points = np.column_stack([blades.basis.is_point, z])
+            total += points.T @ blades.basis.mass @ points
     for part in (x for x in assembly.parts if isinstance(x, FlexibleBody) and x is not tower):
         model = FlexibleModel(part)
         arms, momenta = model.new_vector(), model.new_vector()

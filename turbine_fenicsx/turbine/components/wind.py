@@ -37,6 +37,7 @@ from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.clamped_blade import SKIN
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.inflow import AXES
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
@@ -162,10 +163,14 @@ class Wind(Component):
                 for k, name in zip(numbers, BLADES, strict=True)
             ]
             return [RigidSectionLoads(WIND, stations, source)]
-        mesh = assembly.meshes[BODY]
+        mesh, reduced = assembly.meshes[BODY], case.has_reduced_blades
         lines = [
             StationLine(
-                mesh.facets(f"skin_{k}"), origin=layout.centre, axis=frame[0], stations=blade.radius
+                mesh.facets(SKIN if reduced else f"skin_{k}"),
+                origin=layout.centre,
+                axis=frame[0],
+                stations=blade.radius,
+                copy=k - 1 if reduced else 0,
             )
             for k, frame in zip(numbers, frames, strict=True)
         ]
@@ -209,7 +214,7 @@ class Wind(Component):
 
     def observers(self, turbine: Turbine, folder: Path) -> list[Observer]:
         """The works of the air on each blade, and with fields the loads and the wind as vectors."""
-        every = turbine.case.output.fields_every
+        every = turbine.case.fields_every
         found: list[Observer] = [self._works_of(turbine)]
         if every > 0.0:
             blade = on_rank0(turbine.comm, lambda: load_aero_blade(turbine.case))

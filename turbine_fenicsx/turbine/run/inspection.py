@@ -18,6 +18,7 @@ from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan, plan_rotor
+from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades
 from turbine_fenicsx.turbine.blades.station_check import list_station_mistakes
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.tower import tower_geometry
@@ -32,11 +33,13 @@ class Inspection:
         warnings: What looks wrong, one sentence each.
         report: Size, unknowns, volumes, masses and quality in a few lines; empty if it cannot be
             read.
+        nodes_of_blade: Number of nodes of the displacement of one blade.
     """
 
     mistakes: tuple[str, ...]
     warnings: tuple[str, ...]
     report: str
+    nodes_of_blade: int = 0
 
 
 def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
@@ -69,11 +72,16 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     report, found = mesh.examine(), examine_blades(mesh, plan.layout, plan.blades)
     warnings = [*report.warnings, *found.warnings, *plan.blades.find_warnings(report)]
     mistakes = tuple(f"{name}: {m}" for m in (*report.mistakes, *plan.list_mistakes(mesh)))
+    if not mistakes and case.has_reduced_blades:
+        unequal = list_unequal_blades(mesh, plan.layout)
+        mistakes = tuple(f"{name}: {m}" for m in unequal)
     if not mistakes:
         mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
     made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
     unknowns = _describe_unknowns(mesh, ROOTS, plan.blades.degree)
-    return Inspection(mistakes, tuple(warnings), "\n".join([str(report), unknowns, *made]))
+    text = "\n".join([str(report), unknowns, *made])
+    nodes = count_nodes(mesh.cells, mesh.reference, 3, plan.blades.degree) // len(ROOTS)
+    return Inspection(mistakes, tuple(warnings), text, nodes)
 
 
 def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:

@@ -20,6 +20,9 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change on restart."""
 
+BASIS = "basis.npz"
+"""Basis of reduced blades in an output folder."""
+
 OF_THE_START = ("start", "ramp")
 """Keys of the table ``time`` that say how a run began."""
 
@@ -27,6 +30,7 @@ OF_THE_START = ("start", "ramp")
 def label_case(case: Case) -> dict[str, str]:
     """Labels in which a checkpoint and the run that reads it must agree."""
     data = case.model_dump(mode="json", exclude=set(FREE))
+    del data["blade"]["reduction"]["file"]  # a checkpoint knows the functions of its vectors
     tables = change_files(data, Tables, lambda mark, name: mark.what)
     return {
         "kind of the controller": case.control.kind.partition(":")[0],
@@ -44,6 +48,8 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     data = read_tables(folder / "case.json")
     if data is None or holds_modes(folder):
         raise InputError(f"there is no run in {str(folder)!r} to resume")
+    if (folder / BASIS).exists():  # the one of the run, wherever it was taken from
+        data["blade"]["reduction"]["file"] = str(folder / BASIS)
     old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
         mine, theirs = getattr(new, name), getattr(old, name)

@@ -15,6 +15,7 @@ from typing import Any
 from mpi4py import MPI
 
 from turbine_fenicsx._version import __version__
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
@@ -29,6 +30,7 @@ from turbine_fenicsx.records.output_folder import (
     make_target_folder,
     remove_run,
 )
+from turbine_fenicsx.reduction.basis_file import write_basis
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.energy_check import judge_energy
 from turbine_fenicsx.simulation.observer import Observer
@@ -55,7 +57,7 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
+from turbine_fenicsx.turbine.run.resume import BASIS, change_case, label_case, write_case
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
 
@@ -238,6 +240,7 @@ def _run(
     data = checkpoints.load(simulation.observers) if resume else None
     if data is None:
         _empty_folder(folder, comm, checkpoints)
+        _write_bases(turbine, folder)
     write_case(case, folder, comm)
     timing.start()
     start = time.perf_counter()
@@ -248,6 +251,13 @@ def _run(
     result[names.INTERRUPTED] = simulation.stopped
     _write_summary(result, folder, comm)
     return result
+
+
+def _write_bases(turbine: Turbine, folder: Path) -> None:
+    """Write the basis of reduced blades, which restarts and later evaluations need."""
+    for body in turbine.system.flexible_bodies:
+        if isinstance(body, ReducedBody):
+            on_rank0(turbine.comm, partial(write_basis, folder / BASIS, body.basis))
 
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
@@ -294,7 +304,7 @@ def _make_outputs(
     case: Case, turbine: Turbine, stepper: Stepper, folder: Path, resume: bool
 ) -> list[Observer]:
     """Observers that write time series and fields; they open no file yet."""
-    comm, every = turbine.comm, case.output.fields_every
+    comm, every = turbine.comm, case.fields_every
     history, out = folder / "history.csv", folder / "history.out"
     kept = on_rank0(comm, lambda: read_columns(history)) if resume else []
     stress = every > 0.0 or names.MAX_STRESS in kept

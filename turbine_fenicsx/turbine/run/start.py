@@ -10,9 +10,12 @@ import numpy as np
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_layout
@@ -104,9 +107,24 @@ def turn_blades(case: Case, system: MultibodySystem, state: State) -> None:
         arms[0] += centre
         for model, u in zip(system.flexible_models, state.u, strict=True):
             if model.body.name == BLADES_BODY:
-                X = model.positions - centre
-                mine = np.argmax(X @ spans.T, axis=1) == k
+                X = model.positions - model.is_point[:, None] * centre
+                mine = _find_blades(model, X, spans) == k
                 u.array.reshape(-1, 3)[mine] = (X @ R.T - X)[mine]
+
+
+def _find_blades(model: BodyModel, X: Array, spans: Array) -> IntArray:
+    """Number of the blade that each node belongs to, from 0.
+
+    Args:
+        model: The model of all blades.
+        X: Its nodes, points from the rotor centre, shape (n, 3) [m].
+        spans: Directions of the blades, shape (blades, 3).
+    """
+    copies = len(spans) if isinstance(model.body, ReducedBody) else 1
+    if copies > 1:  # vectors of one blade after another
+        return np.arange(len(X)) * copies // model.size_global
+    blades: IntArray = np.argmax(X @ spans.T, axis=1)
+    return blades
 
 
 def list_held(case: Case, system: MultibodySystem) -> list[str]:

@@ -108,7 +108,7 @@ def rotor_inertia(turbine: Turbine) -> float:
     for block, v in zip(system.flexible_models, state.v, strict=True):
         v.array[:] = 0.0
         if block.body.name in _TURNING:
-            v.array[:] = np.cross(axis, block.positions - centre).ravel()
+            v.array[:] = np.cross(axis, block.positions - block.is_point[:, None] * centre).ravel()
     balance = system.balance(state)
     about_centre = balance.angular - np.cross(centre, balance.linear)
     inertia = float(about_centre @ axis)

@@ -15,6 +15,7 @@ from turbine_fenicsx.case.rules import Beside, NotBeside, Only, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.damping import BladeDamping, BladeDampingCase, check_damping
+from turbine_fenicsx.turbine.tables.reduction import ReductionCase
 
 if TYPE_CHECKING:  # no case needs MPI to be read
     from turbine_fenicsx.meshing import BladeGeometry
@@ -27,6 +28,9 @@ _FAR_OFF = 15.0
 
 SHAPE = ("hub_radius", "length", "stations", "chord", "thickness", "wall", "twist")
 """Keys of the shape."""
+
+QUADRATIC = ("transversely_isotropic", "st_venant_kirchhoff", "windio")
+"""Laws of the material whose energy is quadratic in the strain."""
 
 _OF_FILE = (
     NotBeside("turbine.file", "which has the shape of the blades"),
@@ -78,6 +82,10 @@ class BladeCase(Section):
     layup: Annotated[Literal["homogenised", "laminate"], With("turbine.file")] = "homogenised"
     """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
     their bending stiffness too."""
+    model: Annotated[Literal["full", "reduced"], Only("turbine.model", "hybrid")] = "full"
+    """Blades on their whole mesh, or as some dozen functions of it move, see
+    howto/reduced_turbine."""
+    reduction: Annotated[ReductionCase, Only("model", "reduced")] = ReductionCase()
     damping: Annotated[BladeDamping, Only("turbine.model", "hybrid")] = BladeDampingCase()
     """Structural damping: a ratio such as ``"0.5 %"``, or a table with ratios of named modes, see
     howto/damping; 0.5 % beside ``turbine.file``."""
@@ -91,6 +99,24 @@ class BladeCase(Section):
         from turbine_fenicsx.meshing import BladeGeometry
 
         return BladeGeometry(**self.model_dump(include=set(SHAPE)))
+
+    @check("model", "turbine.model", "material.law", "time.scheme")
+    def _check_model(self, case: Any) -> str:
+        """The law of reduced blades is quadratic in the strain, and their scheme conserves."""
+        if self.model == "full" or case.turbine.model == "rigid":
+            return ""
+        law, scheme = case.material.law, case.time.scheme
+        if law not in QUADRATIC:
+            return (
+                f'blade.model = "reduced": expected a material.law that is quadratic in the '
+                f"strain, one of {', '.join(QUADRATIC)}, not {quote(law)}"
+            )
+        if scheme != "energy_momentum":
+            return (
+                f'blade.model = "reduced": expected time.scheme = "energy_momentum", not '
+                f"{quote(scheme)}"
+            )
+        return ""
 
     @check("stations")
     def _check_stations(self, case: Any) -> str:

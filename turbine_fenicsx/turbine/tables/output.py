@@ -8,9 +8,15 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
-from turbine_fenicsx.case.rules import Only
+from turbine_fenicsx.case.rules import AnyOf, Only
 from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
+
+_FULL = AnyOf(
+    Only("blade.model", "full"),
+    Only("turbine.model", "rigid"),
+    say='with blade.model = "reduced"',
+)
 
 PLACES = ("trailing edge", "suction side", "leading edge", "pressure side")
 """Places around a section that all blades have, by rising contour fraction."""
@@ -89,7 +95,7 @@ class OutputCase(Section):
     one at the start and at the end.
     """
 
-    fields_every: Annotated[Seconds, NotNegative] = 0.1
+    fields_every: Annotated[Seconds, NotNegative, _FULL] = 0.1
     """Simulated time between two outputs of fields; 0: no fields."""
     checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
     """Simulated time between two checkpoints; 0: by wall time alone."""

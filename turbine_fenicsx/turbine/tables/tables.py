@@ -72,6 +72,16 @@ class Tables(Section):
         return self.turbine.model == "hybrid" and self.turbine.file is None
 
     @property
+    def has_reduced_blades(self) -> bool:
+        """Whether the blades are flexible and reduced."""
+        return self.turbine.model == "hybrid" and self.blade.model == "reduced"
+
+    @property
+    def fields_every(self) -> float:
+        """Time between two outputs of fields; 0 for none [s]."""
+        return 0.0 if self.has_reduced_blades else self.output.fields_every
+
+    @property
     def meshes_blades(self) -> bool:
         """Whether the blades have a mesh; that of rigid ones of a file gives their inertia."""
         return self.turbine.model == "hybrid" or self.turbine.file is not None

@@ -1,0 +1,91 @@
+"""One blade of a case, clamped at its root: what a basis is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.frame_fields import frame_fields
+from turbine_fenicsx.bodies.reduced_body import Placement
+from turbine_fenicsx.meshing import LoadedMesh
+from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan
+from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades, take_blade
+from turbine_fenicsx.turbine.blades.station_check import check_stations
+from turbine_fenicsx.turbine.case.case import Case
+
+BLADE, ROOT, SKIN = "blade_1", "root_1", "skin_1"
+"""Groups of the mesh of a blade, which is the first one of the rotor."""
+
+
+@dataclass
+class SingleMesh:
+    """Makes the mesh of one blade on rank 0 and looks at that of the rotor, whose part it is.
+
+    Args:
+        case: The case.
+        rotor: Its blades.
+    """
+
+    case: Case
+    rotor: RotorPlan
+    _whole: list[MeshArrays] = field(default_factory=list, init=False)
+
+    @property
+    def source(self) -> str:
+        """Name of the mesh."""
+        return self.rotor.mesh_source()[0]
+
+    def make(self) -> MeshArrays:
+        """The mesh of the blade."""
+        make: Callable[[], MeshArrays] = self.rotor.mesh_source()[1]
+        self._whole[:] = [make()]
+        return take_blade(self._whole[0], self.rotor.layout)
+
+    def examine(self, blade: MeshArrays) -> tuple[str, ...]:
+        """One sentence for everything that keeps the mesh from being these blades."""
+        mesh, rotor = self._whole.pop(), self.rotor
+        mistakes = rotor.list_mistakes(mesh)
+        if not mistakes:
+            mistakes = tuple(list_unequal_blades(mesh, rotor.layout))
+        if not mistakes:
+            check_stations(self.case, mesh, rotor.layout, rotor.blades.degree)
+        return mistakes
+
+
+@dataclass(frozen=True, eq=False)
+class ClampedBlade:
+    """A blade on its mesh, in its own axes from the rotor centre.
+
+    Args:
+        body: The blade.
+        root: Facets of its root, indices local to this rank.
+        system: The blade alone on the ground.
+    """
+
+    body: FlexibleBody
+    root: npt.NDArray[np.int32]
+    system: MultibodySystem
+
+    @classmethod
+    def of(cls, name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade:
+        """The blade on a mesh of `SingleMesh`. Collective."""
+        axes = frame_fields(mesh.mesh, mesh.cell_tags, {mesh.cell_names[BLADE]: np.eye(3)})
+        body, root = rotor.blades.make_body(name, mesh, axes), mesh.facets(ROOT)
+        clamp = Coupling("clamp", body, root, None)
+        return cls(body, root, MultibodySystem(mesh.mesh.comm, [body, clamp]))
+
+
+def place_copies(rotor: RotorPlan) -> list[Placement]:
+    """Where the blades of a rotor stand, as copies of one in its own axes."""
+    layout = rotor.layout
+    return [
+        Placement(position=layout.centre, rotation=layout.frame(k).T)
+        for k in range(1, layout.n_blades + 1)
+    ]

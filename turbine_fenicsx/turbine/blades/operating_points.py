@@ -1,0 +1,198 @@
+"""Operating points of a turbine as load paths of its blade: air, centrifugal force and weight.
+
+The air is that of blade-element momentum theory at a steady wind speed. With the centrifugal force
+of the rotor's speed it grows until t = 1 s; then the weight turns around the blade. Axes of the
+blade are those of its mesh: along the span from the rotor centre, to the leading edge, to the
+suction side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.forces.body_force import BodyForce
+from turbine_fenicsx.forces.time_functions import Ramp, Table
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.reduction.load_path import LoadPath
+from turbine_fenicsx.reduction.smooth_loads import LineLoads
+from turbine_fenicsx.reduction.static_body import StaticBody
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.wind.aero_blade import AeroBlade
+from turbine_fenicsx.wind.rotor import (
+    Operation,
+    Rotor,
+    find_performance,
+    find_pitch,
+    find_section_loads,
+)
+
+GRAVITY = 9.81
+STEEPEST = np.radians(30.0)
+"""Largest pitch [rad]."""
+
+EFFICIENCY = 0.95
+"""Electrical power over that of the rotor."""
+
+
+@dataclass(frozen=True)
+class RatedOperation:
+    """How a turbine is run in steady wind.
+
+    Args:
+        least_speed: Smallest speed of the rotor [rad/s].
+        rated_speed: Rated speed [rad/s].
+        rated_power: Rated electrical power [W].
+        tip_speed_ratio: The best one below rated speed [-].
+        fine_pitch: Pitch below rated power [rad].
+    """
+
+    least_speed: float
+    rated_speed: float
+    rated_power: float
+    tip_speed_ratio: float
+    fine_pitch: float = 0.0
+
+    def find(self, rotor: Rotor, wind: float, shear: float = 0.0) -> Operation:
+        """Speed and pitch of a rotor in a wind.
+
+        Args:
+            rotor: The rotor.
+            wind: Wind speed [m/s].
+            shear: Exponent of the wind over height.
+        """
+        best = self.tip_speed_ratio * wind / rotor.tip_distance
+        speed = float(np.clip(best, self.least_speed, self.rated_speed))
+        operation = Operation(wind, speed, self.fine_pitch, shear=shear)
+        power = self.rated_power / EFFICIENCY
+        if find_performance(rotor, operation, 1).power <= power:
+            return operation
+        steepest = max(STEEPEST, self.fine_pitch + STEEPEST)
+        pitch = find_pitch(rotor, operation, power, (self.fine_pitch, steepest), accuracy=1e-4)
+        return Operation(wind, speed, pitch, shear=shear)
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """An operating point.
+
+    Args:
+        wind: Wind speed [m/s].
+        air: Factor of the loads of the air.
+        azimuths: Where the weight acts, one after the other [deg].
+        shear: Exponent of the wind over height.
+    """
+
+    wind: float
+    air: float = 1.0
+    azimuths: tuple[float, ...] = (0.0, 90.0, 180.0, 270.0)
+    shear: float = 0.0
+
+    def __str__(self) -> str:
+        """Its name."""
+        return f"{self.wind:g} m/s, {self.air:g} of the air"
+
+
+TRAINING = tuple(
+    OperatingPoint(wind, air)
+    for wind in (6.0, 10.0, 15.0, 25.0)
+    for air in (1.0, 1.5)
+    if wind * air != 9.0
+)
+"""Points that a basis is made of."""
+
+UNSEEN = (
+    OperatingPoint(8.0, azimuths=(45.0,)),
+    OperatingPoint(11.5, azimuths=(135.0,)),
+    OperatingPoint(20.0, azimuths=(225.0,), shear=0.2),
+    OperatingPoint(10.5, 1.4, azimuths=(315.0,)),
+    OperatingPoint(13.0, 0.4, azimuths=(60.0,)),
+)
+"""Others, which a basis is judged by."""
+
+
+class OperatingLoads:
+    """Makes load paths of a blade at operating points.
+
+    Args:
+        system: A system with the blade alone, held at its root.
+        body: The blade, on a mesh in its own axes from the rotor centre.
+        blade: Its aerodynamics.
+        rated: How the turbine is run.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(
+        self, system: MultibodySystem, body: FlexibleBody, blade: AeroBlade, rated: RatedOperation
+    ) -> None:
+        self._body, self._blade, self._rated = body, blade, rated
+        still = StaticBody(system, body, body)
+        self.lines = LineLoads(still)
+        still.destroy()
+
+    @cached_property
+    def rotor(self) -> Rotor:
+        """The rotor of such blades, without cone and tilt."""
+        return Rotor(self._blade)
+
+    def list_paths(self, points: Sequence[OperatingPoint]) -> list[LoadPath]:
+        """Load paths of some operating points."""
+        return [self.make_path(point) for point in points]
+
+    def make_path(self, point: OperatingPoint) -> LoadPath:
+        """The load path of an operating point: air and rotation grow, then the weight turns."""
+        operation, grow = self._rated.find(self.rotor, point.wind, point.shear), Ramp(1.0, 1.0)
+        s, c = np.sin(operation.pitch), np.cos(operation.pitch)
+        normal, way = np.array([0.0, -s, c]), np.array([0.0, c, s])
+        outwards = operation.rotor_speed**2 * (np.eye(3) - np.outer(normal, normal))
+        forces = [
+            BodyForce(
+                "air", self._body, field=self._blow(point, operation, normal, way), function=grow
+            ),
+            BodyForce("centrifugal", self._body, field=lambda X: X @ outwards, function=grow),
+        ]
+        times = 2.0 + np.arange(len(point.azimuths))
+        for name, g, wave in (
+            ("span", np.array([-1.0, 0.0, 0.0]), np.cos),
+            ("way", way, np.sin),
+        ):
+            values = np.concatenate([[0.0], wave(np.radians(point.azimuths))])
+            table = Table(tuple(np.concatenate([[1.0], times])), tuple(values))
+            field = _make_constant(GRAVITY * g)
+            forces.append(BodyForce(f"weight, {name}", self._body, field=field, function=table))
+        return LoadPath(str(point), forces, (0.5, 1.0, *times))
+
+    def _blow(
+        self, point: OperatingPoint, operation: Operation, normal: Array, way: Array
+    ) -> Callable[[Array], Array]:
+        """The field of the air, as forces and moments about the span on the masses."""
+        blade, lines = self._blade, self.lines
+        loads = find_section_loads(self.rotor, operation, np.zeros(1))
+        f = loads.normal[0][:, None] * normal + loads.tangential[0][:, None] * way
+        chord = np.column_stack([0.0 * blade.twist, np.cos(blade.twist), -np.sin(blade.twist)])
+        lever = (np.asarray(blade.reference) - blade.aerodynamic_centre) * blade.chord
+        at = chord * lever[:, None]
+        at[:, 0] += blade.radius
+        if blade.prebend is not None:
+            at[:, 2] += blade.prebend
+        along = lines.axis.axes[:, 2]
+        moment = loads.moment[0] * along[0] + np.cross(lines.axis.arms(at), f) @ along
+        place = lines.axis.span(at)
+
+        def profile(values: Array) -> Callable[[Array], Array]:
+            return lambda s: point.air * np.interp(s, place, values)
+
+        parts = [lines.field(profile(f[:, k]), np.eye(3)[k], 0.0) for k in range(3)]
+        parts.append(lines.field(profile(moment), np.zeros(3), 1.0))
+        return lambda X: sum((part(X) for part in parts), np.zeros_like(X))
+
+
+def _make_constant(vector: Array) -> Callable[[Array], Array]:
+    """A field with the same vector at all points."""
+    return lambda X: np.broadcast_to(vector, X.shape)

@@ -1,0 +1,45 @@
+"""The table of the basis of reduced blades."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.files import DataFile
+from turbine_fenicsx.case.quantities import Whole
+from turbine_fenicsx.case.section import Section
+
+LARGEST = 300
+"""Functions of a basis; the time of a step grows with their third power."""
+
+Number = Annotated[Whole, Field(ge=0, le=LARGEST)]
+
+
+class ReductionCase(Section):
+    """Basis of reduced blades, see howto/reduced_turbine.
+
+    Blades of ``turbine.file`` learn it from operating points of the turbine, others from smooth
+    loads along the span.
+    """
+
+    modes: Number = 6
+    """Number of vibration modes of the blade in its basis, which are exact then."""
+    functions: Annotated[Whole, Field(ge=1, le=LARGEST)] = 48
+    """Number of all functions of the basis, three for each mode; more are better and slower."""
+    strains: Number = 25
+    """Number of strain coordinates besides those that small motions need."""
+    file: Annotated[str | None, DataFile("basis of the blades")] = None
+    """Basis that the command ``reduce`` has written for such blades; without it a run takes one
+    from the folder ``bases`` beside the case file, or makes it and keeps it there."""
+
+    @check("functions", "modes")
+    def _check_functions(self, case: Any) -> str:
+        """Each mode takes three functions."""
+        if self.functions >= 3 * self.modes:
+            return ""
+        return (
+            f"blade.reduction.functions = {self.functions}: expected at least {3 * self.modes}, "
+            f"three for each of blade.reduction.modes = {self.modes}"
+        )
