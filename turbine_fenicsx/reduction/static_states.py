@@ -68,7 +68,7 @@ def find_states(
             len(paths),
             path.name,
             len(states.times),
-            ", then given up" * states.given_up,
+            ", then given up" * bool(states.given_up),
             factors,
         )
     return found

@@ -70,7 +70,7 @@ class MeshView:
         return self._take_rows(copy, np.array([row]), np.ones(1))
 
     def take(self, copy: int, nodes: IntArray, weights: Array) -> tuple[IntArray, Array]:
-        """What nodes of the mesh add up to, in terms of the nodes of the model. Collective.
+        """Weights of the nodes of the model for a weighted sum of nodes of the mesh. Collective.
 
         Args:
             copy: Number of the copy.

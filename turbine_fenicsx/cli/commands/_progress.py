@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 _PARTS = ("turbine_fenicsx.reduction", "turbine_fenicsx.turbine.blades.blade_basis")
-"""Loggers that tell of it."""
+"""Loggers of the modules that make it."""
 
 
 @contextmanager

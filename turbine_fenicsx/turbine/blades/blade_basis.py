@@ -151,7 +151,7 @@ def list_loads(
 
 
 def describe_training(loads: Sequence[LoadPath] | None) -> str:
-    """What a basis is made of, in words."""
+    """The loads that a basis is made from, in words."""
     if loads is None:
         return "from smooth loads along the span"
     return f"from {len(loads)} operating points"

@@ -114,7 +114,7 @@ def _draw(verdict: Verdict, path: Path) -> Path | None:
 
 
 def describe_reduction(case: Case, nodes: int) -> list[str]:
-    """What reduced blades cost and how good they are, in words; called on rank 0.
+    """Cost and quality of reduced blades in words; called on rank 0.
 
     Args:
         case: The case.

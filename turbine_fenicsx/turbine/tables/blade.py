@@ -109,12 +109,11 @@ class BladeCase(Section):
         if law not in QUADRATIC:
             return (
                 f'blade.model = "reduced": expected a material.law that is quadratic in the '
-                f"strain, one of {', '.join(QUADRATIC)}, not {quote(law)}"
+                f'strain, one of {", ".join(QUADRATIC)}, not "{law}"'
             )
         if scheme != "energy_momentum":
             return (
-                f'blade.model = "reduced": expected time.scheme = "energy_momentum", not '
-                f"{quote(scheme)}"
+                f'blade.model = "reduced": expected time.scheme = "energy_momentum", not "{scheme}"'
             )
         return ""
 

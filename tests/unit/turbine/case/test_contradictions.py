@@ -50,6 +50,44 @@ def test_contradictions_of_tower_and_pitch_are_refused(data, sentence):
     assert mistakes(data) == [sentence]
 
 
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        (
+            {"material": {"law": "neo_hooke"}},
+            'blade.model = "reduced": expected a material.law that is quadratic in the strain, one '
+            'of transversely_isotropic, st_venant_kirchhoff, windio, not "neo_hooke"',
+        ),
+        (
+            {"time": {"scheme": "generalised_alpha"}},
+            'blade.model = "reduced": expected time.scheme = "energy_momentum", not '
+            '"generalised_alpha"',
+        ),
+        (
+            {"blade": {"model": "reduced", "reduction": {"modes": 10, "functions": 29}}},
+            "blade.reduction.functions = 29: expected at least 30, three for each of "
+            "blade.reduction.modes = 10",
+        ),
+    ],
+)
+def test_contradictions_of_reduced_blades_are_refused(data, sentence):
+    assert mistakes({"blade": {"model": "reduced"}} | data) == [sentence]
+
+
+def test_rigid_blades_have_no_other_model_and_reduced_ones_no_fields():
+    case = Case.parse({"turbine": {"model": "rigid"}, "blade": {"model": "reduced"}})
+    assert not case.has_reduced_blades
+    assert 'blade.model has no effect with turbine.model = "rigid"' in case.warnings
+    tables = {"blade": {"model": "reduced"}, "output": {"fields_every": 0.2}}
+    case = Case.parse(tables)
+    assert case.fields_every == 0.0
+    told = 'output.fields_every has no effect with blade.model = "reduced"'
+    assert told in case.warnings
+    full = Case.parse(tables | {"blade": {"reduction": {"modes": 3}}})
+    assert full.fields_every == 0.2
+    assert 'blade.reduction has no effect with blade.model = "full"' in full.warnings
+
+
 def test_tower_and_pitch_that_are_not_there_may_contradict_themselves():
     Case.parse({"tower": {"wall": 5.0, "elements": [1, 1, 1]}, "pitch": {"drive": "spring"}})
 

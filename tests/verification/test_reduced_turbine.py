@@ -1,0 +1,137 @@
+"""Claims about turbines with reduced blades: they run as those with full blades do."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from reduced_turbines import COMM, read, run, write_case
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.basis_file import read_sizes
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.run.run import restart_case
+
+pytestmark = pytest.mark.parallel
+
+FULL = "blade.model=full"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """The case, with its basis beside it after the first run."""
+    folder = on_rank0(COMM, lambda: tmp_path_factory.mktemp("reduced"))
+    return write_case(folder)
+
+
+@pytest.fixture(scope="module")
+def runs(path):
+    """Columns of the reduced and of the full turbine."""
+    return [read(run(path, name, *more)) for name, more in (("reduced", ()), ("full", (FULL,)))]
+
+
+def error(runs, name):
+    """Largest difference of a column, relative to its largest value in the full turbine."""
+    reduced, full = (columns[name] for columns in runs)
+    return np.max(np.abs(reduced - full)) / np.max(np.abs(full))
+
+
+def test_loads_and_power_are_those_of_full_blades(runs):
+    for name in ("aero_power_[W]", "aero_thrust_[N]", "root_moment_1_y_[Nm]", "root_force_2_z_[N]"):
+        assert error(runs, name) < 2e-3, name
+    assert error(runs, "root_moment_3_x_[Nm]") < 2e-3
+    assert error(runs, "root_moment_2_z_[Nm]") < 5e-3
+
+
+def test_tips_and_strains_are_those_of_full_blades(runs):
+    for name in ("tip_flap_1_[m]", "tip_flap_3_[m]", "tip_edge_2_[m]", "strain_root_[-]"):
+        assert error(runs, name) < 0.02, name
+
+
+def test_histories_have_the_columns_of_full_blades_but_for_failure(runs):
+    reduced, full = map(list, runs)
+    assert reduced == [name for name in full if "tsai_wu" not in name]
+
+
+def test_the_balance_of_energy_closes(runs):
+    reduced = runs[0]
+    size = np.max(np.abs(reduced["total_energy_[J]"]))
+    assert np.max(np.abs(reduced["energy_error_[J]"])) < 1e-9 * size
+    assert np.max(np.abs(reduced["work_of_wind_[J]"])) > 1e-3 * size
+    works = sum(reduced[f"aero_work_{k}_[J]"] for k in (1, 2, 3))
+    assert works == pytest.approx(reduced["work_of_wind_[J]"], abs=1e-9 * size)
+
+
+@pytest.mark.parametrize("start", ["undeformed", "equilibrium", "turning"])
+def test_runs_start_as_those_of_full_blades(path, start):
+    speed = "0 rpm" if start == "equilibrium" else "25 rpm"
+    changes = [f"time.start={start}", f"turbine.rotor_speed={speed}", "time.end=0.1"]
+    changes += ["pitch.initial=5 deg", "pitch.drive=spring", "pitch.stiffness=1e8"]
+    changes += ["pitch.damping=1e6"]
+    first = [
+        read(run(path, f"{start} {model}", *changes, f"blade.model={model}"))
+        for model in ("reduced", "full")
+    ]
+    for name in ("tip_flap_1_[m]", "tip_flap_2_[m]", "aero_power_[W]"):
+        reduced, full = (columns[name][0] for columns in first)
+        assert reduced == pytest.approx(full, rel=0.02, abs=1e-9), name
+
+
+def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path):
+    whole = run(path, "whole", "time.end=0.5")
+    half = run(path, "half", "time.end=0.3")
+    bases = path.parent / "bases"
+    elsewhere = path.parent / "moved"
+    on_rank0(COMM, lambda: shutil.move(bases, elsewhere))
+    try:
+        restart_case(half, COMM, ["time.end=0.5"], progress="none")
+    finally:
+        on_rank0(COMM, lambda: shutil.move(elsewhere, bases))
+    mine, theirs = read(half), read(whole)
+    for name in theirs:
+        assert name == "wall_time_[s]" or np.array_equal(mine[name], theirs[name]), name
+
+
+def test_the_basis_is_made_once_and_known_by_what_it_depends_on(path, runs):
+    bases = path.parent / "bases"
+    before = on_rank0(COMM, lambda: sorted(bases.iterdir()))
+    assert [file.suffix for file in before] == [".npz"]
+    run(path, "again", "time.end=0.05", "blade.damping=0.02", "wind.speed=11 m/s")
+    assert on_rank0(COMM, lambda: sorted(bases.iterdir())) == before
+    sizes = on_rank0(COMM, lambda: read_sizes(before[0]))
+    assert (sizes.functions, sizes.strains) == (30, 3 * 30 + 6 + 25)
+
+
+def test_a_basis_of_other_blades_is_refused(path, runs):
+    bases = path.parent / "bases"
+    (file,) = on_rank0(COMM, lambda: list(bases.glob("*.npz")))
+    named = f"blade.reduction.file={file}"
+    for change in ("blade.hub_radius=1.2 m", "blade.layup=laminate", "mesh.around=10"):
+        case = Case.load(path, [named, change])
+        with pytest.raises(InputError, match=r"is not a basis of 'blade', (the|its)"):
+            build_turbine(case, COMM)
+    build_turbine(Case.load(path, [named]), COMM)
+
+
+def test_damping_has_the_coefficients_of_full_blades(path, runs):
+    found = []
+    for model in ("reduced", "full"):
+        turbine = build_turbine(Case.load(path, [f"blade.model={model}"]), COMM)
+        damping = turbine.part("damping_of_blades")
+        found.append((damping.stiffness, damping.mass))
+        assert damping.flexible is turbine.part("blades")
+        found.append(turbine.part("damping_of_tower").mass)
+    assert found[0] == pytest.approx(found[2], rel=1e-6)
+    assert found[1] == pytest.approx(found[3], rel=1e-6)
+
+
+def test_summaries_have_the_masses_and_the_inertia_of_full_blades(path, runs):
+    summaries = [
+        on_rank0(COMM, lambda n=name: json.loads((path.parent / n / "summary.json").read_text()))
+        for name in ("reduced", "full")
+    ]
+    a, b = summaries
+    assert a["masses_[kg]"]["blades"] == pytest.approx(b["masses_[kg]"]["blades"], rel=1e-9)
+    assert a["rotor_inertia_[kgm2]"] == pytest.approx(b["rotor_inertia_[kgm2]"], rel=1e-9)
