@@ -19,6 +19,8 @@ is w, so that the resultants are F and M about x_i. All three hold to round-off.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mpi4py import MPI
 
 import numpy as np
@@ -28,13 +30,19 @@ from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
 from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.section_transfer import check_stations, share_out
+from turbine_fenicsx.system.section_transfer import check_stations, find_flat, share_out
+
+SHRINKAGE = 0.9
+"""Factor of the number of stations, if nodes are too far apart for them."""
 
 
 class SectionRows:
     """Rows of the stations of all copies, whose vectors rank 0 owns.
+
+    Stations that are closer than the nodes of the mesh lie between wider sections, and their rows
+    are linear between the rows of these, which keeps all that is said above.
 
     Args:
         body: The reduced body.
@@ -76,24 +84,49 @@ class SectionRows:
         line: StationLine,
     ) -> tuple[Array, Array, Array, Array]:
         """Rows of a line, shape (4 stations, n), numbers of nodes, sum w R R^T, and centres."""
-        X, place = full.positions, body.placements[line.copy]
+        place, areas = body.placements[line.copy], full.find_areas(name, line.facets)
         R, t = (np.asarray(x, dtype=float) for x in (place.rotation, place.position))
-        placed = t + X @ R.T
-        nodes, stations, weights = share_out(line, placed, full.find_areas(name, line.facets), 0)
-        sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(line.size, len(X)))
-        counts = np.bincount(stations, minlength=line.size).astype(float)
+        placed = t + full.positions @ R.T
+
+        def measure(wider: StationLine) -> tuple[Array, Array, Array, Array]:
+            shares = share_out(wider, placed, areas, 0)
+            return self._sum_up(wider.size, full.positions, functions, shares)
+
+        rows, counts, moments, centres = own = measure(line)
+        stations = np.asarray(line.stations, dtype=float)
+        number = line.size
+        while number > 2 and np.any(find_flat(counts, moments)):
+            # stations that are closer than the nodes lie between wider ones
+            number = max(2, int(SHRINKAGE * number))
+            wider = np.linspace(stations[0], stations[-1], number)
+            rows, counts, moments, centres = measure(replace(line, stations=wider))
+        if np.any(find_flat(counts, moments)):
+            rows, counts, moments, centres = own
+        elif number < line.size:
+            share = np.array([np.interp(stations, wider, e) for e in np.eye(number)]).T
+            rows, moments, centres = (np.tensordot(share, x, 1) for x in (rows, moments, centres))
+            counts = np.full(line.size, counts.min())
+        return rows.reshape(-1, self._n), counts, moments, t + centres @ R.T
+
+    def _sum_up(
+        self, size: int, X: Array, functions: Array, shares: tuple[IntArray, IntArray, Array]
+    ) -> tuple[Array, Array, Array, Array]:
+        """Sums over the nodes of stations: rows, numbers of nodes, sum w R R^T, and centres."""
+        nodes, stations, weights = shares
+        sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(size, len(X)))
+        counts = np.bincount(stations, minlength=size).astype(float)
         # weights, X and X X^T beside 1, and F beside 1 and each component of X
         of_weights = [np.ones((len(X), 1)), X, (X[:, :, None] * X[:, None]).reshape(-1, 9)]
         columns = np.hstack([*of_weights, functions, *(x[:, None] * functions for x in X.T)])
         sums = sum_over_ranks(self._comm, np.column_stack([counts, sum_nodes @ columns]))
         counts, W = sums[:, 0], np.maximum(sums[:, 1], np.finfo(float).tiny)
-        centre = sums[:, 2:5] / W[:, None]
-        outer = centre[:, :, None] * centre[:, None] * W[:, None, None]
+        centres = sums[:, 2:5] / W[:, None]
+        outer = centres[:, :, None] * centres[:, None] * W[:, None, None]
         moments = sums[:, 5:14].reshape(-1, 3, 3) - outer
-        rows = sums[:, 14:].reshape(line.size, 4, self._n)
-        rows[:, 1:] -= centre[:, :, None] * rows[:, :1]
+        rows = sums[:, 14:].reshape(size, 4, self._n)
+        rows[:, 1:] -= centres[:, :, None] * rows[:, :1]
         rows[:, 0] /= W[:, None]
-        return rows.reshape(-1, self._n), counts, moments, t + centre @ R.T
+        return rows, counts, moments, centres
 
     def set_positions(self, x: Array) -> None:
         """Nothing: sums are those of arms, and lose no digits far from the origin."""

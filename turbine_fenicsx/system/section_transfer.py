@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
@@ -167,17 +168,14 @@ class SectionTransfer:
 
 
 def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
-    """Raise a ModelError for a station that is empty or whose nodes are on a line.
+    """Raise a ModelError for a station that `find_flat` finds.
 
     Args:
         loads: The stations.
         counts: Number of nodes of each, shape (n,).
         moments: Sums w r r^T of the arms of these from their centre, shape (n, 3, 3).
     """
-    flat = counts < 3.0
-    if not np.any(flat):
-        spread = np.linalg.eigvalsh(moments)
-        flat = spread[:, 1] <= SLENDEREST * spread[:, 2]
+    flat = find_flat(counts, moments)
     if np.any(flat):
         k = int(np.argmax(flat))
         for line in loads.lines:
@@ -189,6 +187,16 @@ def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
             f"station {k + 1} of {loads.name!r} at {place:g} m has no three nodes of the skin "
             "that are not on a line: take fewer stations, or a finer mesh"
         )
+
+
+def find_flat(counts: Array, moments: Array) -> npt.NDArray[np.bool_]:
+    """Which stations are empty or have all nodes on a line; arguments as of `check_stations`."""
+    few: npt.NDArray[np.bool_] = counts < 3.0
+    if np.any(few):
+        return few
+    spread = np.linalg.eigvalsh(moments)
+    thin: npt.NDArray[np.bool_] = spread[:, 1] <= SLENDEREST * spread[:, 2]
+    return thin
 
 
 def share_out(

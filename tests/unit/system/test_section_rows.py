@@ -200,11 +200,35 @@ def test_loads_of_a_wrong_copy_are_refused():
         SectionLoads("wind", beam(), [line(1)], Drag())
 
 
-def test_stations_without_nodes_are_refused():
+def test_stations_may_be_closer_than_nodes():
+    """Rotations and velocities of rigid motions, power and moments are still exact."""
+    body, rng = ReducedBody("r", beam(), clamped_basis()), np.random.default_rng(4)
+    places = np.linspace(0.2, 3.9, 30)
+    model, functions = find_functions(body)
+    loads = SectionLoads("wind", body, [line(stations=places)], Drag(30))
+    found, z = SectionRows(body, model, functions, loads), vectors(body)
+    h = np.zeros((len(z), 1))
+    h[0] = 1.0
+    Q, v, omega = rotation_about((0.3, -0.5, 0.8), 0.6), np.array([1.0, 2.0, -3.0]), [0.5, -1, 2]
+    moved = z @ Q.T
+    motion = found.motion(own(moved), own(h * v + np.cross(omega, moved)))
+    assert motion.initial[1:-1, 2] == pytest.approx(places[1:-1], abs=0.3)
+    assert np.all(np.diff(motion.initial[:, 2]) > 0.0)
+    assert motion.axes == pytest.approx(np.broadcast_to(Q, (30, 3, 3)), abs=EXACT)
+    assert motion.velocity == pytest.approx(v + np.cross(omega, motion.position), abs=1e-11)
+    assert motion.angular_velocity == pytest.approx(np.broadcast_to(omega, (30, 3)), abs=1e-11)
+    F, M = rng.standard_normal((2, 30, 3))
+    f = COMM.bcast(found.forces(F, M))
+    moment = M.sum(axis=0) + np.cross(motion.position, F).sum(axis=0)
+    assert np.sum(h * f, axis=0) == pytest.approx(F.sum(axis=0), abs=EXACT * np.abs(f).sum())
+    assert np.cross(moved, f).sum(axis=0) == pytest.approx(moment, abs=1e-11 * np.abs(f).sum())
+
+
+def test_a_line_without_nodes_is_refused():
     body = ReducedBody("r", beam(), clamped_basis())
-    close = [1.05, 1.15, 1.25, 2.0]
-    with pytest.raises(ValueError, match=r"station 2 of 'wind' at 1\.15 m has no three nodes"):
-        clamped(body, SectionLoads("wind", body, [line(stations=close)], Drag()))
+    none = StationLine(skin(beam())[:0], origin=(0, 0, 0), axis=(0, 0, 1), stations=STATIONS)
+    with pytest.raises(ValueError, match=r"station 1 of 'wind' at 0\.4 m has no three nodes"):
+        clamped(body, SectionLoads("wind", body, [none], Drag()))
 
 
 def test_the_step_is_announced_to_the_source():
@@ -254,4 +278,4 @@ def test_slopes_are_the_derivative_of_the_forces_in_a_step():
     wanted = (forces(change) - forces(-change)) / (2.0 * change)
     found = (slopes @ way.reshape(-1, slopes.shape[-1], 1)).ravel()
     # slopes leave out how spins and forces follow arms that change
-    assert np.linalg.norm(found - wanted) <= 0.05 * np.linalg.norm(wanted)
+    assert np.linalg.norm(found - wanted) <= 0.1 * np.linalg.norm(wanted)

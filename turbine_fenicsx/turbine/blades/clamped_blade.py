@@ -17,8 +17,6 @@ from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades, take_blade
-from turbine_fenicsx.turbine.blades.station_check import check_stations
-from turbine_fenicsx.turbine.case.case import Case
 
 BLADE, ROOT, SKIN = "blade_1", "root_1", "skin_1"
 """Groups of the mesh of a blade, which is the first one of the rotor."""
@@ -29,11 +27,9 @@ class SingleMesh:
     """Makes the mesh of one blade on rank 0 and looks at that of the rotor, whose part it is.
 
     Args:
-        case: The case.
-        rotor: Its blades.
+        rotor: The blades.
     """
 
-    case: Case
     rotor: RotorPlan
     _whole: list[MeshArrays] = field(default_factory=list, init=False)
 
@@ -54,8 +50,6 @@ class SingleMesh:
         mistakes = rotor.list_mistakes(mesh)
         if not mistakes:
             mistakes = tuple(list_unequal_blades(mesh, rotor.layout))
-        if not mistakes:
-            check_stations(self.case, mesh, rotor.layout, rotor.blades.degree)
         return mistakes
 
 

@@ -137,7 +137,7 @@ def _make_full(assembly: Assembly) -> tuple[FlexibleBody, list[tuple[Facets, int
 def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, int]]]:
     """Copies of one reduced blade, and the facets and copy of each root. Collective."""
     rotor = assembly.rotor
-    single = SingleMesh(assembly.case, rotor)
+    single = SingleMesh(rotor)
     mesh = assembly.load_mesh(BODY, single.source, single.make, single.examine)
     blade = ClampedBlade.of("blade", mesh, rotor)
     basis = find_basis(assembly.case, blade)

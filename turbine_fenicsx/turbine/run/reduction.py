@@ -61,7 +61,7 @@ def load_blade(case: Case, comm: MPI.Intracomm) -> ClampedBlade:
         InputError: if a file cannot be read.
     """
     rotor = plan_rotor(case, comm)
-    single = SingleMesh(case, rotor)
+    single = SingleMesh(rotor)
     try:
         mesh = load_arrays(comm, single.make, single.source, single.examine)
     except OSError as error:
