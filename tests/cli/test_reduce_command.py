@@ -78,7 +78,7 @@ def test_a_basis_goes_to_a_file_of_ones_own_and_runs_from_there(path, tmp_path, 
     run = ["run", str(path), "-o", str(tmp_path / "out"), "--quiet", "--set"]
     changes = ["blade.reduction.file=mine.npz", "time.end=0.05", "output.gauges={}"]
     assert main([*run, *changes]) == 0
-    assert (tmp_path / "out" / "basis.npz").read_bytes() == file.read_bytes()
+    assert (tmp_path / "out" / "basis_blades.npz").read_bytes() == file.read_bytes()
 
 
 def test_names_that_are_wrong_are_refused(path, tmp_path, capfd):

@@ -8,7 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-_PARTS = ("turbine_fenicsx.reduction", "turbine_fenicsx.turbine.blades.blade_basis")
+_PARTS = (
+    "turbine_fenicsx.reduction",
+    "turbine_fenicsx.turbine.blades",
+    "turbine_fenicsx.turbine.components.tower",
+)
 """Loggers of the modules that make it."""
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import logging
-import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis
 from turbine_fenicsx.case.files import hash_files
-from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.reduction.basis_file import VERSION, read_basis, write_basis
+from turbine_fenicsx.reduction.basis_file import read_basis
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.reduction.reduce_body import reduce_body
+from turbine_fenicsx.turbine.blades.basis_store import keep_basis, name_file, take_basis
 from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade
 from turbine_fenicsx.turbine.blades.operating_points import (
     TRAINING,
@@ -30,9 +29,6 @@ from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 log = logging.getLogger(__name__)
-
-FOLDER = "bases"
-"""Folder beside the case file in which bases are kept."""
 
 STATIONS = 60
 """Aerodynamic stations along the blade at its operating points."""
@@ -53,38 +49,28 @@ def find_basis(case: Case, blade: ClampedBlade) -> ReducedBasis:
     if file is not None:
         return read_basis(file, blade.body)
     path = on_rank0(comm, lambda: name_basis(case))
-    if on_rank0(comm, lambda: path is not None and path.is_file()):
-        assert path is not None
-        try:
-            return read_basis(path, blade.body)
-        except (InputError, FileError) as error:
-            log.info("%s; it is made anew", error)
-    return make_basis(case, blade, path)
+    return take_basis(path, blade.body, partial(_make, case, blade))
 
 
-def make_basis(case: Case, blade: ClampedBlade, path: Path | None) -> ReducedBasis:
-    """Make the basis of the blades of a case. Collective.
+def make_basis(case: Case, blade: ClampedBlade, path: Path) -> ReducedBasis:
+    """Make the basis of the blades of a case, and keep it in a file. Collective.
 
     Args:
         case: The case.
         blade: One of the blades.
-        path: Where the basis is kept, and its finished load paths beside it; None for nowhere.
+        path: The file.
 
     Raises:
         FileError: if it cannot be written.
     """
-    comm, r = blade.body.mesh.comm, case.blade.reduction
-    paths = None if path is None else path.with_suffix(".paths.npz")
-    loads = list_loads(case, blade, TRAINING)
+    return keep_basis(path, blade.body, partial(_make, case, blade))
+
+
+def _make(case: Case, blade: ClampedBlade, keep: Path | None) -> ReducedBasis:
+    """Make the basis; finished load paths are kept in a file."""
+    r, loads = case.blade.reduction, list_loads(case, blade, TRAINING)
     log.info("making the basis of the blades, %s", describe_training(loads))
-    basis = reduce_body(
-        blade.system, blade.body, r.modes, r.functions, r.strains, loads, keep=paths
-    )
-    if path is not None and paths is not None:
-        on_rank0(comm, partial(write_basis, path, basis))
-        on_rank0(comm, partial(paths.unlink, missing_ok=True))
-        log.info("the basis is kept in %s", path)
-    return basis
+    return reduce_body(blade.system, blade.body, r.modes, r.functions, r.strains, loads, keep=keep)
 
 
 def name_basis(case: Case) -> Path | None:
@@ -93,22 +79,11 @@ def name_basis(case: Case) -> Path | None:
     All that the basis depends on is in the name: shape, layup and mesh of the blades, the files
     that these come from, and the numbers of its table.
     """
-    if case.folder is None:
-        return None
-    folder = case.folder / FOLDER
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        log.warning("bases cannot be kept in %s: %s", folder, error.strerror)
-        return None
-    if not os.access(folder, os.W_OK):
-        log.warning("bases cannot be kept in %s: permission denied", folder)
-        return None
-    return folder / f"blade-{hash_blade(case)}.npz"
+    return name_file(case, "blade", describe_blade(case))
 
 
-def hash_blade(case: Tables) -> str:
-    """Hash of everything in a case that the basis of its blades depends on."""
+def describe_blade(case: Tables) -> dict[str, Any]:
+    """Everything in a case that the basis of its blades depends on."""
     data = case.model_dump(
         mode="json",
         include={
@@ -125,8 +100,7 @@ def hash_blade(case: Tables) -> str:
     files = hash_files(data, Tables)
     for table in ("turbine", "mesh", "aero"):  # by content
         data[table]["file"] = data[table]["file"] is not None
-    text = json.dumps([VERSION, data, files], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+    return data | {"files": files}
 
 
 def list_loads(

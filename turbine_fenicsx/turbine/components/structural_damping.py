@@ -107,9 +107,10 @@ def _meet_ratios(
     return _meet(damping, model, wanted, named, "blade")
 
 
-def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> RayleighDamping:
+def _damp_tower(assembly: Assembly, tower: DeformableBody, wanted: DampingCase) -> RayleighDamping:
     """The damping of the tower with nacelle and rotor as one rigid body on top."""
     mesh = assembly.meshes[TOWER]
+    body = tower.full if isinstance(tower, ReducedBody) else tower
     damping = RayleighDamping(
         f"damping_of_{TOWER}",
         body,
@@ -117,12 +118,12 @@ def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> 
         held=[HeldPart(mesh.facets(BOTTOM))],
     )
     if not wanted.ratios:
-        return damping
+        return replace(damping, flexible=tower)
     system, model = _make_system(assembly, damping, damping.held)
     nodes = np.arange(model.n_owned)
     foot, top = (nodes_of_facets(model.space, mesh.facets(name)) for name in (BOTTOM, TOP))
     gravity = -assembly.case.loads.gravity * np.asarray(E2)
-    rider = Rider.of(top, np.zeros(3), _sum_inertia(assembly, body), gravity)
+    rider = Rider.of(top, np.zeros(3), _sum_inertia(assembly), gravity)
     weight = model.new_vector()
     weight.array[:] = (model.nodal_mass[:, None] * gravity).ravel()
     modes = held_modes(model, nodes, foot, COUNT, load=weight, rider=rider)
@@ -131,7 +132,8 @@ def _damp_tower(assembly: Assembly, body: FlexibleBody, wanted: DampingCase) -> 
     for mode in modes:
         shape = sections.motion(mode.shape)
         ways.append(name_tower(shape, shape / sections.roots, sections.stations)[0].way)
-    return _meet(damping, model, wanted, _name(modes, ways), "tower")
+    found = _meet(damping, model, wanted, _name(modes, ways), "tower")
+    return replace(found, flexible=tower)
 
 
 def _make_system(
@@ -220,7 +222,7 @@ def _meet(
     return replace(damping, stiffness=beta, mass=alpha)
 
 
-def _sum_inertia(assembly: Assembly, tower: FlexibleBody) -> Array:
+def _sum_inertia(assembly: Assembly) -> Array:
     """Mass, first and second moments about the origin of all that stands on the tower, (4, 4)."""
     total = np.zeros((4, 4))
     for body in (x for x in assembly.parts if isinstance(x, RigidBody)):
@@ -228,12 +230,13 @@ def _sum_inertia(assembly: Assembly, tower: FlexibleBody) -> Array:
         r = np.append(1.0, np.asarray(body.position, dtype=float))
         total += body.mass * np.outer(r, r)
         total[1:, 1:] += R @ np.diag(body.euler) @ R.T
-    for blades in (x for x in assembly.parts if isinstance(x, ReducedBody)):
+    others = [x for x in assembly.parts if getattr(x, "name", None) != TOWER]
+    for blades in (x for x in others if isinstance(x, ReducedBody)):
         for place in blades.placements:
             z = place.place(blades.basis.vectors, blades.basis.is_point)
             points = np.column_stack([blades.basis.is_point, z])
             total += points.T @ blades.basis.mass @ points
-    for part in (x for x in assembly.parts if isinstance(x, FlexibleBody) and x is not tower):
+    for part in (x for x in others if isinstance(x, FlexibleBody)):
         model = FlexibleModel(part)
         arms, momenta = model.new_vector(), model.new_vector()
         arms.array[:] = model.positions.ravel()

@@ -7,14 +7,18 @@ centre of its foot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBasis, ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -22,14 +26,25 @@ from turbine_fenicsx.meshing import TowerGeometry, mesh_tower
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import TOWER
+from turbine_fenicsx.reduction.basis_file import read_basis
+from turbine_fenicsx.reduction.reduce_body import reduce_body
+from turbine_fenicsx.reduction.smooth_loads import smooth_loads
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.basis_store import name_file, take_basis
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import SUPPORT
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 
+log = logging.getLogger(__name__)
+
 FOOT, HEAD = "tower_foot", "tower_head"
 """Names of the couplings to the ground and to the rigid body that carries the yaw bearing."""
+
+LARGEST_DEFLECTION = 0.03
+"""Deflection of the head over the height for which a reduced tower is made."""
 
 AXES = np.array([E3, E1, E2])
 """Axes x, y, z of the frame of the tower as rows."""
@@ -64,7 +79,13 @@ class Tower(Component):
         body = FlexibleBody(TOWER, mesh.mesh, material, t.density, t.degree)
         top = RigidBody(SUPPORT, t.top_mass, t.top_euler)
         foot = Coupling(FOOT, body, mesh.facets(BOTTOM), None)
-        return [top, body, foot, Coupling(HEAD, body, mesh.facets(TOP), top)]
+        head = Coupling(HEAD, body, mesh.facets(TOP), top)
+        if not assembly.case.has_reduced_tower:
+            return [top, body, foot, head]
+        held = MultibodySystem(assembly.comm, [top, body, foot, head])
+        reduced = ReducedBody(TOWER, body, _find_basis(assembly.case, held, body))
+        ends = [replace(coupling, flexible=reduced) for coupling in (foot, head)]
+        return [top, reduced, *ends]
 
     def channels(self, turbine: Turbine) -> Channels:
         """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
@@ -95,3 +116,28 @@ class Tower(Component):
         motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
         ways = [f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")]
         return Channels(channels(motions, loads, 1.0), channels(ways, out, 1e-3))
+
+
+def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> ReducedBasis:
+    """The basis of the tower of a case. Collective.
+
+    Args:
+        case: The case.
+        held: A system with the tower and what holds it.
+        body: The tower.
+    """
+    r = case.tower.reduction
+    if r.file is not None:
+        return read_basis(r.file, body)
+
+    def make(keep: Path | None) -> ReducedBasis:
+        log.info("making the basis of the tower, from smooth loads along its height")
+        loads = smooth_loads(held, body, LARGEST_DEFLECTION)
+        return reduce_body(held, body, r.modes, r.functions, r.strains, loads, keep=keep)
+
+    def name() -> Path | None:
+        tower = case.tower.model_dump(mode="json", exclude={"damping", "model"})
+        del tower["reduction"]["file"]
+        return name_file(case, TOWER, tower)
+
+    return take_basis(on_rank0(held.comm, name), body, make)

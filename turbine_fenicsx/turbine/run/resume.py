@@ -20,8 +20,8 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change on restart."""
 
-BASIS = "basis.npz"
-"""Basis of reduced blades in an output folder."""
+BASES = {"blade": "basis_blades.npz", "tower": "basis_tower.npz"}
+"""Bases of reduced bodies in an output folder, by the table of the body."""
 
 OF_THE_START = ("start", "ramp")
 """Keys of the table ``time`` that say how a run began."""
@@ -30,7 +30,8 @@ OF_THE_START = ("start", "ramp")
 def label_case(case: Case) -> dict[str, str]:
     """Labels in which a checkpoint and the run that reads it must agree."""
     data = case.model_dump(mode="json", exclude=set(FREE))
-    del data["blade"]["reduction"]["file"]  # a checkpoint knows the functions of its vectors
+    for table in BASES:  # a checkpoint knows the functions of its vectors
+        del data[table]["reduction"]["file"]
     tables = change_files(data, Tables, lambda mark, name: mark.what)
     return {
         "kind of the controller": case.control.kind.partition(":")[0],
@@ -48,8 +49,9 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     data = read_tables(folder / "case.json")
     if data is None or holds_modes(folder):
         raise InputError(f"there is no run in {str(folder)!r} to resume")
-    if (folder / BASIS).exists():  # the one of the run, wherever it was taken from
-        data["blade"]["reduction"]["file"] = str(folder / BASIS)
+    for table, name in BASES.items():  # those of the run, wherever they were taken from
+        if (folder / name).exists():
+            data[table]["reduction"]["file"] = str(folder / name)
     old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
         mine, theirs = getattr(new, name), getattr(old, name)

@@ -57,7 +57,7 @@ from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.resume import BASIS, change_case, label_case, write_case
+from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
 
@@ -254,10 +254,11 @@ def _run(
 
 
 def _write_bases(turbine: Turbine, folder: Path) -> None:
-    """Write the basis of reduced blades, which restarts and later evaluations need."""
+    """Write the bases of reduced bodies, which restarts and later evaluations need."""
     for body in turbine.system.flexible_bodies:
         if isinstance(body, ReducedBody):
-            on_rank0(turbine.comm, partial(write_basis, folder / BASIS, body.basis))
+            path = folder / f"basis_{body.name}.npz"
+            on_rank0(turbine.comm, partial(write_basis, path, body.basis))
 
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:

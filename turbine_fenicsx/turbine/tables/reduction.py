@@ -18,7 +18,7 @@ Number = Annotated[Whole, Field(ge=0, le=LARGEST)]
 
 
 class ReductionCase(Section):
-    """Basis of reduced blades, see howto/reduced_turbine.
+    """Basis of the reduced blades, see howto/reduced_turbine.
 
     Blades of ``turbine.file`` learn it from operating points of the turbine, others from smooth
     loads along the span.
@@ -37,9 +37,39 @@ class ReductionCase(Section):
     @check("functions", "modes")
     def _check_functions(self, case: Any) -> str:
         """Each mode takes three functions."""
-        if self.functions >= 3 * self.modes:
-            return ""
-        return (
-            f"blade.reduction.functions = {self.functions}: expected at least {3 * self.modes}, "
-            f"three for each of blade.reduction.modes = {self.modes}"
-        )
+        return find_few_functions("blade", self.functions, self.modes)
+
+
+class TowerReductionCase(Section):
+    """Basis of the reduced tower, which learns it from smooth loads along its height."""
+
+    modes: Number = 4
+    """Number of vibration modes of the tower between foot and head in its basis."""
+    functions: Annotated[Whole, Field(ge=1, le=LARGEST)] = 24
+    """Number of all functions of the basis, three for each mode."""
+    strains: Number = 15
+    """Number of strain coordinates besides those that small motions need."""
+    file: Annotated[str | None, DataFile("basis of the tower")] = None
+    """Basis of such a tower; without it a run takes one from the folder ``bases`` beside the case
+    file, or makes it and keeps it there."""
+
+    @check("functions", "modes")
+    def _check_functions(self, case: Any) -> str:
+        """Each mode takes three functions."""
+        return find_few_functions("tower", self.functions, self.modes)
+
+
+def find_few_functions(table: str, functions: int, modes: int) -> str:
+    """A sentence if there are too few functions for the modes.
+
+    Args:
+        table: Of the body, for example "blade".
+        functions: Number of functions.
+        modes: Number of modes.
+    """
+    if functions >= 3 * modes:
+        return ""
+    return (
+        f"{table}.reduction.functions = {functions}: expected at least {3 * modes}, three for "
+        f"each of {table}.reduction.modes = {modes}"
+    )

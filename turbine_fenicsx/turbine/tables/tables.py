@@ -77,6 +77,11 @@ class Tables(Section):
         return self.turbine.model == "hybrid" and self.blade.model == "reduced"
 
     @property
+    def has_reduced_tower(self) -> bool:
+        """Whether the tower is flexible and reduced, as it can be beside reduced blades."""
+        return self.has_reduced_blades and self.tower.flexible and self.tower.model == "reduced"
+
+    @property
     def fields_every(self) -> float:
         """Time between two outputs of fields; 0 for none [s]."""
         return 0.0 if self.has_reduced_blades else self.output.fields_every

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import prod
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import Density, Kilograms, Metres, Number, Pascal
-from turbine_fenicsx.case.rules import Beside, Only
+from turbine_fenicsx.case.rules import Beside, If, Only
 from turbine_fenicsx.case.section import (
     MAX_ELEMENTS,
     Count,
@@ -23,6 +23,9 @@ from turbine_fenicsx.case.section import (
 )
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
+from turbine_fenicsx.turbine.tables.reduction import TowerReductionCase
+
+_BESIDE_REDUCED = If(lambda case: case.has_reduced_blades, "without reduced blades")
 
 
 class TowerCase(Section):
@@ -64,6 +67,12 @@ class TowerCase(Section):
     """Poisson's ratio."""
     density: Annotated[Density, Positive] = 7850.0
     """Density."""
+    model: Annotated[Literal["full", "reduced"], _BESIDE_REDUCED] = "full"
+    """Tower on its whole mesh, or beside reduced blades as some functions of it move, see
+    howto/reduced_turbine."""
+    reduction: Annotated[TowerReductionCase, Only("model", "reduced"), _BESIDE_REDUCED] = (
+        TowerReductionCase()
+    )
     damping: TowerDamping = TowerDampingCase()
     """Structural damping: a ratio such as ``"1 %"``, or a table with ratios of named modes, see
     howto/damping; 1 % beside ``turbine.file``."""

@@ -3,7 +3,7 @@
 import pytest
 from reduced_turbines import write_case
 
-from turbine_fenicsx.turbine.blades.blade_basis import hash_blade, name_basis
+from turbine_fenicsx.turbine.blades.blade_basis import describe_blade, name_basis
 from turbine_fenicsx.turbine.case.case import Case
 
 
@@ -35,22 +35,27 @@ def test_the_name_follows_what_the_basis_depends_on(path, change, same):
     more = drive if "bearings" in change else []
     viscous = ["blade.damping.flap_1=0", "blade.damping.edge_1=0"] if "viscosity" in change else []
     plain, changed = (Case.load(path, x) for x in ([*more], [change, *more, *viscous]))
-    assert (hash_blade(plain) == hash_blade(changed)) == same
+    assert (describe_blade(plain) == describe_blade(changed)) == same
 
 
 def test_the_content_of_the_turbine_counts_and_not_its_name(path):
-    before = hash_blade(Case.load(path))
+    before = describe_blade(Case.load(path))
     path.with_name("other.yaml").write_bytes(path.with_name("small.yaml").read_bytes())
-    assert hash_blade(Case.load(path, ["turbine.file=other.yaml"])) == before
+    assert describe_blade(Case.load(path, ["turbine.file=other.yaml"])) == before
     with path.with_name("other.yaml").open("a") as file:
         file.write("# a remark\n")
-    assert hash_blade(Case.load(path, ["turbine.file=other.yaml"])) != before
+    assert describe_blade(Case.load(path, ["turbine.file=other.yaml"])) != before
 
 
 def test_bases_stand_beside_the_case_if_it_has_a_place(path):
     case = Case.load(path)
     assert case.folder == path.parent
-    assert name_basis(case) == path.parent / "bases" / f"blade-{hash_blade(case)}.npz"
+    file = name_basis(case)
+    assert file.parent == path.parent / "bases"
+    assert file.name.startswith("blade-")
+    assert file.suffix == ".npz"
+    assert name_basis(Case.load(path, ["wind.speed=12 m/s"])) == file
+    assert name_basis(Case.load(path, ["mesh.span=7"])) != file
     tables = {"turbine": {"file": "small.yaml"}, "blade": {"model": "reduced"}}
     parsed = Case.parse(tables, path.parent)
     assert parsed.folder is None

@@ -1,0 +1,84 @@
+"""Where bases of reduced bodies are kept: the file of a case, or a folder beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import os
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBasis
+from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.basis_file import VERSION, read_basis, write_basis
+from turbine_fenicsx.turbine.case.case import Case
+
+log = logging.getLogger(__name__)
+
+FOLDER = "bases"
+"""Folder beside the case file in which bases are kept."""
+
+Maker = Callable[[Path | None], ReducedBasis]
+"""Makes a basis; gets a file for finished load paths, None for none."""
+
+
+def take_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBasis:
+    """A basis from a file if it is there and fits; else one that is made and kept there.
+
+    Args:
+        path: The file; None for nowhere.
+        body: The body.
+        make: Makes the basis.
+
+    Raises:
+        FileError: if it cannot be written.
+
+    Note:
+        Collective.
+    """
+    if on_rank0(body.mesh.comm, lambda: path is not None and path.is_file()):
+        assert path is not None
+        try:
+            return read_basis(path, body)
+        except (InputError, FileError) as error:
+            log.info("%s; it is replaced", error)
+    return keep_basis(path, body, make)
+
+
+def keep_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBasis:
+    """Make a basis and keep it in a file; arguments as of `take_basis`. Collective."""
+    paths = None if path is None else path.with_suffix(".paths.npz")
+    basis, comm = make(paths), body.mesh.comm
+    if path is not None and paths is not None:
+        on_rank0(comm, partial(write_basis, path, basis))
+        on_rank0(comm, partial(paths.unlink, missing_ok=True))
+        log.info("the basis is kept in %s", path)
+    return basis
+
+
+def name_file(case: Case, body: str, depends_on: Mapping[str, Any]) -> Path | None:
+    """File for a basis beside a case; None if there can be none. Called on rank 0.
+
+    Args:
+        case: The case.
+        body: Beginning of its name.
+        depends_on: Everything that the basis depends on, as numbers, texts and tables.
+    """
+    if case.folder is None:
+        return None
+    folder = case.folder / FOLDER
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        log.warning("bases cannot be kept in %s: %s", folder, error.strerror)
+        return None
+    if not os.access(folder, os.W_OK):
+        log.warning("bases cannot be kept in %s: permission denied", folder)
+        return None
+    text = json.dumps([VERSION, depends_on], sort_keys=True)
+    return folder / f"{body}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.npz"
