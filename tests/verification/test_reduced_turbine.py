@@ -9,6 +9,7 @@ from reduced_turbines import COMM, read, run, write_case
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
@@ -104,6 +105,34 @@ def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path, to
     mine, theirs = read(half), read(whole)
     for name in theirs:
         assert name == "wall_time_[s]" or np.array_equal(mine[name], theirs[name]), name
+    files = [
+        on_rank0(COMM, lambda f=folder: (f / "motion.bin").read_bytes()) for folder in (half, whole)
+    ]
+    assert files[0] == files[1]
+
+
+def test_the_motion_that_is_stored_is_that_of_the_run(path, runs):
+    out = path.parent / "reduced"
+    motion = on_rank0(COMM, lambda: read_motion(out / "motion.bin"))
+    assert motion.times == pytest.approx(np.linspace(0.0, 1.0, 11))
+    (blades,) = motion.bodies
+    assert (blades.name, blades.copies, blades.vectors) == ("blades", 3, 34)
+    turbine = build_turbine(Case.load(path), COMM)
+    (model,) = (m for m in turbine.system.flexible_models if m.is_small)
+    assert blades.meaning == model.meaning
+    # tips as the history has them, in the frames of the rings
+    F, points = model.body.basis.functions, model.body.points
+    x = F @ motion.vectors[0][-1]
+    for k, tip in enumerate(turbine.rotor.tips):
+        row = np.argmin(np.linalg.norm(points[k] - tip, axis=1))
+        ring = turbine.part(f"ring_{k + 1}")
+        q = motion.q[-1].reshape(-1, 4, 3)[motion.rigid.index(ring.name)]
+        arm = ring.body_coordinates(points[k, row])
+        deflection = np.linalg.norm(q[1:] @ (x[k, row] - q[0]) - arm)
+        assert deflection == pytest.approx(runs[0][f"tip_deflection_{k + 1}_[m]"][-1], rel=1e-6)
+    step = motion.vectors[0][1] - motion.vectors[0][0]
+    mean = 0.5 * (motion.velocities[0][1] + motion.velocities[0][0])
+    assert np.abs(step - 0.1 * mean).max() < 0.1 * np.abs(step).max()
 
 
 def test_the_basis_is_made_once_and_known_by_what_it_depends_on(path, runs):

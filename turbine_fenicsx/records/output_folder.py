@@ -28,7 +28,7 @@ RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin"),
-    "basis_*.npz",
+    *("basis_*.npz", "motion.bin", "motion.json"),
 )
 """Names of what a run computes, beside checkpoints and its log."""
 

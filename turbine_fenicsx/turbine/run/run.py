@@ -45,6 +45,7 @@ from turbine_fenicsx.simulation.observers.history import (
 )
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
 from turbine_fenicsx.simulation.observers.progress import Progress
+from turbine_fenicsx.simulation.observers.reduced_motion import ReducedMotion
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
 from turbine_fenicsx.simulation.observers.tips import stress_channel
 from turbine_fenicsx.simulation.simulation import Simulation
@@ -314,6 +315,9 @@ def _make_outputs(
         History(comm, history, channels.history),
         OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
+    if case.has_reduced_blades and case.output.motion_every > 0.0:
+        path, between = folder / "motion.bin", case.output.motion_every
+        found.append(ReducedMotion(turbine.system, path, between, case.time.end))
     if every > 0.0:
         path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())
         names_of_parts = turbine.part_names()

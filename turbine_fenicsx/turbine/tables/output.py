@@ -97,6 +97,9 @@ class OutputCase(Section):
 
     fields_every: Annotated[Seconds, NotNegative, _FULL] = 0.1
     """Simulated time between two outputs of fields; 0: no fields."""
+    motion_every: Annotated[Seconds, NotNegative, Only("blade.model", "reduced")] = 0.1
+    """Simulated time between two rows of the motion of reduced bodies, from which fields and
+    stresses can be recovered; 0: none."""
     checkpoint_every: Annotated[Seconds, NotNegative] = 0.0
     """Simulated time between two checkpoints; 0: by wall time alone."""
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0

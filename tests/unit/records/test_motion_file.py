@@ -1,0 +1,86 @@
+"""Claims about the files of the motion of reduced bodies."""
+
+import json
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.records.motion_file import MotionFile, MovedBody, count_rows, read_motion
+
+COMM = MPI.COMM_SELF
+BODY = MovedBody("blades", 2, 5, "abc")
+
+
+def row(t):
+    return np.concatenate([[t], t + np.arange(24 + 2 * BODY.width)])
+
+
+@pytest.fixture
+def path(tmp_path):
+    file = MotionFile(COMM, tmp_path / "motion.bin", ["hub"], [BODY], None)
+    for t in (0.0, 0.1, 0.2):
+        file.append(row(t))
+    assert file.sync() == 3
+    return tmp_path / "motion.bin"
+
+
+def test_rows_are_read_by_what_they_are(path):
+    motion = read_motion(path)
+    assert motion.rigid == ("hub",)
+    assert motion.bodies == (BODY,)
+    assert motion.times.tolist() == [0.0, 0.1, 0.2]
+    assert motion.q[1].tolist() == (0.1 + np.arange(12)).tolist()
+    assert motion.q_dot[1].tolist() == (0.1 + np.arange(12, 24)).tolist()
+    (z,), (v,) = motion.vectors, motion.velocities
+    assert z.shape == v.shape == (3, 2, 5, 3)
+    assert z[2].ravel().tolist() == (0.2 + np.arange(24, 54)).tolist()
+    assert v[2].ravel().tolist() == (0.2 + np.arange(54, 84)).tolist()
+
+
+def test_a_row_that_a_crash_cut_off_is_left_out(path):
+    with path.open("ab") as file:
+        file.write(row(0.3).tobytes()[:-5])
+    assert len(read_motion(path).times) == 3
+    file = MotionFile(COMM, path, ["hub"], [BODY], 0.2)
+    assert file.rows == 2
+    file.append(row(0.2))
+    assert read_motion(path).times.tolist() == [0.0, 0.1, 0.2]
+
+
+def test_rows_before_a_time_are_counted(path):
+    assert count_rows(path, 0.15) == 2
+    path.unlink()
+    assert count_rows(path, 0.15) == 0
+
+
+def test_files_of_other_bodies_are_not_continued(path):
+    other = MovedBody("blades", 3, 5, "abc")
+    with pytest.raises(InputError, match="holds the motion of other bodies"):
+        MotionFile(COMM, path, ["hub"], [other], 0.1)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda head: head | {"version": 2},
+        lambda head: head | {"byte_order": "middle"},
+        lambda head: {"version": 1},
+        lambda head: head | {"bodies": [{"name": "blades"}]},
+        lambda head: [head],
+        lambda head: head | {"rigid_bodies": 3},
+    ],
+)
+def test_heads_that_are_wrong_are_refused(path, change):
+    head = path.with_suffix(".json")
+    head.write_text(json.dumps(change(json.loads(head.read_text()))))
+    with pytest.raises(InputError, match="is not the motion of a run"):
+        read_motion(path)
+    head.write_text("{")
+    with pytest.raises(InputError, match="is not the motion of a run"):
+        read_motion(path)
+    head.unlink()
+    with pytest.raises(InputError, match="cannot read"):
+        read_motion(path)
