@@ -1,10 +1,9 @@
 """The motion of a run with reduced bodies in two files: rows of numbers, and what they mean.
 
-``motion.bin`` has rows of float64 in the order of bytes of the machine, each with the time [s], the
-coordinates q of the rigid bodies and their rates, 12 for each body (position, three directors), and
-for each reduced body its vectors z and their velocities, three numbers for each vector, one copy
-after another. ``motion.json`` says which bodies these are and which functions their vectors belong
-to.
+``motion.bin`` has rows of float64 in the order of bytes of the machine. A row begins with the time
+[s], then come the coordinates q of the rigid bodies and their rates, 12 for each body: position and
+three directors. Vectors z and their velocities follow for each reduced body, one copy after
+another. ``motion.json`` says which bodies these are and which functions their vectors belong to.
 """
 
 from __future__ import annotations
@@ -175,7 +174,7 @@ def count_rows(path: Path, before: float) -> int:
 
 
 def _describe(rigid: Sequence[str], bodies: Sequence[MovedBody]) -> dict[str, Any]:
-    """What the rows mean."""
+    """Names and sizes of what is in a row."""
     return {
         "version": VERSION,
         "byte_order": sys.byteorder,
@@ -190,7 +189,7 @@ def _head_of(path: Path) -> Path:
 
 
 def _read_rows(path: Path) -> tuple[dict[str, Any], Array]:
-    """What the rows mean, and those that are whole, shape (rows, width)."""
+    """Names and sizes of what is in a row, and the rows that are whole, shape (rows, width)."""
     name = str(path)
     try:
         with open_regular(_head_of(path)) as file:
