@@ -22,7 +22,6 @@ from pathlib import Path
 from mpi4py import MPI
 
 import numpy as np
-from operating_points import LAST, TRAINING, UNSEEN, Operations
 from reduced_transient import compare
 
 from turbine_fenicsx import (
@@ -49,6 +48,14 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.threads import one_thread
+from turbine_fenicsx.turbine.blades.operating_points import (
+    TRAINING,
+    UNSEEN,
+    OperatingLoads,
+    OperatingPoint,
+    RatedOperation,
+)
+from turbine_fenicsx.wind.windio_blade import make_aero_blade
 from turbine_fenicsx.windio import find_turbine_file, read_turbine
 
 CELLS, FINE = (14, 16), (20, 24)
@@ -61,6 +68,27 @@ STEADY, GUST, NOISE = 4.0e3, 6.0e3, 1.0e3  # forces per length [N/m]
 
 SIZES = {"IEA-15": (66, 60), "IEA-22": (48, 25)}  # functions, strains
 FILES = {"IEA-15": "IEA-15-240-RWT.yaml", "IEA-22": "IEA-22-280-RWT.yaml"}
+
+
+LAST = (
+    OperatingPoint(7.0, 1.2, azimuths=(30.0,)),
+    OperatingPoint(9.5, azimuths=(120.0,)),
+    OperatingPoint(12.0, 1.3, azimuths=(210.0,)),
+    OperatingPoint(17.0, 0.7, azimuths=(300.0,)),
+    OperatingPoint(22.0, 1.2, azimuths=(75.0,)),
+)
+"""Looked at only after all choices had been made."""
+
+
+def make_loads(solid, turbine):
+    """Loads of the blade at operating points of its turbine."""
+    c, hub, axis = turbine.control, turbine.hub.radius, turbine.blade.outer_shape.axis[2]
+    tip = hub + float(axis.smooth(np.array([1.0]))[0])
+    aero = make_aero_blade(turbine, np.linspace(hub + 0.005 * tip, 0.995 * tip, 60))
+    rated = RatedOperation(
+        c.least_speed, c.rated_speed, c.rated_power, c.tip_speed_ratio, c.fine_pitch or 0.0
+    )
+    return OperatingLoads(solid.system(), solid.body, aero, rated)
 
 
 def make_blade(turbine, cells):
@@ -129,10 +157,10 @@ def run(solid, basis, dt, damping):
     )
 
 
-def learn(solid, operations, size, keep, modes=6):
+def learn(solid, operating, size, keep, modes=6):
     """Print how long it takes to make a basis from operating points, and return it."""
     begin = time.process_time()
-    loads = [operations.path(point) for point in TRAINING]
+    loads = operating.list_paths(TRAINING)
     basis = reduce_body(solid.system(), solid.body, modes, *size, loads, keep)
     took, r = time.process_time() - begin, basis.strain_factor.shape[1]
     print(f"{basis}, {r} strain coordinates, made in {took:.0f} s of one core", flush=True)
@@ -143,7 +171,7 @@ def measure_steps():
     """Iterations and times of steps."""
     turbine = read_turbine(find_turbine_file(FILES["IEA-15"]))
     solid = make_blade(turbine, CELLS)
-    basis = learn(solid, Operations(solid, turbine), SIZES["IEA-22"], None)
+    basis = learn(solid, make_loads(solid, turbine), SIZES["IEA-22"], None)
     for dt in (0.05, 0.02):
         for damping in (CREEP, 0.0):
             run(solid, basis, dt, damping)
@@ -176,20 +204,20 @@ def measure_accuracy(name, folder):
     """Compare a blade with the full one."""
     turbine = read_turbine(find_turbine_file(FILES[name]))
     solid = make_blade(turbine, FINE)
-    operations, folder = Operations(solid, turbine), Path(folder)
-    basis = learn(solid, operations, SIZES[name], folder / f"{name}-training.npz")
+    operating, folder = make_loads(solid, turbine), Path(folder)
+    basis = learn(solid, operating, SIZES[name], folder / f"{name}-training.npz")
     speed = turbine.control.rated_speed
     rotation = SteadyRotation(speed, point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     for points, file in ((UNSEEN, "unseen"), (LAST, "last")):
-        loads, keep = [operations.path(p) for p in points], folder / f"{name}-{file}.npz"
+        loads, keep = operating.list_paths(points), folder / f"{name}-{file}.npz"
         print(judge(solid.system(), solid.body, basis, loads, 6, rotation, keep), flush=True)
         rotation = None
-    loads, keep = [flapwise(solid, operations.lines)], folder / f"{name}-dead.npz"
+    loads, keep = [flapwise(solid, operating.lines)], folder / f"{name}-dead.npz"
     print(judge(solid.system(), solid.body, basis, loads, keep=keep), flush=True)
     twelve = reduce_body(solid.system(), solid.body, 12, 48, loads=())
     print(judge(solid.system(), solid.body, twelve, [], 12), flush=True)
     compare_damping(solid, SIZES[name][0])
-    compare(solid, operations, basis)
+    compare(solid, operating, basis)
 
 
 def main():

@@ -10,7 +10,6 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from operating_points import Point
 
 from turbine_fenicsx import (
     BodyForce,
@@ -26,6 +25,7 @@ from turbine_fenicsx import (
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.span_meter import SpanMeter
+from turbine_fenicsx.turbine.blades.operating_points import OperatingPoint
 
 DT, END = 0.02, 4.0
 CREEP = 0.003  # viscosity over stiffness [s]
@@ -72,12 +72,12 @@ MOTIONS = (
 )
 
 
-def load(operations, body, motion):
+def load(operating, body, motion):
     """Forces on the full body or the reduced one."""
-    point, grow = Point(motion.wind), motion.grow
-    speed = operations.run(point).rotor_speed
-    air, turn, *weights = operations.path(point).forces
-    lines = operations.lines
+    point, grow = OperatingPoint(motion.wind), motion.grow
+    speed = operating.find_operation(point).rotor_speed
+    air, turn, *weights = operating.make_path(point).forces
+    lines = operating.lines
     flutter = lines.field(lambda s: 900.0 * s**2, np.zeros(3), 1.0)
     waves = (lambda t: grow(t) * np.cos(speed * t), lambda t: grow(t) * np.sin(speed * t))
     return [
@@ -91,12 +91,12 @@ def load(operations, body, motion):
     ]
 
 
-def run(solid, operations, basis, motion, is_reduced):
+def run(solid, operating, basis, motion, is_reduced):
     """Tip (steps, 3), root moment (steps, 3), twists (steps, 2), and CPU seconds."""
     body = ReducedBody("blade", solid.body, basis) if is_reduced else solid.body
     clamp = Coupling("clamp", body, solid.root, None)
     damping = RayleighDamping("damping", body, stiffness=CREEP)
-    system = MultibodySystem(solid.comm, [body, clamp, damping, *load(operations, body, motion)])
+    system = MultibodySystem(solid.comm, [body, clamp, damping, *load(operating, body, motion)])
     stepper = EnergyMomentum(system, options=SolverOptions(tolerance=1e-8))
     axis = LongAxis(basis.points, basis.masses, basis.origins[0])
     meter = SpanMeter(basis.points, basis.masses, axis, (0.7, 0.9, 1.0))
@@ -119,11 +119,11 @@ def run(solid, operations, basis, motion, is_reduced):
     return *(np.array(x) for x in zip(*rows, strict=True)), took
 
 
-def compare(solid, operations, basis):
+def compare(solid, operating, basis):
     """Print the largest differences."""
     for motion in MOTIONS:
-        *full, slow = run(solid, operations, basis, motion, False)
-        *reduced, fast = run(solid, operations, basis, motion, True)
+        *full, slow = run(solid, operating, basis, motion, False)
+        *reduced, fast = run(solid, operating, basis, motion, True)
         tip, moment, twist = (np.abs(a - b) for a, b in zip(full, reduced, strict=True))
         size = [np.abs(x).max(axis=0) for x in full]
         print(f"{motion.name}, {END:g} s: full {slow:.0f} s, reduced {fast:.1f} s of one core")

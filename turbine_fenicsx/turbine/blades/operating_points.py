@@ -141,13 +141,17 @@ class OperatingLoads:
         """The rotor of such blades, without cone and tilt."""
         return Rotor(self._blade)
 
+    def find_operation(self, point: OperatingPoint) -> Operation:
+        """Speed and pitch of the rotor at an operating point."""
+        return self._rated.find(self.rotor, point.wind, point.shear)
+
     def list_paths(self, points: Sequence[OperatingPoint]) -> list[LoadPath]:
         """Load paths of some operating points."""
         return [self.make_path(point) for point in points]
 
     def make_path(self, point: OperatingPoint) -> LoadPath:
         """The load path of an operating point: air and rotation grow, then the weight turns."""
-        operation, grow = self._rated.find(self.rotor, point.wind, point.shear), Ramp(1.0, 1.0)
+        operation, grow = self.find_operation(point), Ramp(1.0, 1.0)
         s, c = np.sin(operation.pitch), np.cos(operation.pitch)
         normal, way = np.array([0.0, -s, c]), np.array([0.0, c, s])
         outwards = operation.rotor_speed**2 * (np.eye(3) - np.outer(normal, normal))
