@@ -45,11 +45,11 @@ class DenseElimination:
 
     def factorise(self) -> None:
         """Factorise A_II of each copy and compute Z and the Schur complement."""
-        dense = self._A.getDenseArray() if self._copies else None
+        dense = self._A.getDenseArray() if self._copies else np.zeros((0, 0))
         self.schur = np.zeros_like(self.schur)
         self._Z[:] = self._start
         for copy in self._copies:
-            copy.factorise(np.ascontiguousarray(dense[copy.rows, copy.rows]))  # type: ignore[index]
+            copy.factorise(dense[copy.rows, copy.rows])
             Z = self._Z[copy.rows]
             Z[copy.free] -= copy.solve((copy.A @ Z)[copy.free])
             self.schur += self._B[copy.held].T @ (copy.A[copy.contact] @ Z)
@@ -93,19 +93,24 @@ class _Copy:
     A_Ic: Array
 
     def __init__(self, rows: slice, contact: IntArray, held: IntArray) -> None:
-        self.rows, self.contact, self.held = rows, contact, held
-        self.free = np.setdiff1d(np.arange(rows.stop - rows.start), contact)
+        self.rows, self.held = rows, held
+        every = np.arange(rows.stop - rows.start)
+        free = np.setdiff1d(every, contact)
+        # interfaces come first, and slices copy nothing
+        ordered = np.array_equal(contact, every[: len(contact)])
+        self.contact: slice | IntArray = slice(0, len(contact)) if ordered else contact
+        self.free: slice | IntArray = slice(len(contact), len(every)) if ordered else free
 
     def factorise(self, A: Array) -> None:
-        """Factorise A_II."""
-        self.A, self.A_Ic = A, A[np.ix_(self.free, self.contact)]
-        # LAPACK reads columns first, and so finds the transposed matrix without a copy
-        A_II = A[np.ix_(self.free, self.free)]
-        self._lu, self._pivots, self._singular = dgetrf(A_II.T, overwrite_a=True)
+        """Factorise A_II; A must stay as it is as long as the factor serves."""
+        self.A, rows = A, A[self.free]
+        self.A_Ic = rows[:, self.contact]
+        A_II = np.array(rows[:, self.free], order="F")
+        self._lu, self._pivots, self._singular = dgetrf(A_II, overwrite_a=True)
 
     def solve(self, b: Array) -> Array:
         """A_II^-1 b, not-a-number if there is no factor, as the next norm shows to all ranks."""
         if self._singular:
             return np.full_like(b, np.nan)
-        x, _ = dgetrs(self._lu, self._pivots, b, trans=1)
+        x, _ = dgetrs(self._lu, self._pivots, b)
         return np.asarray(x)

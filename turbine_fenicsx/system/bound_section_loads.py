@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
+
+from mpi4py import MPI
 
 import numpy as np
 
@@ -30,6 +32,21 @@ class Transfer(Protocol):
         """Forces on the nodes for loads on the sections of the last motion, shape (k, 3) [N]."""
 
 
+class _Evaluation(NamedTuple):
+    """Loads for displacements and velocities at a time, and the motion that they belong to."""
+
+    u: Array
+    v: Array
+    time: float
+    motion: SectionMotion
+    force: Array
+    moment: Array
+
+    def is_of(self, u: Array, v: Array, time: float) -> bool:
+        """Whether it is that of a motion."""
+        return time == self.time and np.array_equal(u, self.u) and np.array_equal(v, self.v)
+
+
 class BoundSectionLoads(LineSource):
     """Loads on stations as forces on the nodes of a body.
 
@@ -38,14 +55,23 @@ class BoundSectionLoads(LineSource):
         transfer: Between its nodes and the stations.
         positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
         nodes: Those of the owned nodes that the transfer takes.
+        comm: Communicator of the body.
     """
 
     def __init__(
-        self, loads: SectionLoads, transfer: Transfer, positions: Array, nodes: IntArray
+        self,
+        loads: SectionLoads,
+        transfer: Transfer,
+        positions: Array,
+        nodes: IntArray,
+        comm: MPI.Intracomm,
     ) -> None:
         stations = sum(line.size for line in loads.lines)
         super().__init__(loads.name, stations, loads.source)
         self._transfer = transfer
+        # ranks alone know whether a motion is the last one; several would have to agree
+        self._keeps = comm.size == 1
+        self._kept: _Evaluation | None = None
         self._X = positions[nodes]
         self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         self._checked = False
@@ -57,6 +83,7 @@ class BoundSectionLoads(LineSource):
             times: The step.
             u: Displacements of the owned nodes at its start, shape (3 n,) [m].
         """
+        self._kept = None
         self._transfer.set_positions(self._positions(u))
         self.start_step(times)
         if not self._checked:  # an error in an iteration would become one of PETSc
@@ -73,8 +100,8 @@ class BoundSectionLoads(LineSource):
             factor: The factor.
             out: What the forces are added to, shape (3 n,).
         """
-        motion = self._find_motion(u, v)
-        out[self._dofs] += factor * self._spread(*self.loads(motion, time))
+        _, F, M = self._evaluate(u, v, time)
+        out[self._dofs] += factor * self._spread(F, M)
 
     def work(self, u: Array, v: Array, times: StepTimes, du: Array) -> float:
         """This rank's part of the work in a step [J], which is then done. Collective.
@@ -85,8 +112,7 @@ class BoundSectionLoads(LineSource):
             times: The step.
             du: Increments, shape (3 n,) [m].
         """
-        motion = self._find_motion(u, v)
-        F, M = self.loads(motion, times.middle)
+        motion, F, M = self._evaluate(u, v, times.middle)
         self.finish(StepLoads(motion, F, M, times))
         return float(self._spread(F, M) @ du[self._dofs])
 
@@ -108,8 +134,8 @@ class BoundSectionLoads(LineSource):
         Note:
             Collective.
         """
-        motion, time = self._find_motion(u, v), times.middle
-        F, M = self.loads(motion, time)
+        time = times.middle
+        motion, F, M = self._evaluate(u, v, time)
         way = STEP * times.dt * max(float(np.max(np.abs(motion.velocity))), 1.0)
         slopes = np.empty((len(F), 6, 6))
         for k in range(6):
@@ -121,10 +147,20 @@ class BoundSectionLoads(LineSource):
 
     def loads_at(self, u: Array, v: Array, time: float) -> StepLoads:
         """Loads for displacements and velocities outside of a step. Collective."""
+        self._kept = None
         motion = self._find_motion(u, v)
         times = StepTimes.from_start(time, 0.0)
         self.tell(times)
         return StepLoads(motion, *self.loads(motion, time), times)
+
+    def _evaluate(self, u: Array, v: Array, time: float) -> tuple[SectionMotion, Array, Array]:
+        """Motion of the sections and loads on them; those of the last call for the same again."""
+        kept = self._kept
+        if kept is None or not kept.is_of(u, v, time):
+            motion = self._find_motion(u, v)
+            kept = _Evaluation(u.copy(), v.copy(), time, motion, *self.loads(motion, time))
+            self._kept = kept if self._keeps else None
+        return kept.motion, kept.force, kept.moment
 
     def _positions(self, u: Array) -> Array:
         """Positions of the nodes of the skin for displacements, shape (k, 3) [m]."""

@@ -110,7 +110,7 @@ class FlexibleModel(WeakForm, BodyModel):
         """Loads on sections with the nodes that they act on."""
         areas = [self.find_areas(loads.name, line.facets) for line in loads.lines]
         transfer = SectionTransfer(self.comm, self.positions, areas, loads)
-        return BoundSectionLoads(loads, transfer, self.positions, transfer.nodes)
+        return BoundSectionLoads(loads, transfer, self.positions, transfer.nodes, self.comm)
 
     def _make_mass_damper(self) -> MassDamper | None:
         """Make the damper in proportion to the mass, see `RayleighDamping`."""

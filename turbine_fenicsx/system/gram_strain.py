@@ -46,6 +46,7 @@ class GramStrain:
         T[:, self._first, self._second] = self._W.T
         T[:, self._second, self._first] += self._W.T
         self._T = (self._L.T @ T).reshape(r * n, m)
+        self._T_single = self._T.astype(np.float32)
 
     def vectors(self, z: Array) -> Array:
         """Vectors y = L z, shape (copies, m, 3) for z of shape (copies, n, 3)."""
@@ -59,7 +60,9 @@ class GramStrain:
 
     def change(self, y: Array, dy: Array) -> Array:
         """Change of c when the vectors change by dy, and are y in the middle, shape (copies, r)."""
-        dc: Array = (self._pair(y, dy) + self._pair(dy, y)) @ self._W
+        products = y @ dy.swapaxes(1, 2)
+        products = products + products.swapaxes(1, 2)
+        dc: Array = products[:, self._first, self._second] @ self._W
         return dc
 
     def stress(self, c: Array) -> Array:
@@ -80,12 +83,19 @@ class GramStrain:
         stiffness: Array = self._L.T @ S @ self._L
         return stiffness
 
-    def jacobian(self, y: Array) -> Array:
-        """J = dc/dz, shape (copies, r, 3 n)."""
+    def jacobian(self, y: Array, single: bool = False) -> Array:
+        """J = dc/dz, shape (copies, r, 3 n).
+
+        Args:
+            y: The vectors, shape (copies, m, 3).
+            single: Whether its products are found in single precision, enough for the tangents of
+                Newton's method.
+        """
         copies, n = len(y), self._L.shape[1]
-        J = self._T @ y.swapaxes(0, 1).reshape(y.shape[1], 3 * copies)
+        T = self._T_single if single else self._T
+        J = T @ y.swapaxes(0, 1).reshape(y.shape[1], 3 * copies).astype(T.dtype)
         by_copy = J.reshape(self.size, n, copies, 3).transpose(2, 0, 1, 3)
-        return np.ascontiguousarray(by_copy).reshape(copies, self.size, 3 * n)
+        return by_copy.astype(float, order="C").reshape(copies, self.size, 3 * n)
 
     def _pair(self, a: Array, b: Array) -> Array:
         """Scalar products of all pairs, shape (copies, pairs)."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from turbine_fenicsx.foundation.rotations import skew
+from turbine_fenicsx.foundation.rotations import skew, skew_rows
 from turbine_fenicsx.foundation.types import Array
 
 
@@ -45,11 +45,11 @@ class ReducedDamper:
         """
         arms, inverse, w = self._find_motion(z, rates)
         f = -factor * (self._M @ w)
-        T = np.cross(arms, f).sum(axis=1)
+        T = _sum_moments(arms, f)
         turn = (inverse @ T[:, :, None])[:, :, 0]
         out += f
         out[:, self._p] -= self._h @ f
-        out[:, self._d] -= np.cross(turn[:, None], z[:, self._d])
+        out[:, self._d] -= z[:, self._d] @ skew_rows(turn).swapaxes(1, 2)
 
     def power(self, z: Array, rates: Array) -> float:
         """Power that it takes out [W]; arguments as of `add_forces`."""
@@ -75,7 +75,14 @@ class ReducedDamper:
         d, arms = z[:, self._d], z - self._h[:, None] * z[:, self._p, None]
         J = np.sum(d * d, axis=(1, 2))[:, None, None] * np.eye(3) - d.swapaxes(1, 2) @ d
         inverse = np.linalg.inv(J)
-        spin = np.cross(d, rates[:, self._d]).sum(axis=1)
+        spin = _sum_moments(d, rates[:, self._d])
         omega = (inverse @ spin[:, :, None])[:, :, 0]
-        w = rates - self._h[:, None] * rates[:, self._p, None] - np.cross(omega[:, None], arms)
+        w = rates - self._h[:, None] * rates[:, self._p, None]
+        w -= arms @ skew_rows(omega).swapaxes(1, 2)
         return arms, inverse, w
+
+
+def _sum_moments(arms: Array, f: Array) -> Array:
+    """Sums of arm x f over the vectors of each copy, shape (copies, 3)."""
+    A = arms.swapaxes(1, 2) @ f
+    return np.stack([A[:, i, j] - A[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)

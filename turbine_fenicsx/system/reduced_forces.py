@@ -55,7 +55,7 @@ def bind_section_loads(
     every = np.arange(len(positions))
     rows = [SectionRows(body, model, F, x) for x in loads]
     pairs = zip(loads, rows, strict=True)
-    return rows, tuple(BoundSectionLoads(x, own, positions, every) for x, own in pairs)
+    return rows, tuple(BoundSectionLoads(x, own, positions, every, model.comm) for x, own in pairs)
 
 
 def find_functions(body: ReducedBody) -> tuple[FlexibleModel, Array]:

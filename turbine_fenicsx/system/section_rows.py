@@ -163,6 +163,8 @@ class SectionRows:
     def spread_slopes(self, slopes: Array) -> Array:
         """Derivatives of the forces on the vectors, of those of the loads at the last motion.
 
+        They are found in single precision: tangents need no more.
+
         With P_i, which takes increments of the vectors to those of section i, this is the sum of
         P_i^T Q_i P_i for each copy.
 
@@ -172,17 +174,19 @@ class SectionRows:
         Returns:
             Shape (copies, 3 n, 3 n).
         """
-        k = 3 * self._n
+        k, single = 3 * self._n, np.float32
         found = np.zeros((self._copies, k, k))
         # J^-1 sum_j A_j x H_j
-        turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=1)
-        turns = self._inverse[:, None] @ turns
+        turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=3)
+        turns = np.einsum("nab,nbcj->nacj", self._inverse, turns).astype(single)
+        slopes = slopes.astype(single)
         for copy, rows, of_line in self._lines:
-            H = rows.reshape(-1, 4, self._n)
-            P = np.zeros((len(H), 6, self._n, 3))
+            H = rows.reshape(-1, 4, self._n).astype(single)
+            P = np.zeros((len(H), 6, self._n, 3), dtype=single)
             for i in range(3):
                 P[:, i, :, i] = H[:, 0]
-            P[:, 3:] = np.einsum("sjab,sjn->sanb", turns[of_line], H[:, 1:], optimize=True)
+            spins = turns[of_line].reshape(-1, 9, 3) @ H[:, 1:]
+            P[:, 3:] = spins.reshape(-1, 3, 3, self._n).swapaxes(2, 3)
             P = P.reshape(-1, 6, k)
             found[copy] += P.reshape(-1, k).T @ (slopes[of_line] @ P).reshape(-1, k)
         return found

@@ -132,7 +132,7 @@ class ReducedStep:
         if self._slopes is None and self.model.section_loads:
             self._slopes = self.model.find_load_slopes(*self._move(du.array_r), self._times)
         y, dy = self._middle(dz)
-        dc, J = strain.change(y, dy), strain.jacobian(self._y + dy)
+        dc, J = strain.change(y, dy), strain.jacobian(self._y + dy, single=True)
         if self._expected is None:
             expected = self._history.expect() - self._c
         else:
@@ -149,7 +149,7 @@ class ReducedStep:
     def _jacobian_at_start(self) -> Array:
         """J_n, made once in a step."""
         if self._J is None:
-            self._J = self.model.strain.jacobian(self._y)
+            self._J = self.model.strain.jacobian(self._y, single=True)
         return self._J
 
     def differentiate(self, J: Array, dc: Array) -> Array:
