@@ -331,3 +331,27 @@ def test_what_needs_a_mesh_says_so(make, what):
     system = on_hub([body])
     with pytest.raises(ValueError, match=f"{what} need a body on a mesh, and 'blades' is reduced"):
         make(system, body)
+
+
+def test_noise_in_the_velocities_of_stiff_modes_does_not_spoil_the_next_step():
+    """Nothing damps what alternates in velocities from step to step, and it moves nothing."""
+    system = on_hub([rotor()], speed=2.0)
+    stepper, dt = EnergyMomentum(system, options=SolverOptions(tolerance=1e-10)), 0.05
+    state, out = system.initial_state(), system.initial_state()
+    for _ in range(6):
+        stepper.advance(state, dt, out)
+        state, out = out, state
+    noise = np.random.default_rng(1).standard_normal((system.flexible_models[0].size_global, 3))
+    noise.reshape(3, -1, 3)[:, :4] = 0.0  # what the hub holds
+    model = system.flexible_models[0]
+    guesses = []
+    for size in (0.0, 0.01):
+        noisy = state.copy()
+        noisy.v[0].array[:] += size * noise.ravel()[: 3 * model.n_owned]
+        stepper.step.start_step(noisy, dt)
+        attempt, guess = stepper._list_attempts(noisy.time, dt)[0]
+        stepper._start_at(attempt, guess)
+        guesses.append(stepper.step.split(stepper.step.x)[0][0].array_r.copy())
+    assert np.array_equal(guesses[0], guesses[1])
+    if model.n_owned:
+        assert np.max(np.abs(guesses[0])) > 0.01

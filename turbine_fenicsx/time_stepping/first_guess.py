@@ -26,6 +26,11 @@ Seen from what carries a body, the errors of a smooth motion follow from each ot
 
 and the weights that suit e_{n-1} best, by least squares with masses, suit e_n too. Vibrations after
 a sudden load have no such weights: what leaves too much of e_{n-1} is not used.
+
+**Reduced bodies.** Their stiffest modes turn far in a step, so that nothing damps the alternating
+part that round-off leaves in their velocities. It moves nothing, but dt v_n would strain stiff
+walls with it. So their increments follow from those of the last steps alone, seen from what carries
+them: with the shift z again, (1 - z)^3 dz_n = 0, or lower powers after fewer steps.
 """
 
 from __future__ import annotations
@@ -42,6 +47,9 @@ WEIGHTS: Array = np.array([4.0, -5.0, 0.0, 5.0, -4.0, 1.0])
 
 TERMS = 3
 """Number of weights of errors: a constant, a trend, and the alternating part of velocities."""
+
+INCREMENTS = ((1.0,), (2.0, -1.0), (3.0, -3.0, 1.0))
+"""Weights of the last increments of reduced bodies, of as many as are known."""
 
 UNEXPLAINED = 0.25
 """Part of the last error that may be left, in the norm of masses."""
@@ -85,8 +93,12 @@ class RecentSteps:
 
     def before(self, time: float, dt: float) -> list[Array]:
         """Values of the steps that a step from a time by dt [s] continues; empty unless full."""
-        full = len(self.values) == self._most and self._follows(time, dt)
-        return self.values if full else []
+        full = len(self.values) == self._most
+        return self.known_before(time, dt) if full else []
+
+    def known_before(self, time: float, dt: float) -> list[Array]:
+        """As `before`, but not only if full."""
+        return self.values if self._follows(time, dt) else []
 
     def add(self, time: float, dt: float, values: Array) -> None:
         """A step from a time by dt [s] was made."""
@@ -107,9 +119,9 @@ class RecentSteps:
 class FirstGuess:
     """Learns from the last steps of a system where the next one starts.
 
-    It is remembered as unknowns of rigid bodies alone, or as errors of the guesses of a system with
-    flexible bodies. Multipliers of couplings are left out: the first linear solve finds them,
-    wherever they start.
+    It is remembered as unknowns of rigid bodies alone, or in a system with flexible bodies as
+    errors of the guesses, and as increments of reduced bodies. Multipliers of couplings are left
+    out: the first linear solve finds them, wherever they start.
 
     Args:
         step: The step, whose X `correct` improves and `learn` reads.
@@ -122,6 +134,9 @@ class FirstGuess:
         self._sizes = [3 * model.n_owned for model in models]
         weights, n = step.mass_weights(), sum(self._sizes)
         self._weights = np.concatenate([weights[:n], weights[weights.size - step.n_r :]])
+        of_bodies = [np.full(s, m.is_small) for s, m in zip(self._sizes, models, strict=True)]
+        self._is_small = np.concatenate([*of_bodies, np.zeros(step.n_r, dtype=bool)])
+        self._weights[self._is_small] = 0.0
         self._steps = RecentSteps(len(WEIGHTS) if self._is_rigid else TERMS + 1)
         self._guess: Array = np.zeros(0)
 
@@ -136,21 +151,36 @@ class FirstGuess:
 
     def correct(self, time: float, dt: float) -> None:
         """Add the error expected of the guess X of the step from a time by dt [s]. Collective."""
-        self._guess = self._increments()
-        last = self._steps.before(time, dt)
+        self._guess, small = self._increments(), self._is_small
+        last = self._steps.known_before(time, dt)
         if not last:
             return
         errors = np.array(last)
+        weights = INCREMENTS[min(len(last), len(INCREMENTS)) - 1]
+        expected = np.where(small, np.array(weights) @ errors[: len(weights)], 0.0)
+        self._guess[small] = 0.0
+        if self._steps.before(time, dt):
+            expected[~small] = self._expect_errors(errors)[~small]
+        self._write(self._guess + self._turn(expected, back=True))
+
+    def _expect_errors(self, errors: Array) -> Array:
+        """The error expected of the guess, by those of the last steps; zero if none is. Collective.
+
+        Args:
+            errors: Newest first, shape (TERMS + 1, unknowns).
+        """
         G = sum_over_ranks(self._step.system.comm, (errors * self._weights) @ errors.T)
         a = np.linalg.lstsq(G[1:, 1:], G[1:, 0], rcond=1e-12)[0]
         if G[0, 0] - a @ G[1:, 0] < UNEXPLAINED**2 * G[0, 0]:
-            self._write(self._guess + self._turn(a @ errors[:-1], back=True))
+            return np.asarray(a @ errors[:-1])
+        return np.zeros_like(errors[0])
 
     def learn(self, time: float, dt: float) -> None:
         """The step from a time by dt [s] ended at X. Collective."""
         if self._is_rigid:
             self._steps.add(time, dt, self._step.rigid_unknowns())
         else:
+            self._guess[self._is_small] = 0.0
             error = self._turn(self._increments() - self._guess, back=False)
             self._steps.add(time, dt, error)
 
