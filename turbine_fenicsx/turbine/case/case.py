@@ -36,6 +36,11 @@ class Case(Tables):
         """Folder of the case file; None for a case from elsewhere."""
         return self._folder
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all keys are equal, wherever the case files are."""
+        names = type(self).model_fields
+        return isinstance(other, Case) and all(getattr(self, x) == getattr(other, x) for x in names)
+
     @staticmethod
     def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Case:
         """Read a case file.
