@@ -38,6 +38,7 @@ IMPORTED = (
 """Names that the package or its child processes import."""
 
 SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
+FEW = ["mesh.elements=[1,1,4]", "blade.reduction.modes=1", "blade.reduction.functions=6"]
 ARGUMENTS = {
     "check": [str(HYBRID)],
     "demo": [],
@@ -47,6 +48,7 @@ ARGUMENTS = {
     "mesh": [str(HYBRID), "-o", "new.msh", "--set", "mesh.elements=[1,1,4]"],
     "modes": [str(RIGID), "-o", "modes"],
     "plot": ["out"],
+    "reduce": [str(HYBRID), "-o", "basis.npz", "--quiet", "--set", *FEW],
     "render": ["out", "--size", "200x200"],
     "report": ["out", "--no-pictures"],
     "restart": ["out", "--quiet", "--set", "time.end=0.03"],
