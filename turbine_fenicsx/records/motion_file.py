@@ -195,6 +195,8 @@ def _read_rows(path: Path) -> tuple[dict[str, Any], Array]:
         with open_regular(_head_of(path)) as file:
             head = json.loads(file.read())
         bodies = [MovedBody(**body) for body in head["bodies"]]
+        if min([1, *(b.copies for b in bodies), *(b.vectors for b in bodies)]) < 1:
+            raise ValueError
         if head != _describe(head["rigid_bodies"], bodies):
             raise ValueError
         width = 1 + 24 * len(head["rigid_bodies"]) + 2 * sum(body.width for body in bodies)

@@ -69,6 +69,8 @@ def test_files_of_other_bodies_are_not_continued(path):
         lambda head: head | {"byte_order": "middle"},
         lambda head: {"version": 1},
         lambda head: head | {"bodies": [{"name": "blades"}]},
+        lambda head: head | {"bodies": [vars(BODY) | {"copies": -1}]},
+        lambda head: head | {"bodies": [vars(BODY) | {"vectors": 0}]},
         lambda head: [head],
         lambda head: head | {"rigid_bodies": 3},
     ],

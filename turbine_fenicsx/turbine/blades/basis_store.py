@@ -14,6 +14,7 @@ from typing import Any
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis
 from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.basis_file import VERSION, read_basis, write_basis
 from turbine_fenicsx.turbine.case.case import Case
@@ -52,8 +53,11 @@ def take_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBas
 
 def keep_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBasis:
     """Make a basis and keep it in a file; arguments as of `take_basis`. Collective."""
-    paths = None if path is None else path.with_suffix(".paths.npz")
-    basis, comm = make(paths), body.mesh.comm
+    comm, paths = body.mesh.comm, None
+    if path is not None:
+        paths = path.with_suffix(".paths.npz")
+        on_rank0(comm, partial(_make_folder, path.parent))
+    basis = make(paths)
     if path is not None and paths is not None:
         on_rank0(comm, partial(write_basis, path, basis))
         on_rank0(comm, partial(paths.unlink, missing_ok=True))
@@ -72,13 +76,15 @@ def name_file(case: Case, body: str, depends_on: Mapping[str, Any]) -> Path | No
     if case.folder is None:
         return None
     folder = case.folder / FOLDER
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        log.warning("bases cannot be kept in %s: %s", folder, error.strerror)
-        return None
-    if not os.access(folder, os.W_OK):
-        log.warning("bases cannot be kept in %s: permission denied", folder)
+    nearest = folder if folder.exists() else case.folder
+    if not (nearest.is_dir() and os.access(nearest, os.W_OK)):
+        log.warning("bases cannot be kept in %s, which is no folder that may be written", folder)
         return None
     text = json.dumps([VERSION, depends_on], sort_keys=True)
     return folder / f"{body}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.npz"
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder, unless it is there."""
+    with name_file_in_errors("write", folder):
+        folder.mkdir(exist_ok=True)

@@ -120,9 +120,8 @@ def _find_blades(model: BodyModel, X: Array, spans: Array) -> IntArray:
         X: Its nodes, points from the rotor centre, shape (n, 3) [m].
         spans: Directions of the blades, shape (blades, 3).
     """
-    copies = len(spans) if isinstance(model.body, ReducedBody) else 1
-    if copies > 1:  # vectors of one blade after another
-        return np.arange(len(X)) * copies // model.size_global
+    if isinstance(model.body, ReducedBody):  # vectors of one blade after another
+        return np.arange(len(X)) * len(spans) // model.size_global
     blades: IntArray = np.argmax(X @ spans.T, axis=1)
     return blades
 

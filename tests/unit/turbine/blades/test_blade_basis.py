@@ -52,6 +52,7 @@ def test_bases_stand_beside_the_case_if_it_has_a_place(path):
     assert case.folder == path.parent
     file = name_basis(case)
     assert file.parent == path.parent / "bases"
+    assert not file.parent.exists()  # made with the first basis
     assert file.name.startswith("blade-")
     assert file.suffix == ".npz"
     assert name_basis(Case.load(path, ["wind.speed=12 m/s"])) == file
