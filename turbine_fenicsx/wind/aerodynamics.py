@@ -3,7 +3,8 @@
 Blade elements see the wind, their own velocity and the induced velocity of the wake. The wake
 follows the loads with a delay (`turbine_fenicsx.wind.wake`) and is skewed where the rotor does not
 face the wind (`turbine_fenicsx.wind.skew`). Stall has a separate delay
-(`turbine_fenicsx.wind.stall`). Where nothing changes this is the balance of blade elements and
+(`turbine_fenicsx.wind.stall`), and sections that turn about the span have loads that dampen it
+(`turbine_fenicsx.wind.pitch_rate`). Where nothing changes this is the balance of blade elements and
 momentum of `turbine_fenicsx.wind.rotor`.
 """
 
@@ -31,6 +32,7 @@ from turbine_fenicsx.wind.momentum import (
     induction_of_thrust,
     solve_momentum,
 )
+from turbine_fenicsx.wind.pitch_rate import PitchRate
 from turbine_fenicsx.wind.skew import SkewedWake
 from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
@@ -54,6 +56,7 @@ class _Sections(NamedTuple):
     radius: Array  # distance from the shaft, shape (n,) [m]
     wind: Array  # relative to the section, without the wake [m/s]
     speed: float  # of the rotor about the shaft [rad/s]
+    rate: Array  # nose up about the span, beyond the rotation of the rotor, shape (n,) [rad/s]
 
     def find_inflow(self) -> tuple[npt.NDArray[np.bool_], Array, Array]:
         """Where there is a wake, V_x along the normals there, and V_y against the way [m/s]."""
@@ -90,6 +93,7 @@ class RotorAerodynamics:
         tower: What the tower does to the wind, in the axes of the model; None for nothing.
         induction: Whether there is a wake. A rotor that hardly turns has none; see
             `turbine_fenicsx.wind.momentum.find_induction_share`.
+        pitch_rate: Whether sections that turn about the span have loads from that.
 
     Raises:
         ModelError: if there are fewer than three blades, whose roots do not define the rotor's
@@ -108,6 +112,7 @@ class RotorAerodynamics:
         skew: SkewedWake | None = None,
         tower: TowerShadow | None = None,
         induction: bool = True,
+        pitch_rate: bool = True,
     ) -> None:
         B, n = len(np.asarray(frames)), len(blade.radius)
         F = check_array("frames of the blades", frames, (B, 3, 3), "three axes for each blade")
@@ -135,6 +140,8 @@ class RotorAerodynamics:
         solidity = B * self._chord / (2.0 * np.pi * radius)
         self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
         self._lengths = np.tile(blade.parts, B) * stretch[:, 0]
+        centre = np.tile(np.broadcast_to(blade.aerodynamic_centre, (n,)), B)
+        self._pitch_rate = PitchRate(blade.table, self._chord, centre) if pitch_rate else None
         self._half_density = 0.5 * self._density * self._chord  # times the chord [kg/m^2]
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
@@ -223,7 +230,8 @@ class RotorAerodynamics:
         wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
         speed = float(_mean(motion.angular_velocity[self._roots]) @ shaft)
         directions = (lever, span, chordwise, suction, normal, way, shaft, outward)
-        return _Sections(*directions, radius, wind, speed)
+        rate = _dot(motion.angular_velocity - speed * shaft, span)
+        return _Sections(*directions, radius, wind, speed, rate)
 
     def _find_loads(self, s: _Sections, w: Array) -> _Loads:
         """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
@@ -235,7 +243,9 @@ class RotorAerodynamics:
         V = s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way
         forward, up = -_dot(V, s.chordwise), _dot(V, s.suction)
         W = np.hypot(forward, up)
-        C = self._coefficients(np.arctan2(up, forward)).T
+        added = None if self._pitch_rate is None else self._pitch_rate.find(s.rate, forward, W)
+        washed, turned, turning = (np.zeros(1),) * 3 if added is None else added
+        C = self._coefficients(np.arctan2(up + washed, forward)).T
         C_l, C_d, C_m = C[:3]
         if self._stall is None:
             f_st = np.ones_like(W)
@@ -247,9 +257,10 @@ class RotorAerodynamics:
         # q c W is the same for lift, along (up, forward) of the section, and drag, along V
         q = self._half_density * W
         along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
+        along_suction = along_suction + self._density * turned
         line = along_chord[:, None] * s.chordwise + along_suction[:, None] * s.suction
         force = self._lengths[:, None] * line
-        pitching = self._lengths * q * W * self._chord * C_m
+        pitching = self._lengths * (q * W * self._chord * C_m + self._density * turning)
         moment = cross_rows(s.lever, force) + pitching[:, None] * s.span
         return _Loads(force, moment, line, f_st, W)
 

@@ -23,6 +23,12 @@ the IEA 22 MW turbine differ by 5e-3."""
 MAX_COEFFICIENT = 100.0
 """No aerofoil has larger coefficients [-]."""
 
+MAX_ATTACHED = np.radians(20.0)
+"""Maximum distance from the angle without lift at which the flow may be attached [rad]."""
+
+SMALL_ANGLE = 1e-6
+"""Minimum distance from the angle without lift at which lift has a direction [rad]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Polar:
@@ -165,3 +171,32 @@ class PolarTable:
     def tabulate(self, values: Array, blades: int = 1) -> AngleTable:
         """A table of values over the same angles, shape (k, m, c), for the stations of blades."""
         return AngleTable(self.angles, values, np.tile(self.rows, blades))
+
+
+def measure_from(alpha_0: float, angle: Array) -> Array:
+    """Angles from one of them on, within [-pi, pi)."""
+    x: Array = np.mod(angle - alpha_0 + np.pi, 2.0 * np.pi) - np.pi
+    return x
+
+
+def find_lift_slope(angle: Array, lift: Array) -> tuple[float, float] | None:
+    """The angle without lift alpha_0 [rad], and the slope C_l,alpha of attached flow [1/rad].
+
+    Args:
+        angle: Angles of attack, rising from -pi to pi, shape (m,) [rad].
+        lift: C_l, shape (m,) [-].
+
+    Returns:
+        The largest C_l/sin(alpha - alpha_0) as the slope; None if lift does not rise through zero
+        near the angle zero, as that of a cylinder.
+    """
+    rising = np.flatnonzero((lift[:-1] <= 0.0) & (lift[1:] > 0.0))
+    width = angle[rising + 1] - angle[rising]
+    zeros = angle[rising] - lift[rising] * width / (lift[rising + 1] - lift[rising])
+    zeros = zeros[np.abs(zeros) <= MAX_ATTACHED]
+    if not len(zeros):
+        return None
+    alpha_0 = float(zeros[np.argmin(np.abs(zeros))])
+    x = measure_from(alpha_0, angle)
+    near = (np.abs(x) <= MAX_ATTACHED) & (np.abs(x) > SMALL_ANGLE)
+    return alpha_0, float(np.max(lift[near] / np.sin(x[near]), initial=0.0))

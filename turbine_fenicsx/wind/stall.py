@@ -26,10 +26,13 @@ import numpy as np
 
 from turbine_fenicsx.foundation.checks import check_positive
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.polar import AngleTable, PolarTable
-
-ATTACHED = np.radians(20.0)
-"""The slope of attached flow is sought so far around the angle without lift [rad]."""
+from turbine_fenicsx.wind.polar import (
+    SMALL_ANGLE,
+    AngleTable,
+    PolarTable,
+    find_lift_slope,
+    measure_from,
+)
 
 FULL, NONE = np.radians(30.0), np.radians(60.0)
 """The delay acts in full up to the first of these angles around the angle without lift, and no
@@ -89,28 +92,18 @@ def separate(angle: Array, lift: Array) -> tuple[Array, Array]:
     Returns:
         f_st and C_l,inv - C_l,sep; 1 and 0 for a body without lift, such as a cylinder.
     """
-    alpha_0 = _find_zero(angle, lift)
-    if alpha_0 is None:
+    found = find_lift_slope(angle, lift)
+    if found is None:
         return np.ones_like(angle), np.zeros_like(angle)
-    x = np.mod(angle - alpha_0 + np.pi, 2.0 * np.pi) - np.pi
-    near = (np.abs(x) <= ATTACHED) & (np.abs(x) > 1e-6)
-    C_l_alpha = np.max(lift[near] / np.sin(x[near]), initial=0.0)
+    alpha_0, C_l_alpha = found
+    x = measure_from(alpha_0, angle)
     inviscid = C_l_alpha * np.sin(x)
     ahead = (np.abs(x) < 0.5 * np.pi) & (np.abs(inviscid) > 1e-9)
     ratio = np.where(ahead, lift / np.where(ahead, inviscid, 1.0), 0.0)
-    ratio[np.abs(x) <= 1e-6] = 1.0
+    ratio[np.abs(x) <= SMALL_ANGLE] = 1.0
     # Kirchhoff: C_l,st = C_l,inv ((1 + s)/2)^2, and the separated lift that follows
     root = np.clip(2.0 * np.sqrt(np.maximum(ratio, 0.0)) - 1.0, 0.0, 1.0)
     partly = inviscid * (3.0 + root) / (4.0 + 4.0 * root)
     difference = np.where(root > 0.0, partly, inviscid - lift)
     window = np.clip((NONE - np.abs(x)) / (NONE - FULL), 0.0, 1.0)
     return root * root, difference * window
-
-
-def _find_zero(angle: Array, lift: Array) -> float | None:
-    """The angle nearest to zero at which lift rises through zero; None if there is none."""
-    rising = np.flatnonzero((lift[:-1] <= 0.0) & (lift[1:] > 0.0))
-    width = angle[rising + 1] - angle[rising]
-    zeros = angle[rising] - lift[rising] * width / (lift[rising + 1] - lift[rising])
-    zeros = zeros[np.abs(zeros) <= ATTACHED]
-    return float(zeros[np.argmin(np.abs(zeros))]) if len(zeros) else None

@@ -150,6 +150,7 @@ class Wind(Component):
             case.wind.density,
             **make_aero_models(case),
             induction=case.aero.induction,
+            pitch_rate=case.aero.pitch_rate,
         )
         if case.turbine.rotor_speed:
             roots = len(blade.radius) * np.arange(layout.n_blades)

@@ -54,6 +54,9 @@ class AeroCase(Section):
     are slower than the wind never does, see theory/bem."""
     dynamic_stall: Literal["none", "oeye"] = "none"
     """Delay of the separation of the flow, see theory/unsteady_aerodynamics."""
+    pitch_rate: Flag = True
+    """Loads of sections that turn about the span, which dampen torsion, see
+    theory/unsteady_aerodynamics; ``false`` takes the polars alone."""
     skewed_wake: Flag = False
     """More induction where the wake of a rotor that does not face the wind is deep."""
     tower_shadow: Literal["none", "potential", "powles"] = "none"

@@ -1,0 +1,60 @@
+"""Loads of a section that turns about its span, by the theory of thin aerofoils.
+
+A section that turns nose up with the rate theta' relative to the rotor sees a flow whose angle
+changes along the chord. The angle of attack is that at three quarters of the chord c, and a force
+for each length acts there too, at right angles to the chord,
+
+    alpha = atan2(V_up + x c theta', V_forward),      x = 1/2 + V_forward/(4 W) - x_ac,
+    f = sigma pi rho (c/2)^2 V_forward theta',        m = -x c f,
+
+where x_ac c is the place of the aerodynamic centre, and V is the flow there, with the speed W. All
+is turned round where the flow comes from behind. A flat plate has sigma = 1, so that
+sigma = C_l,alpha/(2 pi), at most one; a cylinder has none.
+
+The moment about a point at the fraction a' of the half chord b behind the middle is then
+2 pi rho V b^3 a' (1/2 - a') theta': it dampens wherever a section turns about a point before its
+middle. Without these terms nothing dampens torsion, and soft blades flutter.
+
+T. Theodorsen, NACA report 496 (1935), with C(k) = 1 and without apparent mass, which leaves out
+how long lift takes; M. H. Hansen, M. Gaunaa, H. Aa. Madsen, Risoe-R-1354 (2004).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.wind.polar import PolarTable, find_lift_slope
+
+MIN_SPEED = 1e-6
+"""Minimum speed of the flow that is divided by [m/s]."""
+
+
+class PitchRate:
+    """What turning adds to the loads of sections.
+
+    Args:
+        table: Polars of the stations of a blade.
+        chord: c at the stations of all blades, shape (n,) [m].
+        centre: x_ac, the aerodynamic centre as a fraction of the chord, shape (n,) [-].
+    """
+
+    def __init__(self, table: PolarTable, chord: Array, centre: npt.ArrayLike) -> None:
+        found = [find_lift_slope(table.angles, lift) for lift in table.values[:, :, 0]]
+        slopes = np.array([0.0 if x is None else x[1] for x in found])[table.rows]
+        sigma = np.minimum(slopes / (2.0 * np.pi), 1.0)
+        self._area = 0.25 * np.pi * np.resize(sigma, len(chord)) * chord**2
+        self._chord, self._middle = chord, 0.5 - np.asarray(centre)
+
+    def find(self, rate: Array, forward: Array, W: Array) -> tuple[Array, Array, Array]:
+        """Change of V_up [m/s], f/rho [m^3/s^2] and m/rho [m^4/s^2], shapes (n,).
+
+        Args:
+            rate: theta', shape (n,) [rad/s].
+            forward: V_forward, shape (n,) [m/s].
+            W: Speed of the flow across the section, shape (n,) [m/s].
+        """
+        lever = (self._middle + 0.25 * forward / np.maximum(W, MIN_SPEED)) * self._chord
+        f = self._area * forward * rate
+        return lever * rate, f, -lever * f
