@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.load_slopes import find_slopes
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -76,6 +77,10 @@ class LineSource:
                     f"{np.shape(values)}"
                 )
         return np.asarray(F), np.asarray(M)
+
+    def slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
+        """Derivatives of the loads by increments of a step, shape (n, 6, 6)."""
+        return find_slopes(self._source, motion, times)
 
     def tell(self, times: StepTimes) -> None:
         """Announce the motion for which the source is called outside of the steps of a run."""

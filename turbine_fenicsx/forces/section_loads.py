@@ -74,6 +74,26 @@ class LineLoad(Protocol):
         """Restore saved loads; without any, start from scratch."""
 
 
+@runtime_checkable
+class SlopedLoad(LineLoad, Protocol):
+    """Loads that know their derivatives, which are else found by differences."""
+
+    def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
+        """Derivatives by an increment of a step, nearly: Newton's method alone takes them.
+
+        An increment moves a section by its half in the middle of the step, where loads act, and
+        changes its velocities there by itself over dt.
+
+        Args:
+            motion: How the sections move in the middle of the step.
+            times: The step.
+
+        Returns:
+            Derivatives of force and moment on each section by its translation and rotation, shape
+            (n, 6, 6). Loads on other sections are left out.
+        """
+
+
 @dataclass(frozen=True, eq=False)
 class StationLine:
     """Stations along a slender part of a body.

@@ -11,12 +11,7 @@ import numpy as np
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.line_source import LineSource, StepLoads
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion
-from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array, IntArray
-
-STEP = 1e-3
-"""Increments in differences of loads: of rotations [rad]; of translations, relative to the way in a
-step at the largest velocity, or at 1 m/s."""
 
 
 class Transfer(Protocol):
@@ -117,10 +112,7 @@ class BoundSectionLoads(LineSource):
         return float(self._spread(F, M) @ du[self._dofs])
 
     def find_slopes(self, u: Array, v: Array, times: StepTimes) -> Array:
-        """Derivatives of the loads with respect to increments of a step, by differences.
-
-        An increment of a step moves a section by its half in the middle of the step, where loads
-        act, and changes its velocities there by itself over dt.
+        """Derivatives of the loads by increments of a step, see `SlopedLoad.find_slopes`.
 
         Args:
             u: Displacements of the owned nodes in the middle of the step, shape (3 n,) [m].
@@ -128,22 +120,12 @@ class BoundSectionLoads(LineSource):
             times: The step.
 
         Returns:
-            Derivatives of force and moment on each section with respect to its translation and
-            rotation, shape (stations, 6, 6). Loads on other sections are left out.
+            Shape (stations, 6, 6).
 
         Note:
             Collective.
         """
-        time = times.middle
-        motion, F, M = self._evaluate(u, v, time)
-        way = STEP * times.dt * max(float(np.max(np.abs(motion.velocity))), 1.0)
-        slopes = np.empty((len(F), 6, 6))
-        for k in range(6):
-            size, e = (way, np.eye(3)[k]) if k < 3 else (STEP, np.eye(3)[k - 3])
-            moved = _move(motion, k < 3, size * e, times.dt)
-            F_k, M_k = self.loads(moved, time)
-            slopes[:, :3, k], slopes[:, 3:, k] = (F_k - F) / size, (M_k - M) / size
-        return slopes
+        return self.slopes(self._evaluate(u, v, times.middle)[0], times)
 
     def loads_at(self, u: Array, v: Array, time: float) -> StepLoads:
         """Loads for displacements and velocities outside of a step. Collective."""
@@ -173,14 +155,3 @@ class BoundSectionLoads(LineSource):
     def _spread(self, F: Array, M: Array) -> Array:
         """Forces on the degrees of freedom of the skin for loads on its sections [N]."""
         return self._transfer.forces(F, M).ravel()
-
-
-def _move(motion: SectionMotion, straight: bool, increment: Array, dt: float) -> SectionMotion:
-    """The motion with another increment of the step, of all sections, shape (3,) [m or rad]."""
-    if straight:
-        return motion._replace(
-            position=motion.position + 0.5 * increment, velocity=motion.velocity + increment / dt
-        )
-    turn = rotation_about(increment, 0.5 * float(np.linalg.norm(increment)))
-    spin = motion.angular_velocity + increment / dt
-    return motion._replace(axes=turn @ motion.axes, angular_velocity=spin)

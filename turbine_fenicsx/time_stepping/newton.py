@@ -58,6 +58,11 @@ much noise: 2e-11 instead of 9e-13 over fifty steps of a hollow rotor. It would 
 iteration per step of the paper's stiff case.
 """
 
+CONTRACTION = 0.03
+"""Maximum ratio of the last two residuals at which small bodies keep their tangents from the second
+iteration on: the next residual is smaller by as much again, with a new tangent by little more. The
+tangent of the first guess is not kept, as that is much further from the end."""
+
 DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""
 
@@ -122,12 +127,13 @@ class NewtonStepper:
         self._solvers = _LinearSolvers(step, options.prefix)
         # without large flexible bodies all but "monolithic" are the same
         self._is_exact = all(model.is_small for model in self.system.flexible_models)
+        keeps = self._is_exact and bool(self.system.flexible_models)
         known = {} if self._is_exact else FALLBACKS
         exact = known.get(self.linear_solver, self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact)
         self.fallbacks, self.factors = 0, (0, 0)
         self._guess = FirstGuess(step)
-        self._convergence = BlockwiseConvergence(step, options)
+        self._convergence = convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(options.prefix)
         snes.setType("newtonls")
@@ -135,7 +141,10 @@ class NewtonStepper:
         snes.setJacobian(
             evaluate_tangent,
             step.tangent_matrix,
-            kargs={"linear_solvers": self._solvers},
+            kargs={
+                "linear_solvers": self._solvers,
+                "convergence": convergence if keeps else None,
+            },
         )
         snes.setConvergenceTest(self._convergence)
         snes.setTolerances(max_it=options.max_iterations)
@@ -300,6 +309,11 @@ class BlockwiseConvergence:
         self.stagnation = (0.02 if approximate else 1.0) * self.options.stagnation
         self.last_gain = LAST_GAIN["approximate" if approximate else "exact"]
 
+    @property
+    def contracts(self) -> bool:
+        """Whether the last iteration, not the first, has made the residual much smaller."""
+        return len(self.history) > 2 and self.history[-1] < CONTRACTION * self.history[-2]
+
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""
         reasons = PETSc.SNES.ConvergedReason
@@ -336,8 +350,14 @@ def evaluate_tangent(
     J: PETSc.Mat,
     P: PETSc.Mat,
     linear_solvers: _LinearSolvers,
+    convergence: BlockwiseConvergence | None,
 ) -> None:
-    """SNES Jacobian: the linear solver is prepared for the tangent at x."""
+    """SNES Jacobian: the linear solver is prepared for the tangent at x.
+
+    With the convergence of small bodies it keeps the last one where the residual contracts well.
+    """
+    if convergence is not None and convergence.contracts:
+        return
     with timing.event("linear set-up"):
         linear_solvers.current.update(x)
 

@@ -65,6 +65,7 @@ class ReducedStep:
         self._factors = 1.0 + np.finfo(float).eps * signs
         self._expected: tuple[Array, Array, Array] | None = None
         self._J: Array | None = None
+        self._changed: tuple[Array, tuple[Array, Array, Array]] | None = None
 
     @property
     def midpoint(self) -> ReducedStep:
@@ -78,7 +79,7 @@ class ReducedStep:
         self._y = strain.vectors(model.vectors(u.array_r))
         self._c = strain.strain(self._y)
         self._history.start_step(times, self._c)
-        self._J = None
+        self._J = self._changed = None
         self._slope = 0.5 + 0.5 * self._chi + model.loss / times.dt
         self._dt_v = times.dt * model.split(v.array_r)
         self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
@@ -99,10 +100,11 @@ class ReducedStep:
 
     def residual(self, du: PETSc.Vec, R: PETSc.Vec) -> None:
         """The residual [kg m] for the increment du, into R."""
-        dz = self.model.split(du.array_r)
-        y, dy = self._middle(dz)
+        dz, strain = self.model.split(du.array_r), self.model.strain
+        y, _, dc = self._change(dz)
         terms = self.model.mass @ (dz - self._dt_v) - self._impulse
-        R.array[:] = (terms + self._times.half_dt2 * self._forces(y, dy)).ravel()
+        forces = strain.forces(strain.stress(self._algorithmic(dc)), y)
+        R.array[:] = (terms + self._times.half_dt2 * forces).ravel()
         middle, factor = self._times.middle, -self._times.half_dt2
         self.model.add_forces(*self._move(du.array_r), middle, factor, R.array)
 
@@ -115,24 +117,24 @@ class ReducedStep:
         dy = self.model.strain.vectors(dz)
         return self._y + 0.5 * dy, dy
 
-    def _forces(self, y: Array, dy: Array) -> Array:
-        """L^T S(W c_alg) y_m, shape (copies, n, 3) [N], or two sets of them."""
-        strain = self.model.strain
-        c = self._algorithmic(strain.change(y, dy))
-        return strain.forces(strain.stress(c), y)
-
     def _algorithmic(self, dc: Array) -> Array:
-        """c_alg for changes of c, shape (copies, r), or for two sets of them."""
-        c = self._c if len(dc) == len(self._c) else np.tile(self._c, (2, 1))
-        return c + self._slope * dc
+        """c_alg for changes of c, shape (copies, r)."""
+        return self._c + self._slope * dc
+
+    def _change(self, dz: Array) -> tuple[Array, Array, Array]:
+        """As `_middle`, and the change of c; those of the last call for the same increments."""
+        if self._changed is None or not np.array_equal(self._changed[0], dz):
+            y, dy = self._middle(dz)
+            self._changed = dz.copy(), (y, dy, self.model.strain.change(y, dy))
+        return self._changed[1]
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
         dz, strain = self.model.split(du.array_r), self.model.strain
         if self._slopes is None and self.model.section_loads:
             self._slopes = self.model.find_load_slopes(*self._move(du.array_r), self._times)
-        y, dy = self._middle(dz)
-        dc, J = strain.change(y, dy), strain.jacobian(self._y + dy, single=True)
+        _, dy, dc = self._change(dz)
+        J = strain.jacobian(self._y + dy, single=True)
         if self._expected is None:
             expected = self._history.expect() - self._c
         else:
@@ -189,8 +191,10 @@ class ReducedStep:
 
         Forces are stiffnesses times small differences, so that it is measured.
         """
-        pairs = zip(self._middle(self._dt_v), self._factors, strict=True)
-        f = self._forces(*(np.concatenate([x, x * factor]) for x, factor in pairs))
+        pairs, strain = zip(self._middle(self._dt_v), self._factors, strict=True), self.model.strain
+        y, dy = (np.concatenate([x, x * factor]) for x, factor in pairs)
+        c = np.tile(self._c, (2, 1)) + self._slope * strain.change(y, dy)
+        f = strain.forces(strain.stress(c), y)
         change = f[len(self._c) :] - f[: len(self._c)]
         return float(self._times.half_dt2**2 * np.sum(change * change))
 
@@ -201,7 +205,7 @@ class ReducedStep:
         u, v = self._move(du.array_r)
         works = [float(np.sum(force * dz)) for force in forces]
         works += [x.work(u, v, self._times, du.array_r) for x in self.model.section_loads]
-        dc = self.model.strain.change(*self._middle(dz))
+        dc = self._change(dz)[2]
         for k, Z in enumerate(self.model.losses.values()):
             lost[k] = np.sum(Z * dc * dc) / self._times.dt
         damper = self.model.mass_damper

@@ -23,6 +23,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
 from turbine_fenicsx.foundation.rotations import skew as cross_matrix
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.wind import plane_slopes
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.inflow import Inflow
 from turbine_fenicsx.wind.momentum import (
@@ -56,7 +57,13 @@ class _Sections(NamedTuple):
     radius: Array  # distance from the shaft, shape (n,) [m]
     wind: Array  # relative to the section, without the wake [m/s]
     speed: float  # of the rotor about the shaft [rad/s]
-    rate: Array  # nose up about the span, beyond the rotation of the rotor, shape (n,) [rad/s]
+    omega: Array  # of the sections [rad/s]
+    relative: Array  # the same without the rotation of the rotor [rad/s]
+
+    @property
+    def axes(self) -> tuple[Array, Array, Array]:
+        """Along the chord, to the suction side, and along the span."""
+        return self.chordwise, self.suction, self.span
 
     def find_inflow(self) -> tuple[npt.NDArray[np.bool_], Array, Array]:
         """Where there is a wake, V_x along the normals there, and V_y against the way [m/s]."""
@@ -230,20 +237,52 @@ class RotorAerodynamics:
         wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
         speed = float(_mean(motion.angular_velocity[self._roots]) @ shaft)
         directions = (lever, span, chordwise, suction, normal, way, shaft, outward)
-        rate = _dot(motion.angular_velocity - speed * shaft, span)
-        return _Sections(*directions, radius, wind, speed, rate)
+        omega = motion.angular_velocity
+        return _Sections(*directions, radius, wind, speed, omega, omega - speed * shaft)
 
-    def _find_loads(self, s: _Sections, w: Array) -> _Loads:
-        """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
+    def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
+        """Derivatives of the loads by an increment of a step; see `SlopedLoad.find_slopes`."""
+        s = self._find_sections(motion, times.middle)
+        V = self._find_flow(s, self._find_wake(s).velocity)
+        a, slopes = plane_slopes.differentiate(
+            lambda p: self._find_plane_loads(p)[0], _find_plane_flow(s, V), self._chord
+        )
+        changes = plane_slopes.find_changes(s.axes, V, s.lever, (s.omega, s.relative), times.dt)
+        loads = self._place_loads(s, a)
+        return plane_slopes.spread(
+            s.axes, self._lengths[:, None, None] * (slopes @ changes), s.lever, loads[:2]
+        )
+
+    def _find_flow(self, s: _Sections, w: Array) -> Array:
+        """Flow relative to sections, with induced velocities w along normal and against way."""
         axial = w[:, 0]
         if self._skew is not None:
             mean, part = _mean(s.wind), s.radius / self._blade.tip_radius
             induced = float(_mean(axial))
             axial = axial * self._skew.find_factors(mean, s.shaft, induced, s.outward, part)
-        V = s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way
-        forward, up = -_dot(V, s.chordwise), _dot(V, s.suction)
+        return np.asarray(s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way)
+
+    def _find_loads(self, s: _Sections, w: Array) -> _Loads:
+        """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
+        a, f_st, W = self._find_plane_loads(_find_plane_flow(s, self._find_flow(s, w)))
+        return _Loads(*self._place_loads(s, a), f_st, W)
+
+    def _place_loads(self, s: _Sections, a: Array) -> tuple[Array, Array, Array]:
+        """Forces, moments about the centres, and line loads of loads as of `_find_plane_loads`."""
+        line = a[0][:, None] * s.chordwise + a[1][:, None] * s.suction
+        force = self._lengths[:, None] * line
+        moment = cross_rows(s.lever, force) + (self._lengths * a[2])[:, None] * s.span
+        return force, moment, line
+
+    def _find_plane_loads(self, p: Array) -> tuple[Array, Array, Array]:
+        """Loads for each length along chord and suction side and about the span, f_st and W.
+
+        Args:
+            p: V_forward, V_up and the rate about the span, shape (3, n).
+        """
+        forward, up, rate = p
         W = np.hypot(forward, up)
-        added = None if self._pitch_rate is None else self._pitch_rate.find(s.rate, forward, W)
+        added = None if self._pitch_rate is None else self._pitch_rate.find(rate, forward, W)
         washed, turned, turning = (np.zeros(1),) * 3 if added is None else added
         C = self._coefficients(np.arctan2(up + washed, forward)).T
         C_l, C_d, C_m = C[:3]
@@ -258,11 +297,8 @@ class RotorAerodynamics:
         q = self._half_density * W
         along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
         along_suction = along_suction + self._density * turned
-        line = along_chord[:, None] * s.chordwise + along_suction[:, None] * s.suction
-        force = self._lengths[:, None] * line
-        pitching = self._lengths * (q * W * self._chord * C_m + self._density * turning)
-        moment = cross_rows(s.lever, force) + pitching[:, None] * s.span
-        return _Loads(force, moment, line, f_st, W)
+        pitching = q * W * self._chord * C_m + self._density * turning
+        return np.stack([along_chord, along_suction, pitching]), f_st, W
 
     def _find_wake(self, s: _Sections) -> Wake:
         """The wake as it is, or one in balance with the loads where there is none yet."""
@@ -308,6 +344,11 @@ class RotorAerodynamics:
 def fit_rotation(before: Array, after: Array) -> Array:
     """The rotation that takes points to where they are now, in the mean, shape (3, 3)."""
     return nearest_rotation((after - _mean(after)).T @ (before - _mean(before)))
+
+
+def _find_plane_flow(s: _Sections, V: Array) -> Array:
+    """V_forward, V_up and the rate about the span, shape (3, n)."""
+    return np.stack([-_dot(V, s.chordwise), _dot(V, s.suction), _dot(s.relative, s.span)])
 
 
 def _mean(a: Array) -> Array:

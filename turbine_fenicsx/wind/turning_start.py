@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.load_slopes import find_slopes
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.checks import check_array, check_number
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -49,6 +50,10 @@ class TurningAtRest:
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
         """Loads of the source; see `LineLoad.loads`."""
         return self._source.loads(self._turn(motion) if self._at_rest else motion, time)
+
+    def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
+        """Slopes of the source; see `SlopedLoad.find_slopes`."""
+        return find_slopes(self._source, motion, times)
 
     def accept(self, motion: SectionMotion, times: StepTimes) -> None:
         """The source moves on."""
