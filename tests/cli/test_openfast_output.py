@@ -8,6 +8,7 @@ from openfast_io.FAST_output_reader import FASTOutputFile
 
 ANGLES = ["Azimuth", "RotSpeed", "NacYaw", "BldPitch1", "BldPitch2", "BldPitch3"]
 TIPS = [f"TipD{a}b{k}" for k in (1, 2, 3) for a in "xyz"]
+TIPS += [f"TipClrnc{k}" for k in (1, 2, 3)]
 LOADS = [f"Root{q}{a}b{k}" for k in (1, 2, 3) for q in "FM" for a in "xyz"]
 
 
@@ -63,6 +64,7 @@ def test_both_histories_say_the_same(runs):
     for k in (1, 2, 3):
         tip = np.linalg.norm([out[f"TipD{a}b{k}"] for a in "xyz"], axis=0)
         assert tip == pytest.approx(h[f"tip_deflection_{k}_[m]"], rel=1e-6)
+        assert out[f"TipClrnc{k}"] == pytest.approx(h[f"tip_clearance_{k}_[m]"], rel=1e-6)
         for a in "xyz":
             force, moment = h[f"root_force_{k}_{a}_[N]"], h[f"root_moment_{k}_{a}_[Nm]"]
             assert out[f"RootF{a}b{k}"] == pytest.approx(1e-3 * force, **digits)

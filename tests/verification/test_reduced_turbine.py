@@ -49,6 +49,7 @@ def test_loads_and_power_are_those_of_full_blades(runs):
 def test_tips_and_strains_are_those_of_full_blades(runs):
     for name in ("tip_flap_1_[m]", "tip_flap_3_[m]", "tip_edge_2_[m]", "strain_root_[-]"):
         assert error(runs, name) < 0.02, name
+    assert error(runs, "tip_clearance_1_[m]") < 1e-3
 
 
 def test_a_reduced_tower_is_the_full_one(path, runs):

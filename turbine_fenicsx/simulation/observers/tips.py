@@ -70,6 +70,9 @@ class Tips:
         system: The system.
         tips: The points.
 
+    Attributes:
+        starts: Initial positions of the nodes that are followed, shape (n, 3) [m].
+
     Raises:
         ModelError: for a body or parent body that is not part of the system.
 
@@ -100,6 +103,10 @@ class Tips:
                 if tip.axes is not None:
                     axes = np.asarray(tip.axes, dtype=float) @ R
                 self._mine.append(_Followed(k, index, nodes, weights, q, X, xi, axes))
+        starts = np.zeros((len(self.tips), 3))
+        for mine in self._mine:
+            starts[mine.number] = mine.X
+        self.starts: Array = sum_over_ranks(self._comm, starts)
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""

@@ -37,6 +37,7 @@ from turbine_fenicsx.turbine.blades.station_check import check_stations
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.pitch import RINGS
+from turbine_fenicsx.turbine.components.yaw_distances import YawDistances
 
 BODY = "blades"
 """Name of the flexible body of all blades."""
@@ -77,7 +78,7 @@ class FlexibleBlades(Component):
         ]
 
     def channels(self, turbine: Turbine) -> Channels:
-        """Tip deflections, root forces and moments, strain gauges, failure of plies."""
+        """Tip deflections and clearances, root forces and moments, strain gauges, failure of plies."""
         system, layout, blades = turbine.system, turbine.rotor.layout, turbine.rotor.blades
         numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
         reactions, followed = [], []
@@ -88,21 +89,27 @@ class FlexibleBlades(Component):
             reactions.append(Reaction(coupling, root, axes))
             followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
         loads, tips = Reactions(system, reactions), Tips(system, followed)
+        from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
+        clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
         motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]
         return Channels(
             history=[
                 tip_channel(tips),
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
+                Channel(clearances, lambda s: from_yaw.at(s).tolist()),
                 Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],
             openfast=[
                 Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
+                Channel(
+                    tuple(f"TipClrnc{k}_[m]" for k in numbers), lambda s: from_yaw.at(s).tolist()
+                ),
                 Channel(
                     OPENFAST_ROOTS, lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads
                 ),
