@@ -78,7 +78,7 @@ class FlexibleBlades(Component):
         ]
 
     def channels(self, turbine: Turbine) -> Channels:
-        """Tip deflections and clearances, root forces and moments, strain gauges, failure of plies."""
+        """Deflections and clearances of tips, root loads, strain gauges, failure of plies."""
         system, layout, blades = turbine.system, turbine.rotor.layout, turbine.rotor.blades
         numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
         reactions, followed = [], []

@@ -1,4 +1,4 @@
-"""How far blade tips are from the yaw axis, the clearance of blade and tower as OpenFAST defines it.
+"""Distances of blade tips from the yaw axis, the clearance of blade and tower in OpenFAST.
 
 The yaw axis moves with the nacelle. Tips below the yaw bearing have their distance from the axis,
 tips above it that from the bearing. Without the radius of the tower this is no gap yet.

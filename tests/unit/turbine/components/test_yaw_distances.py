@@ -1,4 +1,4 @@
-"""Claims about the clearance of blade tips: distances from the yaw axis, which the nacelle carries."""
+"""Claims about the clearance of blade tips: distances from the yaw axis that the nacelle carries."""
 
 from types import SimpleNamespace
 
