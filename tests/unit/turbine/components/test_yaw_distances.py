@@ -1,4 +1,4 @@
-"""Claims about the clearance of blade tips: distances from the yaw axis that the nacelle carries."""
+"""Claims about the clearance of blade tips: distances from the yaw axis, which is the nacelle's."""
 
 from types import SimpleNamespace
 
