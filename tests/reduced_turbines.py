@@ -50,6 +50,8 @@ angle = "10 deg"
 duration = "0.5 s"
 [solver]
 tolerance = 1e-9
+[output]
+twists = [0.7, 0.9]
 [output.gauges.root]
 blade = 3
 station = 0.2

@@ -50,6 +50,10 @@ def test_tips_and_strains_are_those_of_full_blades(runs):
     for name in ("tip_flap_1_[m]", "tip_flap_3_[m]", "tip_edge_2_[m]", "strain_root_[-]"):
         assert error(runs, name) < 0.02, name
     assert error(runs, "tip_clearance_1_[m]") < 1e-3
+    for k in (1, 2, 3):  # they twist by half a tenth of a degree
+        reduced, full = (columns[f"twist_{k}_at_0.7_[rad]"] for columns in runs)
+        assert 1e-4 < np.max(np.abs(full)) < 2e-3
+        assert np.max(np.abs(reduced - full)) < 1e-4
 
 
 def test_a_reduced_tower_is_the_full_one(path, runs):

@@ -11,9 +11,9 @@ where x_ac c is the place of the aerodynamic centre, and V is the flow there, wi
 is turned round where the flow comes from behind. A flat plate has sigma = 1, so that
 sigma = C_l,alpha/(2 pi), at most one; a cylinder has none.
 
-The moment about a point at the fraction a' of the half chord b behind the middle is then
-2 pi rho V b^3 a' (1/2 - a') theta': it dampens wherever a section turns about a point before its
-middle. Without these terms nothing dampens torsion, and soft blades flutter.
+About a point at b a behind the middle, with c = 2 b, the moment is 2 pi rho V b^3 a (1/2 - a)
+theta', which dampens turns about points before the middle. Nothing else in the air dampens torsion:
+without these terms soft blades flutter.
 
 T. Theodorsen, NACA report 496 (1935), with C(k) = 1 and without apparent mass, which leaves out
 how long lift takes; M. H. Hansen, M. Gaunaa, H. Aa. Madsen, Risoe-R-1354 (2004).
@@ -32,7 +32,7 @@ MIN_SPEED = 1e-6
 
 
 class PitchRate:
-    """What turning adds to the loads of sections.
+    """Loads that sections have from turning.
 
     Args:
         table: Polars of the stations of a blade.

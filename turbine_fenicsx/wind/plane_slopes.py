@@ -1,9 +1,9 @@
 """How loads on sections change with an increment of a step, from loads in the plane of a section.
 
 The loads a (along the chord c, along the suction side s, and about the span t, each for a length L)
-depend on p = (V_forward, V_up, theta'). An increment of a step, a translation x and a rotation phi,
-changes the velocity of the aerodynamic centre by x/dt + phi/dt x l + omega x (phi/2 x l), with the
-lever l of that, and turns the axes by phi/2. So
+depend on p = (V_forward, V_up, theta'). An increment of a step is a translation x and a rotation
+phi. It turns the axes by phi/2, and changes the velocity of the aerodynamic centre, whose lever is
+l, by x/dt + phi/dt x l + omega x (phi/2 x l). So
 
     dp = P (x, phi),        dF = L (da_c c + da_s s) + phi/2 x F,
     da = (da/dp) dp,        dM = l x L (da_c c + da_s s) + L da_t t + phi/2 x M.

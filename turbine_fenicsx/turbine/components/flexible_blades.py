@@ -37,6 +37,7 @@ from turbine_fenicsx.turbine.blades.station_check import check_stations
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.pitch import RINGS
+from turbine_fenicsx.turbine.components.twists import make_twist_channel
 from turbine_fenicsx.turbine.components.yaw_distances import YawDistances
 
 BODY = "blades"
@@ -92,6 +93,7 @@ class FlexibleBlades(Component):
         from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))
+        twists = make_twist_channel(turbine)
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
@@ -102,6 +104,7 @@ class FlexibleBlades(Component):
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
                 Channel(clearances, lambda s: from_yaw.at(s).tolist()),
                 Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
+                *([twists] if twists else []),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],

@@ -104,6 +104,11 @@ class OutputCase(Section):
     """Simulated time between two checkpoints; 0: by wall time alone."""
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
     """Wall time between two checkpoints; 0: only at start and end."""
+    twists: Annotated[
+        tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Only("turbine.model", "hybrid")
+    ] = ()
+    """Places along the span, as fractions of its length, where histories have the twist of the
+    blades by deformation."""
     gauges: Annotated[
         dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
     ] = Field(default_factory=dict)

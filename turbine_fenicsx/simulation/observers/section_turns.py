@@ -1,0 +1,140 @@
+"""How far sections of slender bodies have turned, seen from what carries the body.
+
+With weights w_a and arms R_a of the nodes around a place, B = sum w_a x_a R_a^T is constant for a
+body at rest, symmetric, and turns with the body. So the rotation of a section is the one nearest to
+B, as for loads on sections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_matrix
+from scipy.spatial.transform import Rotation
+
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.foundation.checks import check_among_parts, check_directions, check_vectors
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.rotations import nearest_rotation
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.mesh_view import MeshView
+from turbine_fenicsx.system.system import MultibodySystem
+
+MIN_NODES = 12
+"""Minimum number of nodes of a section; it is made wider where there are fewer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A section of a body.
+
+    Args:
+        name: For messages.
+        body: Flexible body.
+        origin: A point of its axis in the initial configuration, shape (3,) [m].
+        axis: Direction of the axis, shape (3,).
+        distance: Along the axis from the origin [m].
+        half_width: Nodes so near count, those in the middle most [m].
+        carrier: Rigid body that it is seen from; None is the ground.
+        copy: Number of the copy of a reduced body.
+    """
+
+    name: str
+    body: DeformableBody
+    _: KW_ONLY
+    origin: npt.ArrayLike
+    axis: npt.ArrayLike
+    distance: float
+    half_width: float
+    carrier: RigidBody | None = None
+    copy: int = 0
+
+    def __post_init__(self) -> None:
+        check_vectors(self.name, origin=self.origin)
+        check_directions(self.name, axis=self.axis)
+
+
+class SectionTurns:
+    """Rotations of sections about their axes.
+
+    Args:
+        system: The system.
+        sections: The sections.
+
+    Raises:
+        ModelError: for a body or carrier that is not part of the system, or a body with too few
+            nodes.
+
+    Note:
+        Collective.
+    """
+
+    def __init__(self, system: MultibodySystem, sections: Sequence[Section]) -> None:
+        self._comm, self.sections = system.comm, tuple(sections)
+        self._carriers: list[slice | None] = []
+        for section in self.sections:
+            whose = f"section {section.name!r}"
+            check_among_parts("body", section.body, system.flexible_bodies, whose)
+            if section.carrier is not None:
+                check_among_parts("body", section.carrier, system.rigid_bodies, whose)
+            first = None if section.carrier is None else system.first_coordinate[section.carrier]
+            self._carriers.append(None if first is None else slice(first + 3, first + 12))
+        self._start = np.zeros((len(self.sections), 3, 3))
+        self._weights: list[tuple[int, csr_matrix]] = []
+        for number, model in enumerate(system.flexible_models):
+            mine = [k for k, section in enumerate(self.sections) if section.body is model.body]
+            if not mine:
+                continue
+            view, rows, columns, values = MeshView(model), [], [], []
+            X = np.concatenate(system.comm.allgather(view.mesh.positions))
+            for k in mine:
+                R, t = view.placements[self.sections[k].copy]
+                nodes, arms = _find_arms(self.sections[k], t + X @ R.T)
+                self._start[k] = arms.T @ (t + X[nodes] @ R.T)
+                for j in range(3):
+                    own, of_own = view.take(self.sections[k].copy, nodes, arms[:, j])
+                    rows += [3 * k + j] * len(own)
+                    columns += own.tolist()
+                    values += of_own.tolist()
+            shape = (3 * len(self.sections), model.n_owned)
+            self._weights.append((number, csr_matrix((values, (rows, columns)), shape=shape)))
+
+    def at(self, snapshot: Snapshot) -> Array:
+        """Angles about the axes at a snapshot, shape (n,) [rad], equal on all ranks. Collective."""
+        moved = np.zeros((3 * len(self.sections), 3))
+        for k, weights in self._weights:
+            moved += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
+        # B^T = sum w_a R_a x_a^T
+        B_T = self._start + sum_over_ranks(self._comm, moved).reshape(-1, 3, 3)
+        turns = nearest_rotation(B_T.swapaxes(1, 2))
+        angles = np.zeros(len(self.sections))
+        for k, (section, carrier) in enumerate(zip(self.sections, self._carriers, strict=True)):
+            turn, axis = turns[k], np.asarray(section.axis, dtype=float)
+            if carrier is not None:
+                assert section.carrier is not None
+                directors = snapshot.state.q[carrier].reshape(3, 3)
+                turn = np.asarray(section.carrier.directors) @ directors @ turn
+            *v, w = Rotation.from_matrix(turn).as_quat()
+            angle = 2.0 * np.arctan2(v @ axis / np.linalg.norm(axis), w)
+            angles[k] = (angle + np.pi) % (2.0 * np.pi) - np.pi
+        return angles
+
+
+def _find_arms(section: Section, X: Array) -> tuple[npt.NDArray[np.int64], Array]:
+    """Nodes of a section, and their arms times their weights, shape (k, 3)."""
+    if len(X) <= MIN_NODES:
+        raise ModelError(f"section {section.name!r}: {section.body.name!r} has too few nodes")
+    axis = np.asarray(section.axis, dtype=float)
+    along = (X - np.asarray(section.origin, dtype=float)) @ (axis / np.linalg.norm(axis))
+    distances = np.abs(along - section.distance)
+    width = max(section.half_width, 1.001 * float(np.partition(distances, MIN_NODES)[MIN_NODES]))
+    weights = np.maximum(1.0 - distances / width, 0.0)
+    nodes = np.flatnonzero(weights)
+    w = weights[nodes, None] / weights.sum()
+    return nodes, w * (X[nodes] - np.sum(w * X[nodes], axis=0))
