@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo demo-iea quick test test-all attack lint docs reference gallery verification bench bench-peers clean
+.PHONY: help setup demo demo-iea demo-reduced quick test test-all attack lint docs reference gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -19,6 +19,13 @@ demo-iea: setup ## run the IEA 15 MW turbine for ten seconds into out/iea15 and 
 	$(VENV)/bin/turbine-fenicsx run demos/iea15/iea15.toml -o $(OUT)/iea15 --overwrite
 	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --times 4,7,10 --field tsai_wu -o $(OUT)/iea15
 	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --movie $(OUT)/iea15/movie.mp4 --field tsai_wu
+
+demo-reduced: setup ## run ten minutes of turbulence with reduced blades into out/turbulence and draw power, pitch, loads, clearance
+	mkdir -p $(OUT)/turbulence
+	cp demos/turbulence/turbulence.toml $(OUT)/turbulence
+	$(VENV)/bin/python demos/turbulence/kaimal.py $(OUT)/turbulence/turbulence.toml
+	$(VENV)/bin/turbine-fenicsx run $(OUT)/turbulence/turbulence.toml -o $(OUT)/turbulence/run --overwrite
+	$(VENV)/bin/python demos/turbulence/draw.py $(OUT)/turbulence/run
 
 # The tests of formulas, without those that compile the forms of every material and cell.
 FORMULAS = tests/test_layers.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \

@@ -1,6 +1,7 @@
 """Keys that name files of data: found beside the case, made absolute, hashed, read once.
 
-`DataFile` marks such a key in its type, all else follows from the mark.
+`DataFile` marks such a key in its type, all else follows from the mark. `DataFolder` marks a folder
+in which files are kept, which changes no result and is not hashed.
 """
 
 from __future__ import annotations
@@ -53,6 +54,11 @@ class DataFile:
         return change(value)
 
 
+@dataclass(frozen=True)
+class DataFolder(DataFile):
+    """Marks a key whose value is the name of a folder."""
+
+
 def change_files(
     data: Nested, model: type[BaseModel], change: Callable[[DataFile, str], str]
 ) -> dict[str, Any]:
@@ -94,11 +100,12 @@ def _change(value: Any, field: FieldInfo, change: Callable[[DataFile, str], str]
 
 
 def list_files(data: Nested, model: type[BaseModel]) -> list[tuple[DataFile, str]]:
-    """The files that nested tables name, in their order."""
+    """The files that nested tables name, in their order, without folders."""
     found: list[tuple[DataFile, str]] = []
 
     def note(mark: DataFile, name: str) -> str:
-        found.append((mark, name))
+        if not isinstance(mark, DataFolder):
+            found.append((mark, name))
         return name
 
     change_files(data, model, note)

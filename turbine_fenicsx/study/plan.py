@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.reduction import FOLDER
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 _LONGEST_NAME = 120
@@ -71,7 +72,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
     combinations = _combine(study)
     for changes in combinations:
         try:
-            case = Case.load(study.case, [*common, *_as_overrides(changes)])
+            case = _load(study.case, [*common, *_as_overrides(changes)])
             cases.append((changes, case))
         except InputError as error:
             for sentence in str(error).splitlines():
@@ -89,6 +90,18 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
     ]
     _check_convergence(study, runs)
     return runs
+
+
+def _load(path: str, overrides: Sequence[str]) -> Case:
+    """Read a case; bases of reduced parts are kept beside it, for all runs together."""
+    case = Case.load(path, overrides)
+    parts = {"blade": case.has_reduced_blades, "tower": case.has_reduced_tower}
+    shared = []
+    for name, is_reduced in parts.items():
+        reduction = getattr(case, name).reduction
+        if is_reduced and reduction.file is None and reduction.folder is None:
+            shared.append(f"{name}.reduction.folder={FOLDER}")
+    return Case.load(path, [*shared, *overrides]) if shared else case
 
 
 def format_case(case: Case) -> str:

@@ -206,3 +206,17 @@ def test_change_of_a_default_or_of_a_mesh_file_changes_the_text(tmp_path, monkey
     stiffer = case.model_copy(update={"solver": case.solver.model_copy(update={"tolerance": 1e-9})})
     path.write_text("one")
     assert format_case(stiffer) != before  # not set in the file, so only the hash can tell
+
+
+def test_all_runs_keep_bases_of_reduced_blades_beside_the_case_of_the_study(make, tmp_path):
+    two = "set.turbine.model = 'hybrid'\n[grid]\ntime.end = [1, 2]"
+    study = make(f"set.blade.model = 'reduced'\n{two}")
+    bases = str(tmp_path / "bases")
+    runs = plan(study)
+    assert [run.value("blade.reduction.folder") for run in runs] == [bases, bases]
+    assert f"blade.reduction.folder = {json.dumps(bases)}" in runs[0].text
+    assert runs[0].value("tower.reduction.folder") is None
+    run, _ = plan(study, ["blade.reduction.folder=mine"])
+    assert run.value("blade.reduction.folder") == str(tmp_path / "mine")
+    run, _ = plan(make(two))
+    assert run.value("blade.reduction.folder") is None

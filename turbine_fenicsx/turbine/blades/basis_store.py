@@ -18,11 +18,9 @@ from turbine_fenicsx.foundation.files import name_file_in_errors
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.basis_file import VERSION, read_basis, write_basis
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.reduction import FOLDER
 
 log = logging.getLogger(__name__)
-
-FOLDER = "bases"
-"""Folder beside the case file in which bases are kept."""
 
 Maker = Callable[[Path | None], ReducedBasis]
 """Makes a basis; gets a file for finished load paths, None for none."""
@@ -65,23 +63,26 @@ def keep_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBas
     return basis
 
 
-def name_file(case: Case, body: str, depends_on: Mapping[str, Any]) -> Path | None:
-    """File for a basis beside a case; None if there can be none. Called on rank 0.
+def name_file(
+    case: Case, folder: str | None, body: str, depends_on: Mapping[str, Any]
+) -> Path | None:
+    """File for a basis of a case; None if there can be none. Called on rank 0.
 
     Args:
         case: The case.
+        folder: Where it is kept; None for the folder ``bases`` beside the case.
         body: Beginning of its name.
         depends_on: Everything that the basis depends on, as numbers, texts and tables.
     """
-    if case.folder is None:
+    if folder is None and case.folder is None:
         return None
-    folder = case.folder / FOLDER
-    nearest = folder if folder.exists() else case.folder
+    kept = Path(folder) if folder is not None else Path(case.folder or ".") / FOLDER
+    nearest = kept if kept.exists() else kept.parent
     if not (nearest.is_dir() and os.access(nearest, os.W_OK)):
-        log.warning("bases cannot be kept in %s, which is no folder that may be written", folder)
+        log.warning("bases cannot be kept in %s, which is no folder that may be written", kept)
         return None
     text = json.dumps([VERSION, depends_on], sort_keys=True)
-    return folder / f"{body}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.npz"
+    return kept / f"{body}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.npz"
 
 
 def _make_folder(folder: Path) -> None:

@@ -79,7 +79,7 @@ def name_basis(case: Case) -> Path | None:
     All that the basis depends on is in the name: shape, layup and mesh of the blades, the files
     that these come from, and the numbers of its table.
     """
-    return name_file(case, "blade", describe_blade(case))
+    return name_file(case, case.blade.reduction.folder, "blade", describe_blade(case))
 
 
 def describe_blade(case: Tables) -> dict[str, Any]:
@@ -96,7 +96,8 @@ def describe_blade(case: Tables) -> dict[str, Any]:
     )
     for key in ("damping", "model"):
         del data["blade"][key]
-    del data["blade"]["reduction"]["file"]
+    for key in ("file", "folder"):
+        del data["blade"]["reduction"][key]
     files = hash_files(data, Tables)
     for table in ("turbine", "mesh", "aero"):  # by content
         data[table]["file"] = data[table]["file"] is not None

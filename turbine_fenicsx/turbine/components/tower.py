@@ -137,7 +137,8 @@ def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> Reduce
 
     def name() -> Path | None:
         tower = case.tower.model_dump(mode="json", exclude={"damping", "model"})
-        del tower["reduction"]["file"]
-        return name_file(case, TOWER, tower)
+        for key in ("file", "folder"):
+            del tower["reduction"][key]
+        return name_file(case, r.folder, TOWER, tower)
 
     return take_basis(on_rank0(held.comm, name), body, make)

@@ -7,9 +7,13 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from turbine_fenicsx.case.checks import check
-from turbine_fenicsx.case.files import DataFile
+from turbine_fenicsx.case.files import DataFile, DataFolder
 from turbine_fenicsx.case.quantities import Whole
+from turbine_fenicsx.case.rules import Beside
 from turbine_fenicsx.case.section import Section
+
+FOLDER = "bases"
+"""Folder beside the case file in which bases are kept, unless the case names one."""
 
 LARGEST = 300
 """Functions of a basis; the time of a step grows with their third power."""
@@ -32,7 +36,10 @@ class ReductionCase(Section):
     """Number of strain coordinates besides those that small motions need."""
     file: Annotated[str | None, DataFile("basis of the blades")] = None
     """Basis that the command ``reduce`` has written for such blades; without it a run takes one
-    from the folder ``bases`` beside the case file, or makes it and keeps it there."""
+    from ``folder``, or makes it and keeps it there."""
+    folder: Annotated[str | None, DataFolder("folder of bases"), Beside("file")] = None
+    """Folder in which bases are kept, relative to the case file; none: ``bases`` beside it, or in a
+    study beside the case file of the study."""
 
     @check("functions", "modes")
     def _check_functions(self, case: Any) -> str:
@@ -50,8 +57,11 @@ class TowerReductionCase(Section):
     strains: Number = 15
     """Number of strain coordinates besides those that small motions need."""
     file: Annotated[str | None, DataFile("basis of the tower")] = None
-    """Basis of such a tower; without it a run takes one from the folder ``bases`` beside the case
-    file, or makes it and keeps it there."""
+    """Basis of such a tower; without it a run takes one from ``folder``, or makes it and keeps it
+    there."""
+    folder: Annotated[str | None, DataFolder("folder of bases"), Beside("file")] = None
+    """Folder in which bases are kept, relative to the case file; none: ``bases`` beside it, or in a
+    study beside the case file of the study."""
 
     @check("functions", "modes")
     def _check_functions(self, case: Any) -> str:

@@ -63,6 +63,13 @@ def test_bases_stand_beside_the_case_if_it_has_a_place(path):
     assert name_basis(parsed) is None
 
 
+def test_a_case_may_name_the_folder_of_bases(path, tmp_path):
+    beside = name_basis(Case.load(path))
+    (tmp_path / "shared").mkdir()
+    case = Case.load(path, [f"blade.reduction.folder={tmp_path / 'shared'}"])
+    assert name_basis(case) == tmp_path / "shared" / beside.name
+
+
 def test_a_folder_that_cannot_be_written_is_told(path, caplog):
     path.with_name("bases").write_text("a file")
     assert name_basis(Case.load(path)) is None
