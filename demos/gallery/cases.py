@@ -108,6 +108,19 @@ def campbell(name: str, folder: Path, png: Path) -> None:
         small.quantize(64).save(png)
 
 
+def turbulence(name: str, folder: Path, png: Path) -> None:
+    """Power, pitch and loads of a run in turbulence, which takes some minutes."""
+    demo = DEMOS / name
+    shutil.copy(demo / f"{name}.toml", folder)
+    subprocess.run([sys.executable, demo / "kaimal.py", folder / f"{name}.toml"], check=True)
+    command("run", folder / f"{name}.toml", "-o", folder / "run", "--quiet")
+    subprocess.run([sys.executable, demo / "draw.py", folder / "run"], check=True)
+    with Image.open(folder / "run" / "turbulence.png") as image:
+        small = image.convert("RGB")
+        small.thumbnail((1200, 1200), Image.Resampling.LANCZOS)
+        small.quantize(64).save(png)
+
+
 def spin_up(name: str, folder: Path, png: Path) -> None:
     """Picture and animation of the README, which stand beside the folder of the gallery."""
     import imageio_ffmpeg
@@ -136,6 +149,7 @@ CASES = {
     "iea15_gust": Turbine(
         "iea15_gust/iea15_gust.toml", 7.5, ("--field", "tsai_wu", "--range", "0,0.4")
     ),
+    "turbulence": turbulence,
     "modes": modes,
     "campbell": campbell,
     "time_step": orders,

@@ -103,6 +103,12 @@ ENTRIES = (
         "failure index of the plies; [how to](howto/wind.md).",
     ),
     Entry(
+        "turbulence",
+        ("turbulence/turbulence.toml", "turbulence/kaimal.py", "turbulence/draw.py"),
+        "Reduced blades and tower, the controller of the file, and a seeded wind field; "
+        "[ten minutes, step by step](howto/ten_minutes.md).",
+    ),
+    Entry(
         "modes",
         ("turbine/modes.py",),
         "Both brakes are on; red is what moves most. [Modes, step by step](howto/modes.md).",

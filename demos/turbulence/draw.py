@@ -1,4 +1,4 @@
-"""Four panels of a run in turbulence: power, pitch, flap moment, and clearance of the first blade.
+"""Four panels of a run in turbulence: power, pitch, flap moment, and how near tips pass the tower.
 
 ``python demos/turbulence/draw.py OUT`` writes ``OUT/turbulence.png``.
 """
@@ -9,21 +9,33 @@ from pathlib import Path
 
 import numpy as np
 
-from turbine_fenicsx.postprocessing.panels import is_turbine
+from turbine_fenicsx.foundation.diagram_style import PALETTE
 from turbine_fenicsx.postprocessing.plot_style import draw_line
 from turbine_fenicsx.postprocessing.plots import draw
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.output_folder import read_history
 
 POWER, PITCH = names.AERO_POWER, names.ANGLE(joint="pitch_1")
-FLAP, CLEARANCE = names.ROOT_MOMENT(blade=1, axis="y"), names.TIP_CLEARANCE(tip=1)
+FLAP = names.ROOT_MOMENT(blade=1, axis="y")
+NEAR = 0.5
+"""Part of the largest distance below which a tip passes the tower."""
 
 
 def curve(title, label, find, axes, run, look):
-    """A curve of the first blade, or of all."""
-    assert is_turbine(run)
+    """A curve over the time."""
     draw_line(axes, run, find(run), look, color=look.color, lw=0.8)
     axes.set(title=title, ylabel=label)
+
+
+def passages(axes, run, look):
+    """The least distance of each tip each time it passes the tower."""
+    for (blade, distance), color in zip(run.of(names.TIP_CLEARANCE).items(), PALETTE, strict=False):
+        d = distance[1:-1]
+        least = (d < distance[:-2]) & (d <= distance[2:]) & (d < NEAR * distance.max())
+        times = run[names.TIME][1:-1][least]
+        axes.plot(times, d[least], ".", ms=5, color=color, label=f"blade {blade}")
+    axes.set(title="Tips that pass the tower", ylabel="distance from the yaw axis [m]")
+    axes.set(xlabel="time [s]", ylim=(0.0, None))
 
 
 def find_moment(run):
@@ -34,15 +46,15 @@ def find_moment(run):
 PANELS = (
     partial(curve, "Power of the air", "power [W]", lambda run: run[POWER]),
     partial(curve, "Pitch", "pitch [deg]", lambda run: -np.degrees(run[PITCH])),
-    partial(curve, "Flap moment", "at the root [N m]", find_moment),
-    partial(curve, "Clearance", "tip to yaw axis [m]", lambda run: run[CLEARANCE]),
+    partial(curve, "Flap moment of blade 1", "at the root [N m]", find_moment),
+    passages,
 )
 
 
 def main():
     """Draw a run."""
     folder = Path(sys.argv[1])
-    draw([read_history(folder)], PANELS, [folder / "turbulence.png"])
+    draw([read_history(folder / "history.csv")], PANELS, [folder / "turbulence.png"])
 
 
 if __name__ == "__main__":

@@ -71,6 +71,19 @@ def test_histories_have_the_columns_of_full_blades_but_for_failure(runs):
     assert reduced == [name for name in full if "tsai_wu" not in name]
 
 
+def test_plies_fail_as_those_of_full_blades_where_a_case_asks_for_them(path, runs):
+    found = read(run(path, "plies", "output.plies=true", "time.end=0.5"))
+    full = {name: values[: len(found["time_[s]"])] for name, values in runs[1].items()}
+    assert list(found) == list(full)
+    indices = [name for name in full if name.endswith("tsai_wu_[-]")]
+    assert len(indices) > 5
+    largest = max(np.max(full[name]) for name in indices)
+    assert largest > 1e-3
+    for name in indices:
+        assert np.max(np.abs(found[name] - full[name])) < 0.05 * largest, name
+    assert found["aero_power_[W]"] == pytest.approx(runs[0]["aero_power_[W]"][: len(found[name])])
+
+
 def test_the_balance_of_energy_closes(runs):
     reduced = runs[0]
     size = np.max(np.abs(reduced["total_energy_[J]"]))

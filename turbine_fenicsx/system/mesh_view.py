@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+from petsc4py import PETSc
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
@@ -85,6 +87,25 @@ class MeshView:
             own = (nodes >= first) & (nodes < end)
             return nodes[own] - first, weights[own]
         return self._take_rows(copy, self._rows[nodes], weights)
+
+    def find_displacements(self, values: PETSc.Vec, copy: int) -> Array:
+        """Displacements of a copy, in the axes of the mesh. Collective.
+
+        Args:
+            values: Those of the nodes of the model, `State.u` of the body.
+            copy: Number of the copy.
+
+        Returns:
+            Those of the nodes of the mesh that this rank owns, shape (n_owned, 3) [m].
+        """
+        model = self._model
+        if isinstance(model, FlexibleModel):
+            return np.array(values.array_r).reshape(-1, 3)
+        assert isinstance(model, ReducedModel)
+        moved = model.expand(values)[copy] @ self.placements[copy][0]
+        first, end = self.mesh.space.dofmap.index_map.local_range
+        own: Array = moved[self._rows[first:end]]
+        return own
 
     def _take_rows(self, copy: int, rows: IntArray, weights: Array) -> tuple[IntArray, Array]:
         """As `take` for rows of the functions of a basis."""

@@ -8,7 +8,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
@@ -23,7 +23,7 @@ from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
 from turbine_fenicsx.materials.wall_axes import wall_frame
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 from turbine_fenicsx.system.cell_numbers import PointValues
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -38,11 +38,13 @@ class PlyStresses:
 
     Args:
         system: The system.
-        body: A flexible body of the system, its cells as `turbine_fenicsx.materials.laminate`
-            needs them.
+        body: A flexible or reduced body of the system, the cells of its mesh as
+            `turbine_fenicsx.materials.laminate` needs them.
         laminates: The plies of each cell that this rank owns, from the outer to the inner face.
 
     Attributes:
+        body: The body on its mesh.
+        copies: Number of copies of the body.
         table: The plies of these cells.
         inner: Strains 11, 22, 12 in the axes of the wall at the inner faces, shape (cells, 4, 3).
         outer: Those at the outer faces.
@@ -56,9 +58,13 @@ class PlyStresses:
     """
 
     def __init__(
-        self, system: MultibodySystem, body: FlexibleBody, laminates: Sequence[Plies]
+        self, system: MultibodySystem, body: DeformableBody, laminates: Sequence[Plies]
     ) -> None:
         check_among_parts("flexible body", body, system.flexible_bodies)
+        self._index = system.flexible_bodies.index(body)
+        self._view = MeshView(system.flexible_models[self._index])
+        self.copies, self._model = len(self._view.placements), self._view.mesh
+        self.body = body = self._model.body
         n = body.mesh.topology.index_map(3).size_local
         error = None
         if len(laminates) != n:
@@ -69,9 +75,7 @@ class PlyStresses:
         elif not all(laminates):
             error = ModelError(f"a cell of {body.name!r} has no plies")
         raise_together(body.mesh.comm, error)
-        self.body, self.table = body, PlyTable(laminates)
-        self._index = system.flexible_bodies.index(body)
-        self._model = on_mesh(system.flexible_models[self._index], "stresses of plies")
+        self.table = PlyTable(laminates)
         self._u = fem.Function(self._model.space)
         a1, a2, _ = wall_frame(body.mesh)
         E = green_lagrange(right_cauchy_green(deformation_gradient(self._u)))
@@ -81,13 +85,16 @@ class PlyStresses:
         self._strain = PointValues(body.mesh, points.reshape(-1, 3), *e)
         self.inner, self.outer = np.zeros((2, n, 4, 3))
 
-    def update(self, state: State) -> None:
+    def update(self, state: State, copy: int = 0) -> None:
         """Take the strains of a state. Collective.
 
         Args:
             state: A state of the system.
+            copy: Number of the copy of a reduced body.
         """
-        self._model.copy_to(self._u, state.u[self._index])
+        u = self._view.find_displacements(state.u[self._index], copy)
+        self._u.x.array[: u.size] = u.ravel()
+        self._u.x.scatter_forward()
         found = self._strain.in_cells()[: len(self.inner)]
         self.inner, self.outer = np.moveaxis(found.reshape(-1, 2, 4, 3), 1, 0)
 

@@ -81,8 +81,11 @@ def failure_channel(
         raise ModelError(f"panel {empty[0]!r} of {plies.body.name!r} has no cells")
 
     def values(snapshot: Snapshot) -> list[float]:
-        plies.update(snapshot.state)
-        of_cells = [plies.largest(index)[0] for index in indices]
+        of_copies = []
+        for copy in range(plies.copies):
+            plies.update(snapshot.state, copy)
+            of_copies.append([plies.largest(index)[0] for index in indices])
+        of_cells = np.max(of_copies, axis=0)
         mine = [
             _largest(found[cells], place[cells]) for cells in panels.values() for found in of_cells
         ]

@@ -13,6 +13,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
@@ -193,16 +194,17 @@ class HollowBlades:
         ends there. Nor do cells of a trailing edge that is hardly wider than thick.
         """
         comm = mesh.mesh.comm
-        bodies = (b for b in system.flexible_bodies if isinstance(b, FlexibleBody))
-        body = next(b for b in bodies if b.mesh is mesh.mesh)
+        meshes = (b.full if isinstance(b, ReducedBody) else b for b in system.flexible_bodies)
+        number = [body.mesh for body in meshes].index(mesh.mesh)
+        body = system.flexible_bodies[number]
         cells = WallCells.read(self.shape, mesh.cell_data)
         stresses = PlyStresses(system, body, cells.find_plies())
         closed = comm.allreduce(bool(cells.is_tip.any()), op=MPI.LOR)
         last = comm.allreduce(float(np.max(cells.span[:, 0], initial=0.0)), op=MPI.MAX)
         made_up = cells.is_ridge | ((cells.span[:, 0] == last) & closed)
         numbers: dict[str, list[int]] = {}
-        for number, name in enumerate(cells.parts):
-            numbers.setdefault(name.replace(", ", "_").replace(" ", "_"), []).append(number)
+        for part, name in enumerate(cells.parts):
+            numbers.setdefault(name.replace(", ", "_").replace(" ", "_"), []).append(part)
         every = {
             name: np.flatnonzero(np.isin(cells.part, own) & ~made_up)
             for name, own in numbers.items()

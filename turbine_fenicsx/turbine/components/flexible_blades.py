@@ -122,7 +122,9 @@ class FlexibleBlades(Component):
     def fields(self, turbine: Turbine) -> list[CellValues]:
         """The failure index of plies, by Tsai and Wu."""
         plies = find_plies(turbine)
-        return [failure_field(plies.stresses, leave_out=plies.made_up)] if plies else []
+        if plies is None or turbine.case.has_reduced_blades:
+            return []
+        return [failure_field(plies.stresses, leave_out=plies.made_up)]
 
 
 def _make_full(assembly: Assembly) -> tuple[FlexibleBody, list[tuple[Facets, int]]]:
@@ -156,8 +158,8 @@ def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, i
 
 
 def find_plies(turbine: Turbine) -> BladePlies | None:
-    """Plies of the blades; None if they are of one material, or reduced. Collective."""
-    if turbine.case.has_reduced_blades:
+    """Plies of the blades; None for one material, or reduced blades without them. Collective."""
+    if turbine.case.has_reduced_blades and not turbine.case.output.plies:
         return None
     return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
 
