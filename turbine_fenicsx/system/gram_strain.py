@@ -88,14 +88,13 @@ class GramStrain:
 
         Args:
             y: The vectors, shape (copies, m, 3).
-            single: Whether its products are found in single precision, enough for the tangents of
-                Newton's method.
+            single: Whether it is found in single precision, enough for tangents of Newton's method.
         """
         copies, n = len(y), self._L.shape[1]
         T = self._T_single if single else self._T
         J = T @ y.swapaxes(0, 1).reshape(y.shape[1], 3 * copies).astype(T.dtype)
         by_copy = J.reshape(self.size, n, copies, 3).transpose(2, 0, 1, 3)
-        return by_copy.astype(float, order="C").reshape(copies, self.size, 3 * n)
+        return np.ascontiguousarray(by_copy).reshape(copies, self.size, 3 * n)
 
     def _pair(self, a: Array, b: Array) -> Array:
         """Scalar products of all pairs, shape (copies, pairs)."""

@@ -71,6 +71,7 @@ class SectionRows:
             (line.copy, own, slice(end - line.size, end))
             for line, own, end in zip(loads.lines, rows, ends, strict=True)
         ]
+        self._motions = [self._start_motions(own) for own in rows]
         turns = [np.asarray(body.placements[line.copy].rotation) for line in loads.lines]
         sizes = [line.size for line in loads.lines]
         self._turn_back = np.repeat(np.array(turns, dtype=float), sizes, axis=0).swapaxes(1, 2)
@@ -107,6 +108,14 @@ class SectionRows:
             rows, moments, centres = (np.tensordot(share, x, 1) for x in (rows, moments, centres))
             counts = np.full(line.size, counts.min())
         return rows.reshape(-1, self._n), counts, moments, t + centres @ R.T
+
+    def _start_motions(self, rows: Array) -> tuple[Array, Array]:
+        """Rows H_j of a line, and P_i without rotations, in single precision; see `spread_slopes`."""
+        H = rows.reshape(-1, 4, self._n).astype(np.float32)
+        P = np.zeros((len(H), 6, self._n, 3), dtype=np.float32)
+        for i in range(3):
+            P[:, i, :, i] = H[:, 0]
+        return H[:, 1:], P
 
     def _sum_up(
         self, size: int, X: Array, functions: Array, shares: tuple[IntArray, IntArray, Array]
@@ -180,15 +189,11 @@ class SectionRows:
         turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=3)
         turns = np.einsum("nab,nbcj->nacj", self._inverse, turns).astype(single)
         slopes = slopes.astype(single)
-        for copy, rows, of_line in self._lines:
-            H = rows.reshape(-1, 4, self._n).astype(single)
-            P = np.zeros((len(H), 6, self._n, 3), dtype=single)
-            for i in range(3):
-                P[:, i, :, i] = H[:, 0]
-            spins = turns[of_line].reshape(-1, 9, 3) @ H[:, 1:]
+        for (copy, _, of_line), (H, P) in zip(self._lines, self._motions, strict=True):
+            spins = turns[of_line].reshape(-1, 9, 3) @ H
             P[:, 3:] = spins.reshape(-1, 3, 3, self._n).swapaxes(2, 3)
-            P = P.reshape(-1, 6, k)
-            found[copy] += P.reshape(-1, k).T @ (slopes[of_line] @ P).reshape(-1, k)
+            moved = (slopes[of_line] @ P.reshape(-1, 6, k)).reshape(-1, k)
+            found[copy] += P.reshape(-1, k).T @ moved
         return found
 
     def forces(self, F: Array, M: Array) -> Array:

@@ -163,8 +163,8 @@ class ReducedStep:
         """
         strain, half_dt2 = self.model.strain, self._times.half_dt2
         J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
-        J_m *= half_dt2 * self._slope[:, None]
-        A = J_m.swapaxes(1, 2) @ J
+        J_m *= (half_dt2 * self._slope[:, None]).astype(J_m.dtype)
+        A = (J_m.swapaxes(1, 2) @ J).astype(float)
         S = strain.stress(self._algorithmic(dc))
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
