@@ -7,7 +7,7 @@ and the loads of 9 m/s grow within a second: the tip goes twice as far as in equ
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from turbine_fenicsx import (
     Ramp,
     RayleighDamping,
     ReducedBody,
+    SectionLoads,
     SolverOptions,
     equilibrium,
 )
@@ -72,16 +73,15 @@ MOTIONS = (
 )
 
 
-def load(operating, body, motion):
+def load(operating, lines, body, motion):
     """Forces on the full body or the reduced one."""
     point, grow = OperatingPoint(motion.wind), motion.grow
     speed = operating.find_operation(point).rotor_speed
     air, turn, *weights = operating.make_path(point).forces
-    lines = operating.lines
     flutter = lines.field(lambda s: 900.0 * s**2, np.zeros(3), 1.0)
     waves = (lambda t: grow(t) * np.cos(speed * t), lambda t: grow(t) * np.sin(speed * t))
     return [
-        BodyForce("air", body, field=air.field, function=motion.gust),
+        SectionLoads("air", body, air.lines, replace(air.source, function=motion.gust)),
         BodyForce("pitching", body, field=flutter, function=lambda t: np.sin(2.6 * t) * grow(t)),
         BodyForce("centrifugal", body, field=turn.field, function=grow),
         *(
@@ -91,12 +91,13 @@ def load(operating, body, motion):
     ]
 
 
-def run(solid, operating, basis, motion, is_reduced):
+def run(solid, operating, lines, basis, motion, is_reduced):
     """Tip (steps, 3), root moment (steps, 3), twists (steps, 2), and CPU seconds."""
     body = ReducedBody("blade", solid.body, basis) if is_reduced else solid.body
     clamp = Coupling("clamp", body, solid.root, None)
     damping = RayleighDamping("damping", body, stiffness=CREEP)
-    system = MultibodySystem(solid.comm, [body, clamp, damping, *load(operating, body, motion)])
+    forces = load(operating, lines, body, motion)
+    system = MultibodySystem(solid.comm, [body, clamp, damping, *forces])
     stepper = EnergyMomentum(system, options=SolverOptions(tolerance=1e-8))
     axis = LongAxis(basis.points, basis.masses, basis.origins[0])
     meter = SpanMeter(basis.points, basis.masses, axis, (0.7, 0.9, 1.0))
@@ -119,11 +120,11 @@ def run(solid, operating, basis, motion, is_reduced):
     return *(np.array(x) for x in zip(*rows, strict=True)), took
 
 
-def compare(solid, operating, basis):
+def compare(solid, operating, basis, lines):
     """Print the largest differences."""
     for motion in MOTIONS:
-        *full, slow = run(solid, operating, basis, motion, False)
-        *reduced, fast = run(solid, operating, basis, motion, True)
+        *full, slow = run(solid, operating, lines, basis, motion, False)
+        *reduced, fast = run(solid, operating, lines, basis, motion, True)
         tip, moment, twist = (np.abs(a - b) for a, b in zip(full, reduced, strict=True))
         size = [np.abs(x).max(axis=0) for x in full]
         print(f"{motion.name}, {END:g} s: full {slow:.0f} s, reduced {fast:.1f} s of one core")

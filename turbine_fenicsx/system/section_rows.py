@@ -24,6 +24,7 @@ from dataclasses import replace
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
@@ -33,6 +34,9 @@ from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, s
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.section_transfer import check_stations, find_flat, share_out
+
+Single = npt.NDArray[np.float32]
+"""An array in single precision."""
 
 SHRINKAGE = 0.9
 """Factor of the number of stations, if nodes are too far apart for them."""
@@ -109,8 +113,8 @@ class SectionRows:
             counts = np.full(line.size, counts.min())
         return rows.reshape(-1, self._n), counts, moments, t + centres @ R.T
 
-    def _start_motions(self, rows: Array) -> tuple[Array, Array]:
-        """Rows H_j of a line, and P_i without rotations, in single precision; see `spread_slopes`."""
+    def _start_motions(self, rows: Array) -> tuple[Single, Single]:
+        """Rows H_j of a line, and P_i without rotations, in single precision."""
         H = rows.reshape(-1, 4, self._n).astype(np.float32)
         P = np.zeros((len(H), 6, self._n, 3), dtype=np.float32)
         for i in range(3):

@@ -27,6 +27,7 @@ class Solid:
         laminates: Plies of each cell of the mesh.
         body: The flexible body.
         root: Its facets at the root.
+        skin: Those of its skin.
     """
 
     comm: Any
@@ -35,6 +36,7 @@ class Solid:
     laminates: list
     body: FlexibleBody
     root: Any
+    skin: Any
 
     def system(self, direction=None):
         """The clamped blade, under its weight along x, y or z of the file, or without weight."""
@@ -74,4 +76,4 @@ def make_solid(comm, blade, elements, moments=False):
     table = tabulate_walls(laminates, block.thickness, moments)[loaded.original_cells]
     law = Laminate.from_table(loaded.mesh, table)
     body = FlexibleBody("blade", loaded.mesh, law, cell_field(loaded.mesh, table.density), 2)
-    return Solid(comm, blade, block, laminates, body, loaded.facets("root"))
+    return Solid(comm, blade, block, laminates, body, *map(loaded.facets, ("root", "skin")))

@@ -30,6 +30,9 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 
 log = logging.getLogger(__name__)
 
+RECIPE = 2
+"""Version of how a basis is made; others are not taken from the folder of bases."""
+
 STATIONS = 60
 """Aerodynamic stations along the blade at its operating points."""
 
@@ -101,7 +104,7 @@ def describe_blade(case: Tables) -> dict[str, Any]:
     files = hash_files(data, Tables)
     for table in ("turbine", "mesh", "aero"):  # by content
         data[table]["file"] = data[table]["file"] is not None
-    return data | {"files": files}
+    return data | {"files": files, "recipe": RECIPE}
 
 
 def list_loads(
@@ -122,7 +125,7 @@ def list_loads(
     if rated is None:
         return None
     aero = on_rank0(comm, lambda: load_aero_blade(case, STATIONS))
-    return OperatingLoads(blade.system, blade.body, aero, rated).list_paths(points)
+    return OperatingLoads(blade.system, blade.body, blade.skin, aero, rated).list_paths(points)
 
 
 def describe_training(loads: Sequence[LoadPath] | None) -> str:

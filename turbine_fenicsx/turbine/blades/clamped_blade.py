@@ -60,11 +60,13 @@ class ClampedBlade:
     Args:
         body: The blade.
         root: Facets of its root, indices local to this rank.
+        skin: Those of its skin.
         system: The blade alone on the ground.
     """
 
     body: FlexibleBody
     root: npt.NDArray[np.int32]
+    skin: npt.NDArray[np.int32]
     system: MultibodySystem
 
     @classmethod
@@ -73,7 +75,7 @@ class ClampedBlade:
         axes = frame_fields(mesh.mesh, mesh.cell_tags, {mesh.cell_names[BLADE]: np.eye(3)})
         body, root = rotor.blades.make_body(name, mesh, axes), mesh.facets(ROOT)
         clamp = Coupling("clamp", body, root, None)
-        return cls(body, root, MultibodySystem(mesh.mesh.comm, [body, clamp]))
+        return cls(body, root, mesh.facets(SKIN), MultibodySystem(mesh.mesh.comm, [body, clamp]))
 
 
 def place_copies(rotor: RotorPlan) -> list[Placement]:

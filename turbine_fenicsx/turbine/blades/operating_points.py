@@ -13,15 +13,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.body_force import BodyForce
+from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.forces.time_functions import Ramp, Table
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
-from turbine_fenicsx.reduction.smooth_loads import LineLoads
-from turbine_fenicsx.reduction.static_body import StaticBody
+from turbine_fenicsx.system.find_stations import find_stations
+from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.growing_air import GrowingAir
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.rotor import (
     Operation,
@@ -34,6 +37,9 @@ from turbine_fenicsx.wind.rotor import (
 GRAVITY = 9.81
 STEEPEST = np.radians(30.0)
 """Largest pitch [rad]."""
+
+MAX_STATIONS = 60
+"""Maximum number of stations on which the air acts."""
 
 EFFICIENCY = 0.95
 """Electrical power over that of the rotor."""
@@ -121,6 +127,7 @@ class OperatingLoads:
     Args:
         system: A system with the blade alone, held at its root.
         body: The blade, on a mesh in its own axes from the rotor centre.
+        skin: Facets of its skin, on which the air acts, indices local to this rank.
         blade: Its aerodynamics.
         rated: How the turbine is run.
 
@@ -129,12 +136,17 @@ class OperatingLoads:
     """
 
     def __init__(
-        self, system: MultibodySystem, body: FlexibleBody, blade: AeroBlade, rated: RatedOperation
+        self,
+        system: MultibodySystem,
+        body: FlexibleBody,
+        skin: npt.NDArray[np.int32],
+        blade: AeroBlade,
+        rated: RatedOperation,
     ) -> None:
         self._body, self._blade, self._rated = body, blade, rated
-        still = StaticBody(system, body, body)
-        self.lines = LineLoads(still)
-        still.destroy()
+        index = system.flexible_bodies.index(body)
+        model = on_mesh(system.flexible_models[index], "air")
+        self._line = find_stations(model, skin, MAX_STATIONS)
 
     @cached_property
     def rotor(self) -> Rotor:
@@ -156,8 +168,8 @@ class OperatingLoads:
         normal, way = np.array([0.0, -s, c]), np.array([0.0, c, s])
         outwards = operation.rotor_speed**2 * (np.eye(3) - np.outer(normal, normal))
         forces = [
-            BodyForce(
-                "air", self._body, field=self._blow(point, operation, normal, way), function=grow
+            SectionLoads(
+                "air", self._body, [self._line], self._blow(point, operation, normal, way, grow)
             ),
             BodyForce("centrifugal", self._body, field=lambda X: X @ outwards, function=grow),
         ]
@@ -173,10 +185,15 @@ class OperatingLoads:
         return LoadPath(str(point), forces, (0.5, 1.0, *times))
 
     def _blow(
-        self, point: OperatingPoint, operation: Operation, normal: Array, way: Array
-    ) -> Callable[[Array], Array]:
-        """The field of the air, as forces and moments about the span on the masses."""
-        blade, lines = self._blade, self.lines
+        self,
+        point: OperatingPoint,
+        operation: Operation,
+        normal: Array,
+        way: Array,
+        grow: Callable[[float], float],
+    ) -> GrowingAir:
+        """The air at an operating point."""
+        blade = self._blade
         loads = find_section_loads(self.rotor, operation, np.zeros(1))
         f = loads.normal[0][:, None] * normal + loads.tangential[0][:, None] * way
         chord = np.column_stack([0.0 * blade.twist, np.cos(blade.twist), -np.sin(blade.twist)])
@@ -185,16 +202,10 @@ class OperatingLoads:
         at[:, 0] += blade.radius
         if blade.prebend is not None:
             at[:, 2] += blade.prebend
-        along = lines.axis.axes[:, 2]
-        moment = loads.moment[0] * along[0] + np.cross(lines.axis.arms(at), f) @ along
-        place = lines.axis.span(at)
-
-        def profile(values: Array) -> Callable[[Array], Array]:
-            return lambda s: point.air * np.interp(s, place, values)
-
-        parts = [lines.field(profile(f[:, k]), np.eye(3)[k], 0.0) for k in range(3)]
-        parts.append(lines.field(profile(moment), np.zeros(3), 1.0))
-        return lambda X: sum((part(X) for part in parts), np.zeros_like(X))
+        moment = loads.moment[0][:, None] * np.array([1.0, 0.0, 0.0])
+        stations = np.asarray(self._line.stations, dtype=float)
+        blown = point.air * f, point.air * moment
+        return GrowingAir(stations, blade.radius, at, *blown, grow)
 
 
 def _make_constant(vector: Array) -> Callable[[Array], Array]:
