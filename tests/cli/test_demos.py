@@ -50,7 +50,8 @@ ROOT_COLUMNS = [
 RIGID_COLUMNS = [*(f"angle_pitch_{k}_[rad]" for k in (1, 2, 3)), *ROOT_COLUMNS]
 TIP_COLUMNS = ["tip_deflection_1_[m]", "tip_deflection_2_[m]", "tip_deflection_3_[m]"]
 PART_COLUMNS = [f"tip_{way}_{k}_[m]" for k in (1, 2, 3) for way in ("flap", "edge")]
-HYBRID_COLUMNS = [*TIP_COLUMNS, *PART_COLUMNS, *ROOT_COLUMNS]
+CLEARANCE_COLUMNS = [f"tip_clearance_{k}_[m]" for k in (1, 2, 3)]
+HYBRID_COLUMNS = [*TIP_COLUMNS, *PART_COLUMNS, *CLEARANCE_COLUMNS, *ROOT_COLUMNS]
 
 
 @pytest.fixture(scope="module")

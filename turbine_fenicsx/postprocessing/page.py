@@ -94,7 +94,7 @@ def _format_value(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list | tuple):
-        return ", ".join(_format_value(item) for item in value)
+        return ", ".join(_format_value(item) for item in value) or "none"
     return str(value)
 
 
