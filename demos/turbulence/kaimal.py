@@ -28,16 +28,18 @@ LENGTHS = (8.1, 2.7, 0.66)
 DECAY, OFFSET = 12.0, 0.12
 
 
-def make_waves(f, V, s, L, distances, rng):
-    """Amplitudes of a component for all frequencies and points, shape (n_f, points)."""
-    waves = np.exp(2j * np.pi * rng.random((len(f), *distances.shape[:1])))
-    if L == LENGTHS[0] * LENGTH:
-        for k, frequency in enumerate(f):
-            coherence = np.exp(-DECAY * np.hypot(frequency * distances / V, OFFSET * distances / L))
-            factor = np.linalg.cholesky(coherence + 1e-9 * np.eye(len(coherence)))
-            waves[k] = factor @ waves[k]
+def find_factors(f, V, distances):
+    """For each frequency the Cholesky factor of the coherence of u between all points."""
+    for frequency in f:
+        decay = np.hypot(frequency / V, OFFSET / (LENGTHS[0] * LENGTH)) * distances
+        coherence = np.exp(-DECAY * decay)
+        yield np.linalg.cholesky(coherence + 1e-9 * np.eye(len(coherence)))
+
+
+def find_amplitudes(f, V, s, L):
+    """Amplitudes of the waves of a component, shape (n_f, 1)."""
     S = 4.0 * s**2 * (L / V) / (1.0 + 6.0 * f * L / V) ** (5.0 / 3.0)
-    return np.sqrt(0.5 * S * f[0])[:, None] * waves
+    return np.sqrt(0.5 * S * f[0])[:, None]
 
 
 def make_turbulence(V, s_1, points, spacing, seed):
@@ -48,8 +50,12 @@ def make_turbulence(V, s_1, points, spacing, seed):
     distances = np.linalg.norm(places[:, None] - places[None], axis=2)
     f = np.arange(1, n // 2 + 1) * V / (n * spacing[0])
     rng, found = np.random.default_rng(seed), []
-    for ratio, length in zip(DEVIATIONS, LENGTHS, strict=True):
-        waves = make_waves(f, V, ratio * s_1, length * LENGTH, distances, rng)
+    for k, (ratio, length) in enumerate(zip(DEVIATIONS, LENGTHS, strict=True)):
+        waves = np.exp(2j * np.pi * rng.random((len(f), len(places))))
+        if k == 0:
+            factors = find_factors(f, V, distances)
+            waves = np.array([A @ wave for A, wave in zip(factors, waves, strict=True)])
+        waves *= find_amplitudes(f, V, ratio * s_1, length * LENGTH)
         spectrum = np.concatenate([np.zeros((1, len(places))), waves])
         found.append(np.fft.irfft(spectrum, n=n, axis=0).reshape(points) * n)
     return found

@@ -123,7 +123,7 @@ def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path, to
     mine, theirs = read(half), read(whole)
     del mine["wall_time_[s]"], theirs["wall_time_[s]"]
     if tower == "full" and COMM.size > 1:
-        # on several ranks MUMPS sums up in the order of arrival, which differs where ranks wait
+        # on several ranks MUMPS may sum up in another order where ranks wait for each other
         for name in (x for x in theirs if "iterations" not in x and "error" not in x):
             size = np.max(np.abs(theirs[name]))
             assert mine[name] == pytest.approx(theirs[name], rel=1e-6, abs=1e-6 * size + 1e-6), name
