@@ -25,15 +25,19 @@ from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
-from turbine_fenicsx.foundation.parallel import from_rank0, sum_over_ranks
+from turbine_fenicsx.foundation.parallel import from_rank0
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.section_transfer import check_stations, find_flat, share_out
+from turbine_fenicsx.system.section_transfer import (
+    check_stations,
+    find_flat,
+    share_out,
+    sum_stations,
+)
 
 Single = npt.NDArray[np.float32]
 """An array in single precision."""
@@ -125,21 +129,13 @@ class SectionRows:
         self, size: int, X: Array, functions: Array, shares: tuple[IntArray, IntArray, Array]
     ) -> tuple[Array, Array, Array, Array]:
         """Sums over the nodes of stations: rows, numbers of nodes, sum w R R^T, and centres."""
-        nodes, stations, weights = shares
-        sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(size, len(X)))
-        counts = np.bincount(stations, minlength=size).astype(float)
-        # weights, X and X X^T beside 1, and F beside 1 and each component of X
-        of_weights = [np.ones((len(X), 1)), X, (X[:, :, None] * X[:, None]).reshape(-1, 9)]
-        columns = np.hstack([*of_weights, functions, *(x[:, None] * functions for x in X.T)])
-        sums = sum_over_ranks(self._comm, np.column_stack([counts, sum_nodes @ columns]))
-        counts, W = sums[:, 0], np.maximum(sums[:, 1], np.finfo(float).tiny)
-        centres = sums[:, 2:5] / W[:, None]
-        outer = centres[:, :, None] * centres[:, None] * W[:, None, None]
-        moments = sums[:, 5:14].reshape(-1, 3, 3) - outer
-        rows = sums[:, 14:].reshape(size, 4, self._n)
-        rows[:, 1:] -= centres[:, :, None] * rows[:, :1]
-        rows[:, 0] /= W[:, None]
-        return rows, counts, moments, centres
+        # F beside 1 and each component of X
+        columns = [functions, *(x[:, None] * functions for x in X.T)]
+        sums = sum_stations(self._comm, size, X, shares, columns)
+        rows = sums.others.reshape(size, 4, self._n)
+        rows[:, 1:] -= sums.centres[:, :, None] * rows[:, :1]
+        rows[:, 0] /= sums.weights[:, None]
+        return rows, sums.counts, sums.moments, sums.centres
 
     def set_positions(self, x: Array) -> None:
         """Nothing: sums are those of arms, and lose no digits far from the origin."""

@@ -16,6 +16,7 @@ so that sum f = F, sum r x f = M and sum f . v = F . v_i + M . omega_i, whatever
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from mpi4py import MPI
 
@@ -197,6 +198,54 @@ def find_flat(counts: Array, moments: Array) -> npt.NDArray[np.bool_]:
     spread = np.linalg.eigvalsh(moments)
     thin: npt.NDArray[np.bool_] = spread[:, 1] <= SLENDEREST * spread[:, 2]
     return thin
+
+
+class StationSums(NamedTuple):
+    """Sums over the nodes of stations.
+
+    Attributes:
+        counts: Numbers of nodes, shape (n,).
+        weights: W, shape (n,).
+        centres: Shape (n, 3) [m].
+        moments: sum w r r^T of the arms r from the centres, shape (n, 3, 3).
+        others: sum w f of further columns f, shape (n, columns).
+    """
+
+    counts: Array
+    weights: Array
+    centres: Array
+    moments: Array
+    others: Array
+
+
+def sum_stations(
+    comm: MPI.Intracomm,
+    size: int,
+    X: Array,
+    shares: tuple[IntArray, IntArray, Array],
+    columns: Sequence[Array] = (),
+) -> StationSums:
+    """Sums over the nodes of stations. Collective.
+
+    Args:
+        comm: Communicator of the body.
+        size: Number of stations.
+        X: Positions of the owned nodes, shape (n_owned, 3) [m].
+        shares: Nodes, stations and weights, see `share_out`.
+        columns: Further values at the nodes, shapes (n_owned, k).
+    """
+    nodes, stations, weights = shares
+    sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(size, len(X)))
+    counts = np.bincount(stations, minlength=size).astype(float)
+    # weights, X and X X^T beside 1
+    of_weights = [np.ones((len(X), 1)), X, (X[:, :, None] * X[:, None]).reshape(-1, 9)]
+    sums = np.column_stack([counts, sum_nodes @ np.hstack([*of_weights, *columns])])
+    sums = sum_over_ranks(comm, sums)
+    W = np.maximum(sums[:, 1], np.finfo(float).tiny)
+    centres = sums[:, 2:5] / W[:, None]
+    outer = centres[:, :, None] * centres[:, None] * W[:, None, None]
+    moments = sums[:, 5:14].reshape(-1, 3, 3) - outer
+    return StationSums(sums[:, 0], W, centres, moments, sums[:, 14:])
 
 
 def share_out(
