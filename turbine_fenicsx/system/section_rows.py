@@ -134,7 +134,7 @@ class SectionRows:
         sums = sum_stations(self._comm, size, X, shares, columns)
         rows = sums.others.reshape(size, 4, self._n)
         rows[:, 1:] -= sums.centres[:, :, None] * rows[:, :1]
-        rows[:, 0] /= sums.weights[:, None]
+        rows[:, 0] /= sums.total[:, None]
         return rows, sums.counts, sums.moments, sums.centres
 
     def set_positions(self, x: Array) -> None:

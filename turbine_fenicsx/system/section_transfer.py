@@ -205,14 +205,14 @@ class StationSums(NamedTuple):
 
     Attributes:
         counts: Numbers of nodes, shape (n,).
-        weights: W, shape (n,).
+        total: W, sum of the weights, shape (n,).
         centres: Shape (n, 3) [m].
         moments: sum w r r^T of the arms r from the centres, shape (n, 3, 3).
         others: sum w f of further columns f, shape (n, columns).
     """
 
     counts: Array
-    weights: Array
+    total: Array
     centres: Array
     moments: Array
     others: Array
