@@ -41,18 +41,22 @@ class DenseElimination:
         k = model.dense_block
         for first in range(0, 3 * model.n_owned, k):
             mine = np.flatnonzero((contact >= first) & (contact < first + k))
-            self._copies.append(_Copy(slice(first, first + k), contact[mine] - first, mine))
+            moved = np.flatnonzero(self._start[first : first + k].any(axis=0))
+            columns = slice(moved[0], moved[-1] + 1) if moved.size else slice(0)
+            rows = slice(first, first + k)
+            self._copies.append(_Copy(rows, columns, contact[mine] - first, mine))
 
     def factorise(self) -> None:
         """Factorise A_II of each copy and compute Z and the Schur complement."""
         dense = self._A.getDenseArray() if self._copies else np.zeros((0, 0))
         self.schur = np.zeros_like(self.schur)
-        self._Z[:] = self._start
         for copy in self._copies:
             copy.factorise(dense[copy.rows, copy.rows])
-            Z = self._Z[copy.rows]
+            k = copy.columns
+            Z = np.array(self._start[copy.rows, k], order="F")
             Z[copy.free] -= copy.solve((copy.A @ Z)[copy.free])
-            self.schur += self._B[copy.held].T @ (copy.A[copy.contact] @ Z)
+            self._Z[copy.rows, k] = Z
+            self.schur[k, k] += self._B[copy.held, k].T @ (copy.A[copy.contact] @ Z)
 
     def eliminate(self, b_u: Array, b_c: Array) -> Array:
         """Compute w, and return P^T (A w - b_u)."""
@@ -85,6 +89,7 @@ class _Copy:
 
     Args:
         rows: Its rows.
+        columns: Columns of r that move it.
         contact: Those of them that couplings hold, counted from the first, shape (k,).
         held: Their numbers among all that couplings hold.
     """
@@ -92,8 +97,8 @@ class _Copy:
     A: Array
     A_Ic: Array
 
-    def __init__(self, rows: slice, contact: IntArray, held: IntArray) -> None:
-        self.rows, self.held = rows, held
+    def __init__(self, rows: slice, columns: slice, contact: IntArray, held: IntArray) -> None:
+        self.rows, self.columns, self.held = rows, columns, held
         every = np.arange(rows.stop - rows.start)
         free = np.setdiff1d(every, contact)
         # interfaces come first, and slices copy nothing

@@ -24,6 +24,16 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 
 
+class NodeDamper(Protocol):
+    """Forces on nodes that depend on their velocities."""
+
+    def add_forces(self, u: Array, v: Array, factor: float, out: Array) -> None:
+        """Add the forces times a factor, as `BodyModel.add_forces` does. Collective."""
+
+    def power(self, u: Array, v: Array) -> float:
+        """This rank's part of the power that it takes out [W]. Collective."""
+
+
 class BodyModel(Protocol):
     """Mass, energy and forces of a body as functions of its nodes, without a time step.
 
@@ -41,6 +51,7 @@ class BodyModel(Protocol):
             (n_owned,) [kg]; negative for some.
         weights: Positive masses of the owned nodes, to measure motions, shape (n_owned,) [kg].
         section_loads: Loads on its sections.
+        mass_damper: What dampens in proportion to its mass; None if nothing does.
         dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
             every iteration has a new one; 0 for a large, sparse tangent.
         meaning: Hash of the functions that nodal values belong to; empty for those of a mesh.
@@ -56,6 +67,7 @@ class BodyModel(Protocol):
     nodal_mass: Array
     weights: Array
     section_loads: tuple[BoundSectionLoads, ...]
+    mass_damper: NodeDamper | None
     dense_block: int
     meaning: str
 
@@ -63,6 +75,26 @@ class BodyModel(Protocol):
     def is_small(self) -> bool:
         """Whether its tangent is small and dense."""
         return self.dense_block > 0
+
+    @property
+    def has_node_loads(self) -> bool:
+        """Whether `add_forces` adds something."""
+        return bool(self.section_loads) or self.mass_damper is not None
+
+    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
+        """Add loads on sections, and what dampens in proportion to the mass. Collective.
+
+        Args:
+            u: Displacements of the owned nodes, shape (3 n_owned,) [m].
+            v: Their velocities, shape (3 n_owned,) [m/s].
+            time: Time of the loads [s].
+            factor: Factor of the forces.
+            out: What they are added to, shape (3 n_owned,).
+        """
+        for loads in self.section_loads:
+            loads.add_forces(u, v, time, factor, out)
+        if self.mass_damper is not None:
+            self.mass_damper.add_forces(u, v, factor, out)
 
     @property
     @abstractmethod

@@ -324,26 +324,6 @@ class FlexibleModel(WeakForm, BodyModel):
         nodal: Array = self._work.array_r.reshape(-1, 3).copy()
         return nodal
 
-    @property
-    def has_node_loads(self) -> bool:
-        """Whether `add_forces` adds something."""
-        return bool(self.section_loads) or self.mass_damper is not None
-
-    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
-        """Add loads on sections, and what dampens in proportion to the mass. Collective.
-
-        Args:
-            u: Displacements of the owned nodes, shape (3 n_owned,) [m].
-            v: Their velocities, shape (3 n_owned,) [m/s].
-            time: Time of the loads [s].
-            factor: Factor of the forces.
-            out: What they are added to, shape (3 n_owned,).
-        """
-        for loads in self.section_loads:
-            loads.add_forces(u, v, time, factor, out)
-        if self.mass_damper is not None:
-            self.mass_damper.add_forces(u, v, factor, out)
-
     def nodal_values(self, vector: PETSc.Vec) -> Array:
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
         self.copy_to(self._v, vector)

@@ -39,7 +39,9 @@ class GramStrain:
         self._first, self._second = pairs = np.triu_indices(m)
         kept = ~(np.isin(pairs[0], rigid) & np.isin(pairs[1], rigid))
         self._W = np.where(kept[:, None], strain_factor, 0.0)
+        self._W_single = self._W.astype(np.float32)
         self._L = strain_vectors
+        self._L_single = self._L.astype(np.float32)
         self._at_rest = self._pair(at_rest[None], at_rest[None])
         self.size = r = self._W.shape[1]
         T = np.zeros((r, m, m))
@@ -65,11 +67,11 @@ class GramStrain:
         dc: Array = products[:, self._first, self._second] @ self._W
         return dc
 
-    def stress(self, c: Array) -> Array:
-        """S of strain coordinates c, shape (copies, m, m)."""
-        m = len(self._L)
-        S = np.zeros((len(c), m, m))
-        S[:, self._first, self._second] = c @ self._W.T
+    def stress(self, c: Array, single: bool = False) -> Array:
+        """S of strain coordinates c, shape (copies, m, m); single as of `jacobian`."""
+        m, W = len(self._L), self._W_single if single else self._W
+        S = np.zeros((len(c), m, m), dtype=W.dtype)
+        S[:, self._first, self._second] = c.astype(W.dtype) @ W.T
         S += S.swapaxes(1, 2)
         return S
 
@@ -80,7 +82,8 @@ class GramStrain:
 
     def geometric(self, S: Array) -> Array:
         """Stiffness L^T S L of each component of z, shape (copies, n, n)."""
-        stiffness: Array = self._L.T @ S @ self._L
+        L = self._L_single if S.dtype == np.float32 else self._L
+        stiffness: Array = L.T @ S @ L
         return stiffness
 
     def jacobian(self, y: Array, single: bool = False) -> Array:

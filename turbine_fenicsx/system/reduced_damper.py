@@ -26,24 +26,27 @@ class ReducedDamper:
 
     Args:
         mass: alpha M, shape (n, n) [kg/s].
+        positions: Initial values of the vectors, shape (copies n, 3) [m, -].
         is_point: h of the vectors of one copy, shape (n,).
         interface: Number of the interface that holds it.
     """
 
-    def __init__(self, mass: Array, is_point: Array, interface: int) -> None:
+    def __init__(self, mass: Array, positions: Array, is_point: Array, interface: int) -> None:
         self._M, self._h = mass, is_point
+        self._Z = positions.reshape(-1, len(is_point), 3)
         self._p, self._d = 4 * interface, slice(4 * interface + 1, 4 * interface + 4)
 
-    def add_forces(self, z: Array, rates: Array, factor: float, out: Array) -> None:
+    def add_forces(self, u: Array, v: Array, factor: float, out: Array) -> None:
         """Add the forces on the vectors times a factor.
 
         Args:
-            z: Vectors, shape (copies, n, 3) [m, -].
-            rates: Their rates.
+            u: Displacements of the vectors, shape (3 copies n,) [m, -].
+            v: Their rates.
             factor: The factor.
             out: What the forces are added to, of the same shape.
         """
-        arms, inverse, w = self._find_motion(z, rates)
+        z, out = self._place(u), out.reshape(self._Z.shape)
+        arms, inverse, w = self._find_motion(z, v)
         f = -factor * (self._M @ w)
         T = _sum_moments(arms, f)
         turn = (inverse @ T[:, :, None])[:, :, 0]
@@ -51,15 +54,15 @@ class ReducedDamper:
         out[:, self._p] -= self._h @ f
         out[:, self._d] -= z[:, self._d] @ skew_rows(turn).swapaxes(1, 2)
 
-    def power(self, z: Array, rates: Array) -> float:
+    def power(self, u: Array, v: Array) -> float:
         """Power that it takes out [W]; arguments as of `add_forces`."""
-        w = self._find_motion(z, rates)[2]
+        w = self._find_motion(self._place(u), v)[2]
         return float(np.sum(w * (self._M @ w)))
 
-    def matrix(self, z: Array) -> Array:
+    def matrix(self, u: Array) -> Array:
         """Minus the forces per rate, shape (copies, 3 n, 3 n) [N s/m], symmetric."""
-        n, found = len(self._h), []
-        arms, inverse, _ = self._find_motion(z, np.zeros_like(z))
+        n, found, z = len(self._h), [], self._place(u)
+        arms, inverse, _ = self._find_motion(z, np.zeros_like(u))
         for r, J_inverse, vectors in zip(arms, inverse, z, strict=True):
             Q = np.eye(3 * n).reshape(n, 3, n, 3)
             Q[:, :, self._p] -= self._h[:, None, None] * np.eye(3)
@@ -70,8 +73,13 @@ class ReducedDamper:
             found.append(Q.T @ np.kron(self._M, np.eye(3)) @ Q)
         return np.array(found).reshape(-1, 3 * n, 3 * n)
 
-    def _find_motion(self, z: Array, rates: Array) -> tuple[Array, Array, Array]:
+    def _place(self, u: Array) -> Array:
+        """Vectors z of each copy, shape (copies, n, 3)."""
+        return self._Z + u.reshape(self._Z.shape)
+
+    def _find_motion(self, z: Array, v: Array) -> tuple[Array, Array, Array]:
         """Arms z_k - h_k p, J^-1 and w of each copy."""
+        rates = v.reshape(z.shape)
         d, arms = z[:, self._d], z - self._h[:, None] * z[:, self._p, None]
         J = np.sum(d * d, axis=(1, 2))[:, None, None] * np.eye(3) - d.swapaxes(1, 2) @ d
         inverse = np.linalg.inv(J)

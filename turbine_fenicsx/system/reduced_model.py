@@ -118,7 +118,8 @@ class ReducedModel(BodyModel):
                 f"held of {damping.name!r} must be the surface of one coupling of "
                 f"{self.body.name!r}, which is reduced"
             )
-        return ReducedDamper(damping.mass * self.mass, self.body.basis.is_point, interface)
+        basis = self.body.basis
+        return ReducedDamper(damping.mass * self.mass, self.positions, basis.is_point, interface)
 
     def _holds_first_interface(self) -> bool:
         """Whether couplings hold the first interface of all copies."""
@@ -192,21 +193,6 @@ class ReducedModel(BodyModel):
             force.function(time) * values[:owned]
             for force, values in zip(self.forces, self._of_vectors, strict=False)
         ]
-
-    def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
-        """Add loads on sections, and what dampens in proportion to the mass. Collective.
-
-        Args:
-            u: Displacements of the owned vectors, shape (3 n_owned,).
-            v: Their velocities, shape (3 n_owned,).
-            time: Time of the loads [s].
-            factor: Factor of the forces.
-            out: What they are added to, shape (3 n_owned,).
-        """
-        for loads in self.section_loads:
-            loads.add_forces(u, v, time, factor, out)
-        if self.mass_damper is not None:
-            self.mass_damper.add_forces(self.vectors(u), self.split(v), factor, self.split(out))
 
     def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array | None:
         """Derivative of loads on sections with respect to the increments of a step. Collective.
@@ -319,7 +305,7 @@ class ReducedModel(BodyModel):
         J = self.strain.jacobian(self.strain.vectors(z))
         D = (J.swapaxes(1, 2) * self.loss) @ J
         if self.mass_damper is not None:
-            D += self.mass_damper.matrix(z)
+            D += self.mass_damper.matrix(u.array_r)
         out = self.new_stiffness()
         self.fill(out, D)
         return out

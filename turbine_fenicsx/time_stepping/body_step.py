@@ -29,12 +29,14 @@ class BodyStep(Protocol):
 
     Attributes:
         tangent: Matrix that `assemble_tangent` fills.
-        round_off: This rank's sum of the squares of the round-off of the residual.
         midpoint: Works of forces, and what dissipates.
     """
 
     tangent: PETSc.Mat
-    round_off: float
+
+    @property
+    def round_off(self) -> float:
+        """This rank's sum of the squares of the round-off of the residual [(kg m)^2]."""
 
     @property
     def midpoint(self) -> BodyWorks: ...  # noqa: D102

@@ -195,13 +195,16 @@ class NestedStep(StepBlocks):
             rigid[: system.rigid_model.n_q] = system.rigid_model.masses
         return np.concatenate([*weights, rigid])
 
-    def relative_residuals(self, R: PETSc.Vec) -> Array:
+    def relative_residuals(self, R: PETSc.Vec, beyond_round_off: bool = False) -> Array:
         """Norm of each block of the residual over the norm of its terms (backward error).
 
-        The second row counts only what exceeds the round-off of the forces of flexible bodies.
+        Args:
+            R: The last residual.
+            beyond_round_off: Whether only what exceeds the round-off of the forces of flexible
+                bodies counts.
 
         Returns:
-            Shape (2, 2 bodies + 4): displacements and couplings of each flexible body, then rigid
+            Shape (2 bodies + 4,): displacements and couplings of each flexible body, then rigid
             coordinates, angles, rigid and joint constraints, angle constraints. Equal on all
             ranks.
         """
@@ -212,7 +215,8 @@ class NestedStep(StepBlocks):
         if self.n_r:
             np.abs(R_r.array_r, out=sums[0, 2 * k : n])
         sums[1, :n] = self._terms
-        sums[1, n:] = [body.round_off for body in self._bodies]
+        if beyond_round_off:
+            sums[1, n:] = [body.round_off for body in self._bodies]
         sums = sum_over_ranks(self.system.comm, sums)
         # few numbers: lists take a fraction of the time of arrays
         squares, terms = sums[:, : 2 * k].tolist()
@@ -226,8 +230,8 @@ class NestedStep(StepBlocks):
         scales = [sqrt(a + b) for a, b in zip(inertia, coupling, strict=True)]
         scales += [self._lever] * k + of_terms
         norms = [sqrt(square) for square in squares] + largest
-        beyond = [max(x - sqrt(y), 0.0) for x, y in zip(norms[:k], noise, strict=True)]
-        return np.array([norms, beyond + norms[k:]]) / [x if x > 0.0 else 1.0 for x in scales]
+        norms[:k] = [x - min(x, sqrt(y)) for x, y in zip(norms[:k], noise, strict=True)]
+        return np.array(norms) / [x if x > 0.0 else 1.0 for x in scales]
 
     def is_accepted(self) -> bool:
         """Whether the angles of the solution X lie on the right branch. Collective."""

@@ -317,16 +317,15 @@ class BlockwiseConvergence:
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""
         reasons = PETSc.SNES.ConvergedReason
-        relative = self.step.relative_residuals(snes.getFunction()[0]) / self._tolerances
-        worst, beyond_round_off = relative.max(axis=1).tolist()
+        R = snes.getFunction()[0]
+        worst = self._find_worst(R)
         self.history.append(worst)
         if not np.isfinite(worst):
             return _compat.NOT_A_NUMBER
         if worst <= 1.0:
             return int(reasons.CONVERGED_FNORM_RELATIVE)
-        if beyond_round_off <= 1.0 and worst > self.last_gain * min(
-            self.history[:-1], default=np.inf
-        ):
+        gains_little = worst > self.last_gain * min(self.history[:-1], default=np.inf)
+        if gains_little and self._find_worst(R, beyond_round_off=True) <= 1.0:
             return int(reasons.CONVERGED_SNORM_RELATIVE)
         stagnant = iteration >= 4 and worst > 0.5 * max(self.history[-5:-1])
         if stagnant and worst * self.options.tolerance <= self.stagnation:
@@ -336,6 +335,11 @@ class BlockwiseConvergence:
         if iteration >= self.options.max_iterations:
             return int(reasons.DIVERGED_MAX_IT)
         return 0
+
+    def _find_worst(self, R: PETSc.Vec, beyond_round_off: bool = False) -> float:
+        """The largest of the relative residuals, in units of its tolerance. Collective."""
+        relative = self.step.relative_residuals(R, beyond_round_off) / self._tolerances
+        return float(relative.max())
 
 
 def evaluate_residual(snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: NestedStep) -> None:

@@ -47,8 +47,6 @@ class ReducedStep:
 
     Attributes:
         tangent: Dense matrix of the tangent on rank 0, filled by `assemble_tangent`.
-        round_off: Sum of the squares of the round-off of the residual [(kg m)^2], set by
-            `start_step`.
     """
 
     def __init__(self, model: ReducedModel, numerical_dissipation: float = 0.0) -> None:
@@ -59,7 +57,7 @@ class ReducedStep:
         self.tangent.assemble()
         self.losses = (*model.losses, *([DISSIPATION] if numerical_dissipation else []))
         self._times = StepTimes.at_rest(0.0)
-        self.round_off = 0.0
+        self._round_off: float | None = None
         self._history = StrainHistory()
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (2, len(model.mass) - 1, 3))
         self._factors = 1.0 + np.finfo(float).eps * signs
@@ -91,8 +89,8 @@ class ReducedStep:
         for loads in model.section_loads:
             loads.start_step_at(times, self._u)
         self._slopes: Array | None = None
+        self._round_off = None
         self.start_iteration()
-        self.round_off = self._find_round_off()
 
     def start_iteration(self) -> None:
         """A new iteration begins: forget the tangent of an earlier one."""
@@ -165,7 +163,7 @@ class ReducedStep:
         J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
         J_m *= (half_dt2 * self._slope[:, None]).astype(J_m.dtype)
         A = (J_m.swapaxes(1, 2) @ J).astype(float)
-        S = strain.stress(self._algorithmic(dc))
+        S = strain.stress(self._algorithmic(dc), single=True)
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
         if self._slopes is not None:
@@ -185,6 +183,13 @@ class ReducedStep:
         """Sum of the squares of the inertia and gravity terms of the residual."""
         terms = np.abs(self.model.mass) @ np.abs(self.model.split(du.array_r))
         return float(np.sum((terms + self._fixed_terms) ** 2))
+
+    @property
+    def round_off(self) -> float:
+        """Sum of the squares of the round-off of the residual [(kg m)^2], by request."""
+        if self._round_off is None:
+            self._round_off = self._find_round_off()
+        return self._round_off
 
     def _find_round_off(self) -> float:
         """Sum of the squares of what the forces change when the vectors change by their round-off.
@@ -211,8 +216,7 @@ class ReducedStep:
         damper = self.model.mass_damper
         if damper is not None:
             place = list(self.model.losses).index("structural damping")
-            power = damper.power(self.model.vectors(u), self.model.split(v))
-            lost[place] += self._times.dt * power
+            lost[place] += self._times.dt * damper.power(u, v)
         if self._chi:
             lost[-1] = 0.5 * self._chi * np.sum(dc * dc)
         return np.array(works), lost

@@ -25,7 +25,7 @@ def describe_largest_residual(step: NestedStep, R: PETSc.Vec) -> str:
     Note:
         Collective.
     """
-    relative = step.relative_residuals(R)[0]
+    relative = step.relative_residuals(R)
     if not np.all(np.isfinite(relative)):
         return ""
     bodies = step.system.flexible_models

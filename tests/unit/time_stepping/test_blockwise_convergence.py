@@ -16,9 +16,7 @@ def ends(residuals, round_off=0.0, approximate=False):
     current = [0.0]
     step = SimpleNamespace(
         system=SimpleNamespace(flexible_models=()),
-        relative_residuals=lambda R: np.array(
-            [[current[0]] * 4, [max(current[0] - round_off, 0.0)] * 4]
-        ),
+        relative_residuals=lambda R, beyond: np.full(4, max(current[0] - round_off * beyond, 0.0)),
     )
     chosen = SolverOptions(tolerance=1e-6, max_iterations=20)
     convergence = BlockwiseConvergence(step, chosen)
