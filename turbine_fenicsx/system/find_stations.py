@@ -1,4 +1,8 @@
-"""Stations along a body on a mesh, as close as the nodes of its skin allow."""
+"""Stations along a body on a mesh, a third of as many as the nodes of its skin allow.
+
+With more of them the loads of a station rest on a single row of nodes, and thin walls buckle under
+it as under no pressure.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +18,12 @@ from turbine_fenicsx.system.section_transfer import find_flat, share_out, sum_st
 def find_stations(
     model: FlexibleModel, facets: npt.NDArray[np.int32], most: int, axis: int = 0
 ) -> StationLine:
-    """As many equally spaced stations along a body as the nodes of its skin allow. Collective.
+    """Equally spaced stations along a body, each with rows of nodes around it. Collective.
 
     Args:
         model: The body.
         facets: Facets of its skin, indices local to this rank (ghosts allowed).
-        most: Largest number of stations.
+        most: Maximum number of stations.
         axis: The coordinate along which they stand, from the origin.
 
     Raises:
@@ -29,10 +33,13 @@ def find_stations(
     along = np.concatenate(model.comm.allgather(X[areas > 0.0, axis]))
     if not len(along):
         raise ModelError(f"the skin of {model.body.name!r} has no nodes")
-    for number in range(most, 1, -1):
+
+    def place(number: int) -> StationLine:
         places = np.linspace(along.min(), along.max(), number)
-        line = StationLine(facets, origin=np.zeros(3), axis=np.eye(3)[axis], stations=places)
-        sums = sum_stations(model.comm, number, X, share_out(line, X, areas, 0))
+        return StationLine(facets, origin=np.zeros(3), axis=np.eye(3)[axis], stations=places)
+
+    for closest in range(3 * most, 1, -1):
+        sums = sum_stations(model.comm, closest, X, share_out(place(closest), X, areas, 0))
         if not np.any(find_flat(sums.counts, sums.moments)):
-            return line
+            return place(min(most, max(2, closest // 3 + 1)))
     raise ModelError(f"the skin of {model.body.name!r} has too few nodes for stations")

@@ -30,7 +30,7 @@ class ReductionCase(Section):
 
     modes: Number = 6
     """Number of vibration modes of the blade in its basis, which are exact then."""
-    functions: Annotated[Whole, Field(ge=1, le=LARGEST)] = 48
+    functions: Annotated[Whole, Field(ge=1, le=LARGEST)] = 66
     """Number of all functions of the basis, three for each mode; more are better and slower."""
     strains: Number = 25
     """Number of strain coordinates besides those that small motions need."""
