@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from reduced_turbines import COMM, read, run, write_case
 
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.analysis import turning
+from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.run import restart_case
+from turbine_fenicsx.turbine.run.start import make_start
 
 pytestmark = pytest.mark.parallel
 
@@ -202,3 +204,25 @@ def test_summaries_have_the_masses_and_the_inertia_of_full_blades(path, runs):
     a, b = summaries
     assert a["masses_[kg]"]["blades"] == pytest.approx(b["masses_[kg]"]["blades"], rel=1e-9)
     assert a["rotor_inertia_[kgm2]"] == pytest.approx(b["rotor_inertia_[kgm2]"], rel=1e-9)
+
+
+def test_a_start_of_reduced_walls_that_snap_is_near_an_equilibrium(path, monkeypatch, caplog):
+    reduced, beside_full = (
+        (case, build_turbine(case, COMM).system)
+        for case in (Case.load(path, changes) for changes in (["tower.model=reduced"], []))
+    )
+    exact, solve = make_start(*reduced), turning.solve_load_step
+
+    def refuse(blocks, solver, time, tolerance, *more, **options):
+        if blocks.part == 1.0 and tolerance < turning.LOOSE:
+            raise StepFailure("walls snap")
+        return solve(blocks, solver, time, tolerance, *more, **options)
+
+    monkeypatch.setattr(turning, "solve_load_step", refuse)
+    near = make_start(*reduced)
+    for a, b in zip(near.u, exact.u, strict=True):
+        assert 0.0 < (a - b).norm() < turning.LOOSE * b.norm()
+    if COMM.rank == 0:
+        assert turning.NEAR in caplog.text
+    with pytest.raises(StepFailure, match="walls snap"):
+        make_start(*beside_full)

@@ -103,13 +103,16 @@ class OperatingPoint:
         return f"{self.wind:g} m/s, {self.air:g} of the air"
 
 
-TRAINING = tuple(
-    OperatingPoint(wind, air)
-    for wind in (6.0, 10.0, 15.0, 25.0)
-    for air in (1.0, 1.5)
-    if wind * air != 9.0
+TRAINING = (
+    *(
+        OperatingPoint(wind, air)
+        for wind in (6.0, 10.0, 15.0, 25.0)
+        for air in (1.0, 1.5)
+        if wind * air != 9.0
+    ),
+    OperatingPoint(10.0, -0.6),
 )
-"""Points that a basis is made of."""
+"""Points that a basis is made of; in the last one blades bend upwind, as in a stop."""
 
 UNSEEN = (
     OperatingPoint(8.0, azimuths=(45.0,)),
