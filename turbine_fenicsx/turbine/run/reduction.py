@@ -31,7 +31,7 @@ from turbine_fenicsx.turbine.case.case import Case
 
 log = logging.getLogger(__name__)
 
-FACTORS = 46
+FACTORS = 50
 """Factors that an operating point takes, in the mean of the IEA 15 and 22 MW turbines."""
 
 UNKNOWNS, SECONDS, GROWTH = 21_537, 0.5, 1.15
