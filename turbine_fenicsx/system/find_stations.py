@@ -1,4 +1,4 @@
-"""Stations along a body on a mesh, a third of as many as the nodes of its skin allow.
+"""Stations along a body on a mesh, a third as many as the nodes of its skin allow.
 
 With more of them the loads of a station rest on a single row of nodes, and thin walls buckle under
 it as under no pressure.

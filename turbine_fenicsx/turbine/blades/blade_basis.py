@@ -30,7 +30,7 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 
 log = logging.getLogger(__name__)
 
-RECIPE = 3
+RECIPE = 4
 """Version of how a basis is made; others are not taken from the folder of bases."""
 
 STATIONS = 60
