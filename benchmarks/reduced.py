@@ -41,6 +41,7 @@ from turbine_fenicsx import (
     RigidBody,
     SolverOptions,
     SteadyRotation,
+    StepFailure,
     damped_modes,
     judge,
     reduce_body,
@@ -145,16 +146,20 @@ def run(solid, basis, dt, damping):
     system = make_rotor(solid, basis, damping)
     stepper = EnergyMomentum(system, options=SolverOptions(tolerance=1e-8))
     state, out = system.initial_state(), system.initial_state()
-    counts = []
+    counts, failed = [], ""
     begin = time.process_time()
     with one_thread():
         for _ in range(round(END / dt)):
-            counts.append(stepper.advance(state, dt, out).newton_iterations)
+            try:
+                counts.append(stepper.advance(state, dt, out).newton_iterations)
+            except StepFailure:
+                failed = f"; the step from t = {state.time:.3g} s failed"
+                break
             state, out = out, state
     took = 1e3 * (time.process_time() - begin) / len(counts)
     print(
         f"dt = {dt:g} s, damping {damping:g} s: {np.mean(counts):.2f} iterations, "
-        f"{np.max(counts)} at most, {stepper.fallbacks} fallbacks, {took:.1f} ms a step"
+        f"{np.max(counts)} at most, {stepper.fallbacks} fallbacks, {took:.1f} ms a step{failed}"
     )
 
 
