@@ -18,7 +18,7 @@ import ours
 
 from turbine_fenicsx.linear_solvers.substructures import find_shared_nodes
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 KINDS = ("messages", "message_bytes", "collectives", "collective_bytes")
 

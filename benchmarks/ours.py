@@ -16,7 +16,7 @@ from turbine_fenicsx import Coupling, FlexibleBody, Gravity, MultibodySystem, St
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.meshing import load_msh
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.flexible_blades import FlexibleBlades

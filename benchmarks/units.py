@@ -22,7 +22,7 @@ from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 
 def shortest(function, clock=time.perf_counter, repeat=15):

@@ -8,7 +8,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 DT = 0.02
 PREFIX = "test_newton_"

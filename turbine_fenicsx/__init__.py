@@ -31,7 +31,10 @@ __all__ = sorted(["__version__", *_PUBLIC])
 def __getattr__(name: str) -> Any:
     """Import a public name on first use."""
     if name not in _PUBLIC:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from turbine_fenicsx.foundation.text_files import suggest
+
+        hint = "" if name.startswith("_") else suggest(name, _PUBLIC)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
     return getattr(importlib.import_module(_PUBLIC[name]), name)
 
 

@@ -116,7 +116,7 @@ from turbine_fenicsx.time_stepping.energy_momentum import (
     EnergyMomentumStep as EnergyMomentumStep,
 )
 from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha as GeneralisedAlpha
-from turbine_fenicsx.time_stepping.newton import SolverOptions as SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions as SolverOptions
 from turbine_fenicsx.time_stepping.stepper import Stepper as Stepper
 from turbine_fenicsx.time_stepping.stepper import StepReport as StepReport
 from turbine_fenicsx.turbine.case.case import Case as Case

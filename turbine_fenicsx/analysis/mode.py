@@ -10,6 +10,9 @@ from petsc4py import PETSc
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
 
+_MOST = 6
+"""Modes that are printed at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -73,6 +76,12 @@ class Mode:
     is_rigid: bool = False
     whirl: Whirl | None = None
 
+    def __repr__(self) -> str:
+        """Its frequency, its damping, and how the rotor goes round."""
+        whirl = f", {self.whirl.name}" if self.whirl else ""
+        kind = ", rigid" if self.is_rigid else ""
+        return f"Mode: {self.frequency:.6g} Hz, damping ratio {self.damping_ratio:.3g}{kind}{whirl}"
+
     @property
     def frequency(self) -> float:
         """Frequency of the vibration [Hz], with its damping; zero where nothing vibrates."""
@@ -114,6 +123,14 @@ class Modes:
     joint: str | None = None
     speed: float = 0.0
     blades: int | None = None
+
+    def __repr__(self) -> str:
+        """The first of its modes, one in a line."""
+        turning = f", {self.joint!r} turning at {self.speed:.6g} rad/s" if self.joint else ""
+        rest = len(self.modes) - _MOST
+        lines = [f"  {number}. {mode!r}" for number, mode in enumerate(self.modes[:_MOST], 1)]
+        lines += [f"  and {rest} more"] if rest > 0 else []
+        return "\n".join([f"Modes: {len(self.modes)}{turning}", *lines])
 
     def destroy(self) -> None:
         """Free the modes, not the state. Collective."""

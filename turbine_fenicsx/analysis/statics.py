@@ -187,8 +187,9 @@ class EquilibriumBlocks(NestedBlocks):
         """Assemble the residual at the state."""
         system, state = self.system, self.state
         R_u, R_c, R_r = self.split(self.residual_vector)
+        R = self.rigid_residual()  # on all ranks, which thus all meet its errors
         if self.n_r:
-            R_r.array[:] = self.rigid_residual()
+            R_r.array[:] = R
             R_r.array[self._held] = 0.0
         coordinates = system.coordinates_of(state.q)
         for i, (m, c) in enumerate(
@@ -208,12 +209,10 @@ class EquilibriumBlocks(NestedBlocks):
             m.assemble_stiffness(u, self.time, K)
             if self.mass:
                 m.add_mass(self.mass * np.eye(3), K)
-        K = np.zeros((0, 0))
-        if self.n_r:
-            K = self._rigid_tangent()
-            K[self._held, :] = K[:, self._held] = 0.0
-            K[self._held, self._held] = 1.0
-        self.set_rigid_tangent(K)
+        K = self._rigid_tangent()  # on all ranks, too
+        K[self._held, :] = K[:, self._held] = 0.0
+        K[self._held, self._held] = 1.0
+        self.set_rigid_tangent(K[: self.n_r, : self.n_r])
 
     def solve(self, solver: Elimination, update: bool = True) -> None:
         """Solve for the correction by the tangent at the state, or by the last one."""

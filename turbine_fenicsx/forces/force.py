@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import name_error
 from turbine_fenicsx.foundation.quadratic import AffineVector, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
 
@@ -68,6 +70,26 @@ class BoundForce(Protocol):
 
     def energy(self, y: Array) -> float:
         """Potential energy [J]; zero unless the force is conservative."""
+
+
+def evaluate_force(force: BoundForce, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
+    """The generalised force of a step and its derivative, see `BoundForce.force`.
+
+    Raises:
+        ForeignError: if the force fails.
+        ModelError: if it returns something of another shape.
+    """
+    try:
+        F, K = force.force(y0, y1, step)
+    except Exception as error:
+        raise name_error(f"force() of {describe(force)}", error) from error
+    m = y0.size
+    if np.shape(F) != (m,) or np.shape(K) != (m, m):
+        raise ModelError(
+            f"force() of {describe(force)} must return a force of shape {(m,)} and its derivative "
+            f"of shape {(m, m)}, got {np.shape(F)} and {np.shape(K)}"
+        )
+    return F, K
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.surface_point import SurfacePoint
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
@@ -34,6 +35,21 @@ class ForceSum:
     coordinates: Mapping[RigidBody, Array]
     torques: dict[str, float]
     acceleration: Array = field(default_factory=lambda: np.zeros(3))
+
+
+def check_sum(force: PrescribedForce, forces: ForceSum) -> None:
+    """Raise a ModelError for a sum that a force has replaced by something of another shape."""
+    parts: list[tuple[str, Any, tuple[int, ...]]] = [
+        *((f"the force on {body.name!r}", x, (12,)) for body, x in forces.coordinates.items()),
+        *((f"the torque of {name!r}", x, ()) for name, x in forces.torques.items()),
+        ("the acceleration", forces.acceleration, (3,)),
+    ]
+    for what, found, shape in parts:
+        if np.shape(found) != shape:
+            raise ModelError(
+                f"{what} must keep the shape {shape} in add_to() of {describe(force)}, got "
+                f"{np.shape(found)}"
+            )
 
 
 @runtime_checkable

@@ -11,8 +11,8 @@ class ModelError(InputError):
     """A wrong model, found by a check of ours: a joint, a force, a body, a material, a mesh, ..."""
 
 
-class ForeignError(InputError):
-    """Code of a user that fails in a run, such as a controller; it is raised on all ranks.
+class ForeignError(ModelError):
+    """Code of a user that fails, such as a controller or a force; it is raised on all ranks.
 
     The message is one sentence with its name, its file and what went wrong. Exit code 2.
     """

@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 
 from turbine_fenicsx.foundation.checks import check_number, describe
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import describe_kind, name_errors
 
 
 @runtime_checkable
@@ -90,4 +91,6 @@ def check_motion(what: str, motion: Callable[[float], float]) -> None:
     """Raise an error unless a motion is a function of time that is a number at t = 0."""
     if not callable(motion):
         raise TypeError(f"the {what} must be a function of time, got {describe(motion)}")
-    check_number(f"{what} at t = 0", motion(0.0))
+    with name_errors(f"{what}, {describe_kind(motion)}, at t = 0"):
+        start = motion(0.0)
+    check_number(f"{what} at t = 0", start)

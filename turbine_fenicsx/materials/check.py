@@ -10,8 +10,10 @@ import numpy as np
 from dolfinx import fem
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.ufl_shapes import check_ufl_shape
 from turbine_fenicsx.materials.base import Material, Viscous
 from turbine_fenicsx.materials.cell_fields import parameters_on
 from turbine_fenicsx.materials.pointwise import CellPoints, UnknownExpression, write_out
@@ -80,7 +82,10 @@ def _check(who: str, material: Material, mesh: Any, middles: CellPoints) -> list
     """Check a law on this rank; the warnings."""
     parameter = parameters_on(mesh, who)
     C = fem.Constant(mesh, np.eye(3))
-    W_of_C = write_out(material.strain_energy(C, parameter))
+    what = f"strain_energy() of {who}"
+    with name_errors(what):
+        W = check_ufl_shape(what, material.strain_energy(C, parameter), ())
+    W_of_C = write_out(W)
 
     def energy(strains: Array) -> Array:
         """W, shape (cells, strains)."""
@@ -165,7 +170,9 @@ def _check_quadratic(who: str, energy: Callable[[Array], Array], size: float) ->
 def _check_viscosity(who: str, material: Viscous, mesh: Any, middles: CellPoints) -> None:
     """Check that the viscous stress is symmetric and takes energy."""
     rate = fem.Constant(mesh, np.zeros((3, 3)))
-    stress = material.viscous_stress(rate, parameters_on(mesh, who))
+    what, parameter = f"viscous_stress() of {who}", parameters_on(mesh, who)
+    with name_errors(what):
+        stress = check_ufl_shape(what, material.viscous_stress(rate, parameter), (3, 3))
     rates = np.concatenate([_find_strains(), -_find_strains()]) / STRAIN
     entries = [write_out(stress[i, j]) for i in range(3) for j in range(3)]
     values = middles.evaluate(entries, {rate: rates})

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
+from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
 from turbine_fenicsx.foundation.errors import ForeignError, ModelError, StepFailure
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -90,11 +91,9 @@ class Simulation:
         stop: Callable[[], bool] | None = None,
         start: State | None = None,
     ) -> None:
-        if not 0.0 < dt < np.inf:
-            raise ModelError(f"dt must be positive, got {dt:g} s")
-        if not 0.0 <= end < np.inf:
-            raise ModelError(f"end must not be negative, got {end:g} s")
-        self.system, self.dt, self.end = system, dt, end
+        self.system = system
+        self.dt = check_positive("dt", check_number("dt", dt))
+        self.end = check_not_negative("end", check_number("end", end))
         self.observers = tuple(observers)
         self.stepper = stepper or EnergyMomentum(system)
         if self.stepper.system is not system:
@@ -341,5 +340,5 @@ class Simulation:
             report=report,
             wall_time=run.wall_before + time.perf_counter() - start,
             # observers may keep snapshots in circles that are freed on one rank before the others
-            stepper=weakref.proxy(self.stepper),
+            maker=weakref.ref(self.stepper),
         )

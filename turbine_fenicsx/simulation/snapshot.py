@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import Balance
@@ -24,7 +26,7 @@ class Snapshot:
         constraint_error: Largest violation of a constraint [m, -].
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
-        stepper: What made the step; lives as long as the simulation.
+        maker: Reference to what made the step, which lives as long as the simulation.
     """
 
     index: int
@@ -36,7 +38,31 @@ class Snapshot:
     constraint_error: float
     report: StepReport | None
     wall_time: float
-    stepper: Stepper
+    maker: weakref.ReferenceType[Stepper]
+
+    def __repr__(self) -> str:
+        """Its time, energies and errors."""
+        b, report = self.balance, self.report
+        steps = "" if report is None else f", {report.newton_iterations} iterations"
+        return (
+            f"Snapshot of step {self.index} at t = {self.state.time:.6g} s{steps}\n"
+            f"  energy {b.total:.6g} J: kinetic {b.kinetic:.6g}, strain {b.strain:.6g}, "
+            f"potential {b.potential:.6g}, springs {b.spring:.6g}\n"
+            f"  external work {self.external_work:.6g} J, dissipated "
+            f"{self.dissipated.sum():.6g} J, energy error {self.energy_error:.2g} J\n"
+            f"  constraint error {self.constraint_error:.2g}, wall time {self.wall_time:.3g} s"
+        )
+
+    @property
+    def stepper(self) -> Stepper:
+        """What made the step; a ModelError once its simulation is gone."""
+        stepper = self.maker()
+        if stepper is None:
+            raise ModelError(
+                "the stepper of this snapshot is gone with its simulation: keep the Simulation, or "
+                "give it a stepper of yours"
+            )
+        return stepper
 
     @property
     def external_work(self) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from turbine_fenicsx.bodies.nearest_node import nearest_node
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.node_force import NodeForce
+from turbine_fenicsx.foundation.own_code import evaluate_function
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.own_fields import evaluate_field
 
@@ -32,7 +33,8 @@ class NodalForce(NamedTuple):
 
     def at(self, time: float) -> tuple[slice, Array]:
         """Degrees of freedom, and values at a time [s]."""
-        return self.dofs, self.function(time) * self.values
+        factor = evaluate_function("factor of a force on nodes", self.function, time)
+        return self.dofs, factor * self.values
 
 
 def find_nodal_forces(

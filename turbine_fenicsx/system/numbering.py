@@ -11,12 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.forces.force import Layout
+from turbine_fenicsx.forces.force import BoundForce, Force, Layout
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.coordinates import JointCoordinate
+from turbine_fenicsx.joints.functions import state_functions
 from turbine_fenicsx.joints.relation import Relation
 from turbine_fenicsx.joints.rheonomic import Rheonomic, function_of
 from turbine_fenicsx.system.closed_joints import check_closed, find_singular_rows
@@ -35,6 +39,7 @@ class Numbering:
         model: The rigid part.
         paths: What its constraints follow.
         joint_coordinate_names: Names of the joint coordinates.
+        constraint_owners: Name of what each of `RigidModel.constraint_values` belongs to.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
         redundant: Number of redundant constraints of each joint that has some, by its name.
         warnings: What the user should know.
@@ -43,6 +48,7 @@ class Numbering:
     model: RigidModel
     paths: Paths
     joint_coordinate_names: tuple[str, ...]
+    constraint_owners: tuple[str, ...]
     joint_rows: Mapping[str, npt.NDArray[np.int64]]
     redundant: Mapping[str, int]
     warnings: tuple[str, ...]
@@ -57,21 +63,11 @@ def number_parts(parts: Parts) -> Numbering:
     """
     bodies = parts.rigid_bodies
     frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}
-    given: list[Quadratic | Rheonomic] = [
-        c for f in frames.values() for c in f.internal_constraints()
-    ]
-    n_internal, owners = len(given), ["" for _ in given]
-    coordinates: dict[str, JointCoordinate] = {}
-    of_coordinates: dict[str, str] = {}
-    for joint in parts.joints:
-        a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
-        mine = joint.constraints(a, b)
-        given += mine
-        owners += [joint.name] * len(mine)
-        for name, coordinate in joint.coordinates(a, b).items():
-            if name in coordinates:
-                raise ModelError(f"two joint coordinates are called {name!r}")
-            coordinates[name], of_coordinates[name] = coordinate, joint.name
+    internal = [(c, b.name) for b, f in frames.items() for c in f.internal_constraints()]
+    of_joints, coordinates, of_coordinates = _list_functions(parts.joints, frames)
+    n_internal = len(internal)
+    given = [c for c, _ in [*internal, *of_joints]]
+    owners = [owner for _, owner in [*internal, *of_joints]]
     n_q = 12 * len(bodies)
     layout = Layout(
         {b: 12 * k for k, b in enumerate(bodies)},
@@ -93,12 +89,13 @@ def number_parts(parts: Parts) -> Numbering:
         constraints,
         list(coordinates.values()),
         S,
-        [e.bind(layout) for e in parts.motion_forces],
+        [_bind(e, layout) for e in parts.motion_forces],
         redundant,
     )
     of_rows = [owners[k] for k in kept]
     paths = Paths([given[k] for k in kept], of_rows, len(coordinates))
-    of_rows += 2 * [of_coordinates[name] for name in coordinates]
+    of_values = (*of_rows, *of_coordinates, *(owners[k] for k in sorted(redundant.tolist())))
+    of_rows += 2 * of_coordinates
     rows = {j.name: np.flatnonzero([name == j.name for name in of_rows]) for j in parts.joints}
     counts = dict(Counter(owners[k] for k in redundant))
     singular = [owners[k] for k in find_singular_rows(constraints, redundant, q)]
@@ -107,7 +104,32 @@ def number_parts(parts: Parts) -> Numbering:
         *_describe_redundant(counts, len(owners) - n_internal, singular),
         *_describe_velocities(bodies, constraints, everything.rates(0.0), owners, q),
     ]
-    return Numbering(model, paths, tuple(coordinates), rows, counts, tuple(warnings))
+    return Numbering(model, paths, tuple(coordinates), of_values, rows, counts, tuple(warnings))
+
+
+def _list_functions(
+    joints: Sequence[Joint], frames: Mapping[RigidBody, BodyFrame]
+) -> tuple[list[tuple[Quadratic | Rheonomic, str]], dict[str, JointCoordinate], list[str]]:
+    """Constraints of joints with the names of these, coordinates, and the joint of each of them."""
+    constraints: list[tuple[Quadratic | Rheonomic, str]] = []
+    coordinates: dict[str, JointCoordinate] = {}
+    owners: list[str] = []
+    for joint in joints:
+        a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
+        mine, its_coordinates = state_functions(joint, a, b)
+        constraints += [(c, joint.name) for c in mine]
+        for name, coordinate in its_coordinates.items():
+            if name in coordinates:
+                raise ModelError(f"two joint coordinates are called {name!r}")
+            coordinates[name] = coordinate
+            owners.append(joint.name)
+    return constraints, coordinates, owners
+
+
+def _bind(force: Force, layout: Layout) -> BoundForce:
+    """A force with numbered coordinates."""
+    with name_errors(f"bind() of {describe(force)}"):
+        return force.bind(layout)
 
 
 def _relation_rows(relations: Sequence[Relation], layout: Layout, n_q: int, n_T: int) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import evaluate_function
 from turbine_fenicsx.foundation.quadratic import Quadratic
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.relation import check_motion
@@ -52,14 +53,15 @@ class Paths:
         if not self._motions:
             return self._zero
         values = self._zero.copy()
-        values[self.rows] = [motion(time) for motion in self._motions]
+        values[self.rows] = [
+            evaluate_function(f"motion of a constraint of {self.names[k]!r}", motion, time)
+            for k, motion in zip(self._joint_of_row, self._motions, strict=True)
+        ]
         return values
 
     def rates(self, time: float) -> Array:
         """dp/dt from one time [s] on, as `values`."""
-        times = time + MOMENT * np.arange(SLOPES.size)
-        rates: Array = SLOPES @ np.array([self.values(t) for t in times]) / MOMENT
-        return rates
+        return find_rates(self.values, time)
 
     def sum_works(self, forces: Array, gradients: Array, dq: Array) -> Array:
         """Work of each of the joints [J].
@@ -72,6 +74,13 @@ class Paths:
         works = np.zeros(len(self.names))
         np.add.at(works, self._joint_of_row, -forces * (gradients @ dq))
         return works
+
+
+def find_rates(values: Callable[[float], Array], time: float) -> Array:
+    """The rates of functions of time from one time [s] on, by a polynomial through five values."""
+    times = time + MOMENT * np.arange(SLOPES.size)
+    rates: Array = SLOPES @ np.array([values(t) for t in times]) / MOMENT
+    return rates
 
 
 def refuse_dependent_paths(

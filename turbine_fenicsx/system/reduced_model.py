@@ -31,6 +31,7 @@ from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import evaluate_function
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
@@ -190,7 +191,7 @@ class ReducedModel(BodyModel):
         """
         owned = self.copies if self._is_owner else 0
         return [
-            force.function(time) * values[:owned]
+            evaluate_function(f"factor of {force.name!r}", force.function, time) * values[:owned]
             for force, values in zip(self.forces, self._of_vectors, strict=False)
         ]
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.forces.force import BoundForce, StepTimes
+from turbine_fenicsx.forces.force import BoundForce, StepTimes, evaluate_force
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
@@ -241,7 +241,7 @@ class RigidModel:
         forces, sizes = np.zeros(y0.size), np.zeros(y0.size)
         slope = np.zeros((y0.size, y0.size))
         for e in self.forces:
-            F, K = e.force(y0[e.index], y1[e.index], step)
+            F, K = evaluate_force(e, y0[e.index], y1[e.index], step)
             forces[e.index] += F
             sizes[e.index] += np.abs(F)
             slope[np.ix_(e.index, e.index)] += K
@@ -252,7 +252,7 @@ class RigidModel:
         works = []
         for e in self.forces:
             start, end = y0[e.index], y1[e.index]
-            works.append(float(e.force(start, end, step)[0] @ (end - start)))
+            works.append(float(evaluate_force(e, start, end, step)[0] @ (end - start)))
         return np.array(works)
 
     def is_acceptable(self, q: Array, T: Array, turned: Array) -> bool:

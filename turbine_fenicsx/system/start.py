@@ -13,6 +13,7 @@ mass, and G ties the parent bodies of each together.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ import numpy as np
 from turbine_fenicsx.bodies.rigid_body import BodyFrame
 from turbine_fenicsx.foundation.checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.parallel import largest_of_ranks
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
@@ -28,8 +30,11 @@ from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.initial_fields import initial_velocity
+from turbine_fenicsx.system.paths import find_rates
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
+
+log = logging.getLogger(__name__)
 
 CONTRADICTION = 1e-9
 """Maximum error of a rate relative to the largest, against what joints and the other rates
@@ -114,15 +119,43 @@ def check_start(system: MultibodySystem, state: State) -> None:
     mine.destroy()
     if system.comm.allreduce(int(given != needed)):
         raise ModelError("the start state belongs to another system, its sizes are different")
-    gap = system.constraint_error(replace(state, time=0.0))
-    if not gap <= LARGEST_GAP:
+    check_closed_state(system, replace(state, time=0.0))
+
+
+def check_closed_state(system: MultibodySystem, state: State) -> None:
+    """Check that a state fulfils the constraints, which the next step would close.
+
+    Raises:
+        ModelError: for constraints that are open; on all ranks.
+
+    Note:
+        Collective.
+    """
+    gaps = system.rigid_gaps(state)
+    found = list(zip(np.abs(gaps).tolist(), system.constraint_owners, strict=True))
+    coordinates = system.coordinates_of(state.q)
+    for block, u in zip(system.coupling_blocks, state.u, strict=True):
+        gap = np.abs(block.gap(coordinates, u)).reshape(-1, 3)
+        for coupling, rows in zip(block.couplings, block.slices, strict=True):
+            largest = float(gap[rows].max(initial=0.0))
+            found.append((largest_of_ranks(system.comm, largest), coupling.name))
+    wrong: dict[str, float] = {}
+    for gap, owner in found:
+        if not gap <= LARGEST_GAP:
+            wrong[owner] = max(gap, wrong.get(owner, 0.0))
+    if wrong:
+        opened = ", ".join(f"{owner!r} by {gap:.2g}" for owner, gap in wrong.items())
         raise ModelError(
-            f"the start state belongs to another system, it opens a constraint by {gap:.1e}"
+            f"the state at t = {state.time:g} s opens {opened}, which a step would snap shut: move "
+            f"the bodies to where constraints hold (allowed: {LARGEST_GAP:g}), or is this the "
+            "state of another system?"
         )
 
 
 def check_motions(system: MultibodySystem, state: State | None) -> None:
     """Check that joint coordinates are where prescribed motions begin.
+
+    Where they begin with another velocity, the log warns of it on one rank.
 
     Args:
         system: The system.
@@ -139,6 +172,22 @@ def check_motions(system: MultibodySystem, state: State | None) -> None:
             raise ModelError(
                 f"{relation.name!r} begins at {p:g}, but the run starts at {value:g}: give it a "
                 "start in which the joint stands there"
+            )
+    if not system.relations:
+        return
+    starts = [(b.coordinates, b.rates) for b in system.rigid_bodies]
+    q, q_dot = np.hstack(starts) if state is None else (state.q, state.q_dot)
+    _, rows = model.velocity_rows(q)
+    rates = model.S @ rows @ q_dot
+    motions = find_rates(system.relation_values, 0.0)
+    for relation, rate, p in zip(system.relations, rates.tolist(), motions.tolist(), strict=True):
+        if abs(p - rate) > LARGEST_GAP * max(1.0, abs(p)) and system.comm.rank == 0:
+            log.warning(
+                "%r begins with the rate %.6g, but the bodies start with %.6g; velocities will "
+                "alternate from step to step: start from initial_motion(system, rates)",
+                relation.name,
+                p,
+                rate,
             )
 
 

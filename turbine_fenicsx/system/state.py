@@ -37,6 +37,15 @@ class State:
     v: tuple[PETSc.Vec, ...]
     coupling: tuple[PETSc.Vec, ...]
 
+    def __repr__(self) -> str:
+        """Its time and what it is a state of."""
+        nodes = [u.getSize() // 3 for u in self.u]
+        flexible = f", flexible bodies of {' + '.join(map(str, nodes))} nodes" if nodes else ""
+        return (
+            f"State at t = {self.time:.6g} s: {self.q.size // 12} rigid bodies, "
+            f"{self.joint_coordinates.size} joint coordinates{flexible}"
+        )
+
     def copy(self) -> State:
         """An independent copy."""
         return State(

@@ -17,8 +17,11 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.forces.prescribed_force import SurfaceForce, SurfacePotential, has_energy
 from turbine_fenicsx.forces.surface_point import SurfacePoint
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.ufl_shapes import check_ufl_shape
 from turbine_fenicsx.materials.kinematics import deformation_gradient
 
 
@@ -68,7 +71,7 @@ class SurfaceIntegrals:
         """Set the time of the forces [s]."""
         self._time.value = time
         for factor, force in zip(self._factors, self.forces, strict=True):
-            factor.value = force.function(time)
+            factor.value = evaluate_function(f"factor of {force.name!r}", force.function, time)
 
     def integrals(self, u: Any, v: Any, w: Any, ends: tuple[Any, Any] | None = None) -> list[Any]:
         """One form per force: the integral of its traction times w.
@@ -80,7 +83,7 @@ class SurfaceIntegrals:
             ends: Displacements at the ends of the step; those of u if None.
         """
         return [
-            ufl.dot(force.traction(self._point(k, u, v, ends or (u, u))), w) * self._ds(mine)
+            ufl.dot(_traction(force, self._point(k, u, v, ends or (u, u))), w) * self._ds(mine)
             for k, (force, mine) in enumerate(zip(self.forces, self._tags_of_force, strict=True))
         ]
 
@@ -106,7 +109,11 @@ class SurfaceIntegrals:
         total = 0
         for k, (force, mine) in enumerate(zip(self.forces, self._tags_of_force, strict=True)):
             if isinstance(force, SurfacePotential) and self.has_energy[k]:
-                total += force.energy(self._point(k, u, ufl.zero(3), (u, u))) * self._ds(mine)
+                at = self._point(k, u, ufl.zero(3), (u, u))
+                what = f"energy() of {describe(force)}"
+                with name_errors(what):
+                    density = check_ufl_shape(what, force.energy(at), ())
+                total += density * self._ds(mine)
         return u, _compat.compile_form(total)
 
     def _point(self, k: int, u: Any, v: Any, ends: tuple[Any, Any]) -> SurfacePoint:
@@ -115,6 +122,13 @@ class SurfaceIntegrals:
         x0, x1 = (X + end for end in ends)
         F, factor = deformation_gradient(u), self._factors[k]
         return SurfacePoint(X, X + u, x0, x1, v, F, N, self._time, factor, self._parameter)
+
+
+def _traction(force: SurfaceForce, at: SurfacePoint) -> Any:
+    """The traction of a force [N/m^2], a vector."""
+    what = f"traction() of {describe(force)}"
+    with name_errors(what):
+        return check_ufl_shape(what, force.traction(at), (3,))
 
 
 Facets = npt.NDArray[np.int32]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakSet
@@ -17,9 +17,12 @@ from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
-from turbine_fenicsx.forces.prescribed_force import ForceSum, has_energy
+from turbine_fenicsx.forces.prescribed_force import ForceSum, check_sum, has_energy
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelWarning
+from turbine_fenicsx.foundation.listing import list_names
+from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.check import check_material
@@ -82,6 +85,7 @@ class MultibodySystem:
         work_names: Names of what does external work, in the order of `StepReport.works`.
         gravity: Acceleration of gravity, shape (3,) [m/s^2].
         redundant: Number of redundant constraints of each joint that has some, by its name.
+        constraint_owners: Name of what each of `RigidModel.constraint_values` belongs to.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
         rigid_section_loads: Loads on sections of rigid bodies.
 
@@ -111,6 +115,7 @@ class MultibodySystem:
         )
         self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
+        self.constraint_owners = numbering.constraint_owners
         sentences = [*numbering.warnings, *find_far_points(found)]
         if comm.rank == 0:
             for sentence in sentences:
@@ -151,6 +156,26 @@ class MultibodySystem:
         self.work_names = number_names(
             [*prescribed, *external, *on_bodies, *driven, *self.paths.names]
         )
+
+    def __repr__(self) -> str:
+        """Its parts in a few lines."""
+        sizes = [block.C.getSize() for block in self.coupling_blocks]
+        unknowns = self.rigid_model.size + sum(map(sum, sizes))
+        of_forces = [getattr(x, "name", type(x).__name__) for x in self.prescribed_forces]
+        of_forces += [x.name for x in self.motion_forces]
+        of_forces += [x.name for model in self.flexible_models for x in model.forces]
+        parts: dict[str, Sequence[str]] = {
+            "rigid bodies": [x.name for x in self.rigid_bodies],
+            "flexible bodies": [x.name for x in self.flexible_bodies],
+            "couplings": [x.name for x in self.couplings],
+            "joints": [x.name for x in self.joints],
+            "joint coordinates": self.joint_coordinate_names,
+            "relations": [x.name for x in self.relations],
+            "forces": of_forces,
+            "loads on sections": list(self.section_loads),
+        }
+        lines = [f"  {what:17} {list_names(x)}" for what, x in parts.items() if x]
+        return "\n".join([f"MultibodySystem with {unknowns} unknowns", *lines])
 
     @property
     def section_loads(self) -> dict[str, LineSource]:
@@ -193,7 +218,9 @@ class MultibodySystem:
         q = np.zeros(12 * len(self.rigid_bodies))
         forces = ForceSum(self.coordinates_of(q), dict.fromkeys(self.joint_coordinate_names, 0.0))
         for force in self.prescribed_forces:
-            force.add_to(forces, time)
+            with name_errors(f"add_to() of {describe(force)}"):
+                force.add_to(forces, time)
+            check_sum(force, forces)
         return forces
 
     def evaluate_prescribed_forces(self, time: float) -> tuple[Array, Array]:
@@ -212,14 +239,18 @@ class MultibodySystem:
             forces = ForceSum(
                 self.coordinates_of(q[k]), dict.fromkeys(self.joint_coordinate_names, 0.0)
             )
-            force.add_to(forces, time)
-            T[k] = list(forces.torques.values())
+            with name_errors(f"add_to() of {describe(force)}"):
+                force.add_to(forces, time)
+                T[k] = list(forces.torques.values())
         return q, T
 
     def relation_values(self, time: float) -> Array:
         """P of the relations of joint coordinates at one time [s], shape (relations,)."""
-        motions = (r.motion for r in self.relations)
-        return np.array([0.0 if p is None else p(time) for p in motions], dtype=float)
+        values = [
+            0.0 if r.motion is None else evaluate_function(repr(r.name), r.motion, time)
+            for r in self.relations
+        ]
+        return np.array(values, dtype=float)
 
     def gravity_force(self, acceleration: Array) -> Array:
         """Weight of the rigid bodies as generalised force on q, shape (12 bodies,) [N]."""
@@ -254,11 +285,16 @@ class MultibodySystem:
             angular=total[4:7] + _moment(q, momentum),
         )
 
+    def rigid_gaps(self, state: State) -> Array:
+        """Violation of each constraint that is none of a coupling [m, -]."""
+        gaps = self.rigid_model.constraint_values(state.q, state.joint_coordinates)
+        p = self.paths.values(state.time)
+        gaps[: p.size] -= p
+        return gaps
+
     def constraint_error(self, state: State) -> float:
         """Largest violation of any constraint [m, -]. Collective."""
-        rigid = self.rigid_model.constraint_values(state.q, state.joint_coordinates)
-        p = self.paths.values(state.time)
-        rigid[: p.size] -= p
+        rigid = self.rigid_gaps(state)
         coordinates = self.coordinates_of(state.q)
         gaps = (c.gap(coordinates, u) for c, u in zip(self.coupling_blocks, state.u, strict=True))
         worst = max((float(np.max(np.abs(x), initial=0.0)) for x in (rigid, *gaps)), default=0.0)

@@ -20,8 +20,9 @@ from turbine_fenicsx.time_stepping.discrete_gradients import AlgorithmicStress
 from turbine_fenicsx.time_stepping.first_guess import mean_turns
 from turbine_fenicsx.time_stepping.make_step import make_step
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
-from turbine_fenicsx.time_stepping.newton import NewtonStepper, SolverOptions
+from turbine_fenicsx.time_stepping.newton import NewtonStepper
 from turbine_fenicsx.time_stepping.rigid_step import RigidData, RigidStep
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 
 class EnergyMomentumStep(NestedStep):

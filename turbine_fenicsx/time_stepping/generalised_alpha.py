@@ -33,7 +33,8 @@ from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.end_step import EndScheme, EndStep
-from turbine_fenicsx.time_stepping.newton import NewtonStepper, SolverOptions
+from turbine_fenicsx.time_stepping.newton import NewtonStepper
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 EARLY = 1e-12
 """Factor s [s^2] of forces for which a step yields the accelerations of its first moment."""

@@ -23,7 +23,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks, StepStart
@@ -99,6 +100,7 @@ class NestedStep(StepBlocks):
             ),
         )
         self._gaps: tuple[Array, ...] = ()
+        self._error: InputError | None = None
         self._terms = np.zeros(2 * k + n)
 
     @abstractmethod
@@ -139,7 +141,11 @@ class NestedStep(StepBlocks):
         R_u, R_c, R_r = self.split(R)
         k = len(du)
         if self.n_r:
-            R_r.array[:], self._terms[2 * k :] = self._rigid.residual(self.rigid_data, r.array_r)
+            try:
+                R_r.array[:], terms = self._rigid.residual(self.rigid_data, r.array_r)
+                self._terms[2 * k :] = terms
+            except InputError as error:  # of a force of a user; the other ranks know nothing of it
+                self._error, R_r.array[:] = error, np.nan
         for i, (body, c) in enumerate(zip(self._bodies, self.system.coupling_blocks, strict=True)):
             C_T, B_T = self.transposed[i]
             body.residual(du[i], R_u[i])
@@ -157,6 +163,11 @@ class NestedStep(StepBlocks):
         for body, increment in zip(self._bodies, du, strict=True):
             body.assemble_tangent(increment)
         self.update_rigid_tangent(x)
+
+    def raise_error(self) -> None:
+        """Raise on all ranks what a force has raised in the last residual, if any. Collective."""
+        error, self._error = self._error, None
+        raise_together(self.system.comm, error)
 
     def start_iteration(self) -> None:
         """Newton's iteration begins from the guess in X."""

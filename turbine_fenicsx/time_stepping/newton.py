@@ -9,7 +9,7 @@ To follow a step, read in this order:
 4. `LinearSolver.start_iteration`: the old factor or a new one (``linear_solvers/quasi_newton.py``).
 5. `NestedStep.residual`: R_u, Phi_c and R_r of X (``nested_step.py``, ``flexible_step.py``,
    ``rigid_step.py``).
-6. `BlockwiseConvergence`: whether each block is small beside its terms (below).
+6. `BlockwiseConvergence`: whether each block is small beside its terms (``convergence.py``).
 7. `LinearSolver.update` and `solve`: the correction of X (``linear_solvers/elimination.py``); from
    here back to 5, until all blocks have converged.
 8. `NestedStep.finish`: the state at t_{n+1}, works and what dissipated.
@@ -19,86 +19,34 @@ from __future__ import annotations
 
 import logging
 import weakref
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
 
 from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.petsc_options import default_options
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.linear_solvers.base import LinearSolver
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
+from turbine_fenicsx.system.start import check_closed_state
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.time_stepping.attempts import Attempt, Attempts, Failure, tell
+from turbine_fenicsx.time_stepping.convergence import BlockwiseConvergence
 from turbine_fenicsx.time_stepping.first_guess import FirstGuess
 from turbine_fenicsx.time_stepping.nested_step import NestedStep
 from turbine_fenicsx.time_stepping.residual_place import describe_largest_residual
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import StepReport
 
 log = logging.getLogger(__name__)
 
 FALLBACKS = {"frozen": "lu"}
 """Exact linear solvers that take over where a step fails with an approximate one."""
-
-LAST_GAIN = {"exact": 0.03, "approximate": 0.5}
-"""Below the round-off of the elastic forces an iteration ends once a step gains less than this.
-
-Then what is left is noise, which is not along the motion and so does hardly any work. An exact
-tangent that gains no more than this has come to rest. An approximate one gains a digit per
-iteration or less on its way, so that it has come to rest only where nothing is gained. Ending at
-the first gain of less than 0.03 would cost a digit of the energy balance of thin walls, which have
-much noise: 2e-11 instead of 9e-13 over fifty steps of a hollow rotor. It would save a sixth of an
-iteration per step of the paper's stiff case.
-"""
-
-CONTRACTION = 0.03
-"""Maximum ratio of the last two residuals at which small bodies keep their tangents from the second
-iteration on: the next residual is smaller by as much again, with a new tangent by little more. The
-tangent of the first guess is not kept, as that is much further from the end."""
-
-DIVERGENCE = 1e4
-"""An iteration whose residual grows by this factor is given up."""
-
-
-@dataclass(frozen=True)
-class SolverOptions:
-    """Options of the step solver.
-
-    Args:
-        linear_solver: Name of the linear solver, a key of `LINEAR_SOLVERS`.
-        tolerance: Relative residual of the balance equations, |R| <= tolerance * sum |terms| in
-            each block; constraints take a hundredth of it.
-        stagnation: A residual that no longer decreases is taken as round-off if it is below this,
-            or below the estimated round-off of the elastic forces.
-        max_iterations: Largest number of Newton iterations.
-        prefix: Prefix of the PETSc options.
-
-    Raises:
-        ModelError: for an unknown linear solver or a tolerance outside (0, 1).
-    """
-
-    linear_solver: str = "frozen"
-    tolerance: float = 1e-12
-    stagnation: float = 1e-9
-    max_iterations: int = 30
-    prefix: str = "tfx_"
-
-    def __post_init__(self) -> None:
-        """Check the options."""
-        if self.linear_solver not in LINEAR_SOLVERS:
-            raise ModelError(
-                f"solver.linear_solver must be one of {sorted(LINEAR_SOLVERS)}, "
-                f"got {self.linear_solver!r}"
-            )
-        if not 0.0 < self.tolerance < 1.0:
-            raise ModelError(f"solver.tolerance must lie between 0 and 1, got {self.tolerance}")
 
 
 class NewtonStepper:
@@ -128,10 +76,10 @@ class NewtonStepper:
         # without large flexible bodies all but "monolithic" are the same
         self._is_exact = all(model.is_small for model in self.system.flexible_models)
         keeps = self._is_exact and bool(self.system.flexible_models)
-        known = {} if self._is_exact else FALLBACKS
-        exact = known.get(self.linear_solver, self.linear_solver)
-        self._attempts = Attempts(self.linear_solver, exact)
+        exact = self.linear_solver if self._is_exact else FALLBACKS.get(self.linear_solver)
+        self._attempts = Attempts(self.linear_solver, exact or self.linear_solver)
         self.fallbacks, self.factors = 0, (0, 0)
+        self._last: Callable[[], State | None] = lambda: None
         self._guess = FirstGuess(step)
         self._convergence = convergence = BlockwiseConvergence(step, options)
         self.snes = snes = PETSc.SNES().create(self.system.comm)
@@ -175,8 +123,11 @@ class NewtonStepper:
             What the step took.
 
         Raises:
+            ModelError: if the state opens a constraint.
             StepFailure: if Newton's method fails from both starts; ``out`` is then unchanged.
         """
+        if state is not self._last():  # of a loop that begins here
+            check_closed_state(self.system, state)
         newton = krylov = 0
         failures: list[Failure] = []
         self.step.start_step(state, dt)
@@ -203,21 +154,27 @@ class NewtonStepper:
             if isinstance(linear_solver, QuasiNewton):
                 self.factors = linear_solver.factors
             if accepted:
-                self._attempts.learn(attempt)
                 self.fallbacks += len(failures)
-                works, dissipated = self.step.finish(out)
-                if not self.system.flexible_models or self._corrects(attempt):
-                    self._guess.learn(state.time, dt)
+                works, dissipated = self._finish(attempt, out)
                 residual = self._convergence.history[-1] * self.options.tolerance
-                done = tuple(works.tolist()), tuple(dissipated.tolist())
-                return StepReport(newton, krylov, *done, residual)
+                return StepReport(newton, krylov, works, dissipated, residual)
             self._guess.forget()
+            self.step.raise_error()
             failures.append(Failure(attempt, reason, iterations))
         place = describe_largest_residual(self.step, self.snes.getFunction()[0])
         raise StepFailure(
             f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: {tell(failures)}"
             + (f"; the residual is largest in {place}" if place and reason <= 0 else "")
         )
+
+    def _finish(self, attempt: Attempt, out: State) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Write the state at t_{n+1} and learn from the step; works and what dissipated [J]."""
+        self._last = weakref.ref(out)
+        self._attempts.learn(attempt)
+        works, dissipated = self.step.finish(out)
+        if not self.system.flexible_models or self._corrects(attempt):
+            self._guess.learn(self.step.start.state.time, self.step.start.dt)
+        return tuple(works.tolist()), tuple(dissipated.tolist())
 
     def _list_attempts(self, time: float, dt: float) -> list[tuple[Attempt, Array | None]]:
         """Attempts in order, and the rigid unknowns to start from, if known."""
@@ -283,63 +240,6 @@ def _destroy(linear_solvers: _LinearSolvers, snes: PETSc.SNES) -> None:
     """Free the PETSc objects of a solver."""
     linear_solvers.destroy()
     snes.destroy()
-
-
-@dataclass
-class BlockwiseConvergence:
-    """Convergence by the largest relative residual of the blocks, in units of its tolerance."""
-
-    step: NestedStep
-    options: SolverOptions
-    history: list[float] = field(default_factory=list)
-    stagnation: float = 0.0
-    last_gain: float = LAST_GAIN["exact"]
-
-    def __post_init__(self) -> None:
-        """Lay out the tolerances like `NestedStep.relative_residuals`."""
-        n = len(self.step.system.flexible_models)
-        balance, constraint = self.options.tolerance, 0.01 * self.options.tolerance
-        self._tolerances = np.array(
-            [balance] * n + [constraint] * n + [balance] * 2 + [constraint] * 2
-        )
-
-    def start_iteration(self, approximate: bool) -> None:
-        """A new iteration begins; with an approximate tangent slow ones look like round-off."""
-        self.history.clear()
-        self.stagnation = (0.02 if approximate else 1.0) * self.options.stagnation
-        self.last_gain = LAST_GAIN["approximate" if approximate else "exact"]
-
-    @property
-    def contracts(self) -> bool:
-        """Whether the last iteration, not the first, has made the residual much smaller."""
-        return len(self.history) > 2 and self.history[-1] < CONTRACTION * self.history[-2]
-
-    def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
-        """SNES convergence test."""
-        reasons = PETSc.SNES.ConvergedReason
-        R = snes.getFunction()[0]
-        worst = self._find_worst(R)
-        self.history.append(worst)
-        if not np.isfinite(worst):
-            return _compat.NOT_A_NUMBER
-        if worst <= 1.0:
-            return int(reasons.CONVERGED_FNORM_RELATIVE)
-        gains_little = worst > self.last_gain * min(self.history[:-1], default=np.inf)
-        if gains_little and self._find_worst(R, beyond_round_off=True) <= 1.0:
-            return int(reasons.CONVERGED_SNORM_RELATIVE)
-        stagnant = iteration >= 4 and worst > 0.5 * max(self.history[-5:-1])
-        if stagnant and worst * self.options.tolerance <= self.stagnation:
-            return int(reasons.CONVERGED_SNORM_RELATIVE)
-        if worst > DIVERGENCE * self.history[0]:
-            return int(reasons.DIVERGED_DTOL)
-        if iteration >= self.options.max_iterations:
-            return int(reasons.DIVERGED_MAX_IT)
-        return 0
-
-    def _find_worst(self, R: PETSc.Vec, beyond_round_off: bool = False) -> float:
-        """The largest of the relative residuals, in units of its tolerance. Collective."""
-        relative = self.step.relative_residuals(R, beyond_round_off) / self._tolerances
-        return float(relative.max())
 
 
 def evaluate_residual(snes: PETSc.SNES, x: PETSc.Vec, F: PETSc.Vec, step: NestedStep) -> None:

@@ -11,7 +11,7 @@ from turbine_fenicsx.linear_solvers.frames import NodeFrames, polar_rotation, tu
 from turbine_fenicsx.linear_solvers.frozen import FrozenElimination
 from turbine_fenicsx.linear_solvers.quasi_newton import BASELINE_STEPS, RENEWAL, QuasiNewton
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 pytestmark = pytest.mark.parallel
 

@@ -22,7 +22,7 @@ from turbine_fenicsx.linear_solvers.symmetric import GatheredFactor, SymmetricFa
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 pytestmark = pytest.mark.parallel
 

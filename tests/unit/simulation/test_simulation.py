@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 from turbine_fenicsx.turbine.run.summary import Statistics
 
 pytestmark = pytest.mark.parallel
@@ -208,13 +208,13 @@ def test_observers_are_finished_when_one_of_them_fails(rotor):
 
 @pytest.mark.parametrize("step", [0.0, -0.02, float("nan")])
 def test_the_step_must_be_positive(rotor, step):
-    with pytest.raises(ValueError, match=f"^dt must be positive, got {step:g} s"):
+    with pytest.raises(ValueError, match=rf"^dt must be (positive|a number), got {step}$"):
         Simulation(rotor, step, 1.0)
 
 
 @pytest.mark.parametrize("end", [-1e-9, -12.0, float("nan")])
 def test_the_end_must_not_be_negative(rotor, end):
-    with pytest.raises(ValueError, match=f"^end must not be negative, got {end:g} s"):
+    with pytest.raises(ValueError, match=rf"^end must (not be negative|be a number), got {end}$"):
         Simulation(rotor, 0.02, end)
 
 

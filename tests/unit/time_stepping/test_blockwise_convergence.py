@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx._compat import NOT_A_NUMBER
-from turbine_fenicsx.time_stepping.newton import DIVERGENCE, BlockwiseConvergence, SolverOptions
+from turbine_fenicsx.time_stepping.convergence import DIVERGENCE, BlockwiseConvergence
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 
 def ends(residuals, round_off=0.0, approximate=False):

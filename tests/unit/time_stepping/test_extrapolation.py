@@ -13,7 +13,7 @@ from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum, EnergyMomentumStep
 from turbine_fenicsx.time_stepping.first_guess import WEIGHTS, FirstGuess
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
 DT = 0.02
 N = len(WEIGHTS)

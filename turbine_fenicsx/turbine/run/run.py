@@ -53,7 +53,7 @@ from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.generalised_alpha import GeneralisedAlpha
-from turbine_fenicsx.time_stepping.newton import SolverOptions
+from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Channels, Component, Turbine
