@@ -1,7 +1,11 @@
 """``restart`` refuses what does not belong together, and finds a mesh from anywhere."""
 
 import json
+import os
 import re
+import shutil
+import signal
+from contextlib import contextmanager
 
 import pytest
 from restarted_runs import content, restart, rows, run
@@ -9,6 +13,22 @@ from restarted_runs import content, restart, rows, run
 from turbine_fenicsx.cli.main import main
 
 pytestmark = pytest.mark.usefixtures("no_pictures")
+
+
+@contextmanager
+def soon():
+    """What takes more than a minute here waits for something that never comes."""
+
+    def give_up(*_):
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.alarm(60)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def refused(tmp_path, capfd, *changes, words):
@@ -102,3 +122,37 @@ def test_a_folder_without_a_run_is_refused(demo, tmp_path, capfd, what):
     }
     refused(out, capfd, words=words.get(what, "there is no run in '.*/out' to resume"))
     assert out.exists() == (what != "nothing")
+
+
+@pytest.fixture(scope="module")
+def short_run(demo, tmp_path_factory):
+    """The folder of a short run with fields."""
+    folder = tmp_path_factory.mktemp("run")
+    changes = ("mesh.elements=[1,1,2]", "time.end=0.04", "output.fields_every=0.02")
+    run(demo, "hybrid_soft", folder, *changes)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "name", ["history.csv", "history.out", "fields.xdmf", "case.json", "run.log"]
+)
+def test_a_pipe_in_place_of_a_file_is_refused(short_run, tmp_path, capfd, name):
+    """Nobody writes into it, so that to open it would never end."""
+    out = tmp_path / "out"
+    shutil.copytree(short_run, out)
+    (out / name).unlink()
+    os.mkfifo(out / name)
+    with soon():
+        refused(out, capfd, "time.end=0.06", words=f"{re.escape(name)}'?: it is not a regular file")
+
+
+def test_a_pipe_in_place_of_a_checkpoint_is_passed_over(short_run, tmp_path, capfd):
+    out = tmp_path / "out"
+    shutil.copytree(short_run, out)
+    newest = max((out / "checkpoints").iterdir())
+    newest.unlink()
+    os.mkfifo(newest)
+    with soon():
+        restart(out, "time.end=0.06")
+    assert "cannot be read: it is not a regular file" in capfd.readouterr().err
+    assert len(rows(out)) == 5

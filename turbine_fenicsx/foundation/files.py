@@ -66,6 +66,12 @@ def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
     raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
 
 
+def read_regular(path: str | os.PathLike[str]) -> bytes:
+    """The bytes of a file from outside; errors as in `open_regular`."""
+    with open_regular(path) as file:
+        return file.read()
+
+
 def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> None:
     """Write a file beside the old one and let it take its place once it is on the disk.
 

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import read_regular
 from turbine_fenicsx.postprocessing.field_reader import AMPLITUDE
 from turbine_fenicsx.postprocessing.pictures import Look, draw_scene
 from turbine_fenicsx.records.mode_tables import TITLES
@@ -31,7 +32,7 @@ def read_mode_titles(path: str | os.PathLike[str]) -> list[str]:
         InputError: if the file is missing, incomplete, or holds something else.
     """
     n = len(read_field_times(path))
-    for item in ElementTree.parse(path).getroot().iter("Information"):
+    for item in ElementTree.fromstring(read_regular(path)).iter("Information"):
         if item.get("Name") == TITLES:
             titles = [str(title) for title in json.loads(item.attrib["Value"])]
             return titles[:n]

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.files import open_regular, replace_file
 from turbine_fenicsx.foundation.types import Array
 
 _FORMAT = b"turbine_fenicsx checkpoint 2, blake2b "
@@ -90,7 +90,7 @@ def _check_seal(path: Path) -> None:
     seal = len(_FORMAT) + _DIGITS
     left = path.stat().st_size - _DIGITS
     hashed = hashlib.blake2b(digest_size=_DIGITS // 2)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         while left > 0 and (piece := file.read(min(left, _PIECE))):
             hashed.update(piece)
             left -= len(piece)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, read_regular
 from turbine_fenicsx.records.conventions import OPENFAST_HEAD
 from turbine_fenicsx.records.names import TIME, Family
 from turbine_fenicsx.records.parts import Parts
@@ -209,7 +209,7 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """
     path = Path(path)
     try:
-        root = ElementTree.parse(path).getroot()
+        root = ElementTree.fromstring(read_regular(path))
         times = np.array([float(t.attrib["Value"]) for t in root.iter("Time")])
         needed: dict[str, int] = {}
         for item in root.iter("DataItem"):
@@ -242,7 +242,7 @@ def read_field_parts(path: str | os.PathLike[str]) -> Parts:
         InputError: if the file does not say so.
     """
     try:
-        for item in ElementTree.parse(path).getroot().iter("Information"):
+        for item in ElementTree.fromstring(read_regular(path)).iter("Information"):
             if item.get("Name") == "parts":
                 return Parts.from_text(item.attrib["Value"])
     except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:

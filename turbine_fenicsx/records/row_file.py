@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TextIO
 
 from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import FileError
-from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_folder
+from turbine_fenicsx.foundation.files import (
+    name_file_in_errors,
+    read_regular,
+    replace_file,
+    sync_folder,
+)
 from turbine_fenicsx.foundation.parallel import on_rank0
 
 
@@ -95,6 +102,18 @@ class RowFile:
                 self._file.close()
 
 
+def join_columns(names: Sequence[str]) -> str:
+    """The head of a table of comma-separated numbers; names with commas or quotes are quoted."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="").writerow(names)
+    return text.getvalue()
+
+
+def split_columns(head: str) -> list[str]:
+    """The names in such a head."""
+    return next(csv.reader([head]), [])
+
+
 def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: str) -> list[str]:
     """The rows of a file that are whole: rows of numbers, as many as there are columns.
 
@@ -115,7 +134,7 @@ def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: st
     if not Path(path).exists():
         return []
     with name_file_in_errors("read", path):
-        text = Path(path).read_bytes().decode("utf-8", "replace")
+        text = read_regular(path).decode("utf-8", "replace")
     return [row for row in text.split("\n")[head:-1] if _is_whole(row.split(separator), width)]
 
 

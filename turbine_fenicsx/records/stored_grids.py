@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, read_regular
 
 _GRID = re.compile(r'<Grid Name="mesh".*?</Grid>\n', re.DOTALL)
 
@@ -42,7 +42,7 @@ def read_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
     if not path.exists():
         return []
     with name_file_in_errors("read", path):
-        text = path.read_bytes().decode("utf-8", "replace")
+        text = read_regular(path).decode("utf-8", "replace")
     sizes = {p.name: p.stat().st_size for p in path.parent.glob(f"{path.stem}*.bin") if p.is_file()}
     found: list[StoredGrid] = []
     for grid in _GRID.findall(text):

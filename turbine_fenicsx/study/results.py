@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.files import read_regular
 from turbine_fenicsx.foundation.text_files import suggest
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.names import INTERRUPTED, TIME, split_unit
@@ -42,7 +43,7 @@ def is_other(run: Run, folder: Path) -> bool:
 def _is_same(run: Run, folder: Path) -> bool:
     """Whether a folder was made for just this run."""
     try:
-        return (folder / "case.toml").read_text(encoding="utf-8") == run.text
+        return read_regular(folder / "case.toml").decode() == run.text
     except (OSError, ValueError):
         return False
 
@@ -50,7 +51,7 @@ def _is_same(run: Run, folder: Path) -> bool:
 def _end_of(run: Run, folder: Path) -> str:
     """How the run in a folder has ended, empty if it has not or is another one."""
     try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        summary = json.loads(read_regular(folder / "summary.json"))
     except (OSError, ValueError):
         return ""
     if not _is_same(run, folder) or not isinstance(summary, dict):
@@ -67,14 +68,18 @@ def read_results(folder: Path, average: float | None = None) -> dict[str, float]
         folder: Folder of a finished run.
         average: Time at the end over which columns are averaged; None for the last row [s].
     """
-    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
-        header, *rows = csv.reader(file)
+    header, *rows = _read_table(folder)
     found = {name: _number(text) for name, text in zip(header, rows[-1], strict=True)}
     if average is not None:
         found = _average(header, rows, average)
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary = json.loads(read_regular(folder / "summary.json"))
     numbers = {k: v for k, v in flatten(summary) if isinstance(v, int | float)}
     return numbers | {name: value for name, value in found.items() if name not in numbers}
+
+
+def _read_table(folder: Path) -> list[list[str]]:
+    """Head and rows of ``history.csv``."""
+    return list(csv.reader(read_regular(folder / "history.csv").decode().splitlines()))
 
 
 def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict[str, float]:
@@ -88,8 +93,7 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
     Returns:
         By quantity the difference of the means over the larger of them [-].
     """
-    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
-        header, *rows = csv.reader(file)
+    header, *rows = _read_table(folder)
     end = float(rows[-1][header.index(TIME)])
     first = [
         row for row in rows if float(row[header.index(TIME)]) <= end - 0.5 * average * (1 - 1e-9)

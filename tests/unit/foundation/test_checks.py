@@ -206,8 +206,6 @@ def test_a_start_belongs_to_the_system(comm, machine):
             use(last)
         shifted = system.initial_state()
         shifted.q[0] += 0.1
-        with pytest.raises(
-            ValueError, match=r"opens 'yaw' by 0\.1, 'rotor' by 0\.1, which"
-        ):
+        with pytest.raises(ValueError, match=r"opens 'yaw' by 0\.1, 'rotor' by 0\.1, which"):
             use(shifted)
     assert Simulation(system, 0.01, 0.0, start=last.state).run().state.time == 0.0

@@ -13,10 +13,16 @@ from mpi4py import MPI
 
 from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.row_file import RowFile, read_rows, select_rows
+from turbine_fenicsx.records.row_file import (
+    RowFile,
+    join_columns,
+    read_rows,
+    select_rows,
+    split_columns,
+)
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
@@ -45,6 +51,7 @@ class Channel:
         memory: What the values remember of earlier snapshots and a restart needs; None for nothing.
 
     Raises:
+        ModelError: for a name that holds a new line or another control character.
         TypeError: if columns are not names, or values are not a function.
     """
 
@@ -55,6 +62,12 @@ class Channel:
     def __post_init__(self) -> None:
         if isinstance(self.columns, str) or not all(isinstance(c, str) for c in self.columns):
             raise TypeError(f"columns of a channel must be a tuple of names, got {self.columns!r}")
+        for name in self.columns:
+            if not name.isprintable():
+                raise ModelError(
+                    f"column {name!r} of a history must be printable text: change the name in it, "
+                    "which has a new line or another control character"
+                )
         if not callable(self.values):
             raise TypeError(
                 f"values of the channel {self.columns} must be a function of the snapshot, got "
@@ -123,7 +136,7 @@ class History:
             FileError: if it cannot be written, on all ranks.
         """
         row = self._format_row(snapshot)
-        head = ",".join(self._columns)
+        head = join_columns(self._columns)
 
         def make_first_lines() -> list[str]:
             if not resumed:
@@ -182,8 +195,8 @@ def read_columns(path: str | os.PathLike[str]) -> list[str]:
     """
     if not Path(path).exists():
         return []
-    with name_file_in_errors("read", path), Path(path).open("rb") as file:
-        return file.readline().decode("utf-8", "replace").strip().split(",")
+    with name_file_in_errors("read", path), open_regular(path) as file:
+        return split_columns(file.readline().decode("utf-8", "replace").strip())
 
 
 def read_history_rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[str]:
@@ -193,12 +206,12 @@ def read_history_rows(path: str | os.PathLike[str], columns: Sequence[str]) -> l
         FileError: if it is there but cannot be read.
     """
     rows = read_rows(path, 1, len(columns), ",")
-    return rows if rows and _has_head(path, ",".join(columns)) else []
+    return rows if rows and _has_head(path, join_columns(columns)) else []
 
 
 def _has_head(path: str | os.PathLike[str], head: str) -> bool:
     """Whether a file begins with a line."""
-    with Path(path).open("rb") as file:
+    with open_regular(path) as file:
         return file.readline() == f"{head}\n".encode()
 
 

@@ -67,9 +67,12 @@ def log_to_file(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool)
     """
 
     def open_log() -> None:
-        link = Path(path).is_symlink()
-        if link and not Path(path).is_char_device():  # anybody's file might be emptied
-            raise InputError(f"cannot write {os.fspath(path)}: it is a symbolic link")
+        at = Path(path)
+        if not at.is_char_device():
+            if at.is_symlink():  # anybody's file might be emptied
+                raise InputError(f"cannot write {os.fspath(path)}: it is a symbolic link")
+            if at.exists() and not at.is_file():  # to open a pipe might not end
+                raise InputError(f"cannot write {os.fspath(path)}: it is not a regular file")
         try:
             Path(path).open("a" if append else "w").close()
         except OSError as error:
