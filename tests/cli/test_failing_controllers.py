@@ -5,6 +5,8 @@ import json
 
 import pytest
 
+from turbine_fenicsx.cli.main import main
+
 CASE = """
 [turbine]
 model = "rigid"
@@ -90,3 +92,37 @@ def test_a_finish_that_fails_is_a_warning_and_the_results_are_complete(
     assert sentence in (out / "run.log").read_text()
     assert json.loads((out / "summary.json").read_text())["steps"] == 2
     assert len(rows(out)) == 3
+
+
+SAVING = """
+    def save(self):
+        {save}
+
+    def restore(self, data):
+        pass
+"""
+
+
+def test_a_save_that_fails_at_the_start_leaves_a_checkpoint(command_line, tmp_path):
+    """What it would have saved is not needed: it is shown again what it saw."""
+    case, out = write(tmp_path), tmp_path / "out"
+    with (tmp_path / "mine.py").open("a") as file:
+        file.write(SAVING.format(save="open(__file__ + '\\x1b[31m').read()"))
+    result = command_line("run", case, "-o", out, "--quiet")
+    assert result.returncode == 2
+    assert "save() of the controller 'Mine' of " in result.stderr
+    assert r"failed: FileNotFoundError: [Errno 2] No such file" in result.stderr
+    assert r"mine.py\x1b[31m' (line" in result.stderr
+    assert [p.name for p in (out / "checkpoints").iterdir()] == ["checkpoint_00000000.npz"]
+    (tmp_path / "mine.py\x1b[31m").touch()
+    again = command_line("restart", out, "--quiet")
+    assert again.returncode == 0, again.stderr
+    assert len(rows(out)) == 7
+
+
+def test_a_controller_that_changes_the_folder_does_not_move_the_results(tmp_path, monkeypatch):
+    case = write(tmp_path, "__import__('os').chdir('/')")
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", str(case), "-o", "there", "--quiet"]) == 0
+    assert (tmp_path / "there" / "summary.json").exists()
+    assert len(rows(tmp_path / "there")) == 7

@@ -106,7 +106,7 @@ def launcher(command_line):
     return command_line.__globals__["mpirun"]()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_the_run_after_the_step_and_says_how_to_go_on(
     demo, tmp_path, reference, number, capfd
 ):
@@ -133,6 +133,44 @@ def test_a_signal_ends_the_run_after_the_step_and_says_how_to_go_on(
     assert len(rows(out)) == n + 10
     assert rows(out) == rows(reference / "rigid")[: n + 10]
     capfd.readouterr()
+
+
+IMPORTING = """
+import os, sys
+number, name = int(sys.argv.pop(1)), sys.argv.pop(1)
+
+class Finder:
+    def find_spec(self, wanted, *_):
+        if wanted == name:
+            os.kill(os.getpid(), number)
+
+sys.meta_path.insert(0, Finder())
+from turbine_fenicsx.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize("name", ["turbine_fenicsx.cli.commands.run", "petsc4py", "dolfinx"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1])
+def test_a_signal_during_imports_ends_quietly(demo, tmp_path, number, name):
+    """So that what sends it, such as a batch system, reads the code of an interrupt."""
+    arguments = ["run", demo("hybrid_soft.toml"), "-o", tmp_path / "out", "--quiet"]
+    command = [sys.executable, "-c", IMPORTING, str(number.value), name, *map(str, arguments)]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.stderr == "error: interrupted; what was written so far is complete\n"
+    assert result.returncode == 130
+
+
+def test_a_terminal_that_is_closed_does_not_end_what_nohup_started(demo, tmp_path):
+    case = [demo("rigid.toml"), "-o", tmp_path, "--quiet", "--set", "time.end=0.6", *RIGID]
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with Run("run", case) as run:
+            run.wait_for(lambda: len(rows(tmp_path)) > 2)
+            run.process.send_signal(signal.SIGHUP)
+            assert run.finish() == (0, [])
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_a_signal_while_the_run_starts_is_not_lost(demo, tmp_path):

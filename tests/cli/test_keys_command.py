@@ -121,3 +121,10 @@ def test_cases_of_the_demos_are_valid_by_the_schema(schema, path):
 )
 def test_the_schema_tells_right_from_wrong(schema, text, keys):
     assert find_mistakes(schema, text) == keys
+
+
+def test_names_of_files_are_no_numbers(capsys):
+    assert main(["keys", "wind.box"]) == 0
+    text = capsys.readouterr().out
+    assert "files: default none; 3 file names" in text
+    assert "points: default none; 3 numbers, each" in text

@@ -18,7 +18,6 @@ from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.study import execute
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.plan import plan
-from turbine_fenicsx.study.results import RESULTS
 
 ROOT = Path(__file__).parents[2]
 RIGID = ROOT / "demos" / "paper" / "rigid.toml"
@@ -298,94 +297,3 @@ def test_what_a_folder_holds_decides_how_its_run_starts(tmp_path, monkeypatch):
         assert case.read_text() == run.text
         assert commands[-1][:3] == ["mpirun", "-n", "2"]
         assert commands[-1][commands[-1].index("turbine_fenicsx") + 1] == task
-
-
-@pytest.fixture
-def fake_runs(tmp_path, monkeypatch):
-    """Runs whose children write empty results and are then given python code."""
-    path = write_study(tmp_path, "[grid]\ntime.end = [1, 2, 3, 4, 5]")
-    runs = plan(Study.load(path))
-
-    def start(run, folder, launcher):
-        folder.mkdir(parents=True)
-        for name in start.results:
-            (folder / name).touch()
-        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; {start.code}"
-        with (folder / execute.LOG).open("wb") as log:
-            return subprocess.Popen(
-                [sys.executable, "-c", code], stdout=log, stderr=log, start_new_session=True
-            )
-
-    start.results = RESULTS
-    monkeypatch.setattr(execute, "_start", start)
-    return runs, tmp_path / "out", start
-
-
-def test_no_more_than_the_given_number_of_processes_run_at_a_time(fake_runs):
-    runs, out, start = fake_runs
-    start.code = (
-        "import time; t = time.time(); time.sleep(0.3);"
-        " open(folder + '/span', 'w').write(f'{t} {time.time()}')"
-    )
-    outcomes = []
-    execute.execute(runs, out, 2, [], outcomes.append)
-    spans = np.array([list(map(float, p.read_text().split())) for p in out.glob("*/span")])
-    assert len(spans) == len(outcomes) == 5
-    at_a_time = [int(np.sum((spans[:, 0] <= t) & (t < spans[:, 1]))) for t in spans[:, 0]]
-    assert max(at_a_time) == 2
-    assert all(not outcome.reason and outcome.seconds >= 0.3 for outcome in outcomes)
-
-
-def test_reason_of_a_failure_is_what_the_run_said_last(fake_runs):
-    runs, out, start = fake_runs
-    start.code = (
-        "import os, sys\n"
-        "if end == 2: print('error: one\\nerror: two'); sys.exit(2)\n"
-        "if end == 3: os.kill(os.getpid(), 9)\n"
-        "if end == 4: raise MemoryError('too large')\n"
-        "if end == 5: sys.exit(7)\n"
-    )
-    reasons = {}
-    execute.execute(runs, out, 5, [], lambda o: reasons.update({o.run.value("time.end"): o.reason}))
-    assert reasons == {
-        1: "",
-        2: "wrong input: one; two",
-        3: "killed by signal 9",
-        4: "exit code 1: MemoryError: too large",
-        5: "exit code 7",
-    }
-
-
-def test_run_that_ends_well_without_results_has_failed(fake_runs):
-    runs, out, start = fake_runs
-    start.code, start.results = "pass", ["history.csv"]
-    outcomes = []
-    execute.execute(runs[:1], out, 1, [], outcomes.append)
-    assert outcomes[0].reason == "the launcher ended without writing summary.json"
-
-
-def test_children_that_do_not_end_are_killed(fake_runs, monkeypatch):
-    runs, out, start = fake_runs
-    monkeypatch.setattr(execute, "_PATIENCE", 0.5)
-    started = []
-    start.code = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + (
-        "open(folder + '/ready', 'w').close(); time.sleep(60)"
-    )
-    popen = subprocess.Popen
-    monkeypatch.setattr(
-        subprocess, "Popen", lambda *a, **k: started.append(popen(*a, **k)) or started[-1]
-    )
-    sleep, begin = time.sleep, time.monotonic()
-
-    def interrupted(seconds):
-        sleep(seconds)
-        if len(list(out.glob("*/ready"))) == 2 and not interrupted.done:
-            interrupted.done = True
-            raise KeyboardInterrupt
-
-    interrupted.done = False
-    monkeypatch.setattr(execute.time, "sleep", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        execute.execute(runs, out, 2, [], lambda outcome: None)
-    assert time.monotonic() - begin < 30.0
-    assert [process.returncode for process in started] == [-signal.SIGKILL] * 2

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
+from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import unit_of
 from turbine_fenicsx.case.section import HUGE, Section
 from turbine_fenicsx.case.toml_file import format_toml
@@ -117,7 +118,8 @@ def _describe_range(types: list[Any]) -> str:
     for part in parts:
         if get_origin(part) is tuple:
             entries = get_args(part)
-            count = "list" if Ellipsis in entries else f"{len(entries)} numbers"
+            things = "file names" if any(isinstance(p, DataFile) for p in parts) else "numbers"
+            count = "list" if Ellipsis in entries else f"{len(entries)} {things}"
             return f"{count}, each {text}" if text else count
     if text:
         return text

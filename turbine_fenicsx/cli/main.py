@@ -25,6 +25,7 @@ from typing import Any
 
 from turbine_fenicsx.cli import commands
 from turbine_fenicsx.cli.commands._common import INTERRUPTED, OK, WRONG_INPUT, fail
+from turbine_fenicsx.foundation.interrupts import SIGNALS, end_quietly
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,13 +50,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     comm = None
     try:
-        mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
-        _check(mine + petsc_options)
-        options = _make_parser().parse_args(mine)
-        comm = _start(petsc_options, options.alone)
-        command: Callable[[argparse.Namespace, Any], int] = options.command
-        with _warnings_on_stderr():
-            return command(options, comm)
+        with end_quietly():
+            mine, petsc_options = _split(list(sys.argv[1:] if arguments is None else arguments))
+            _check(mine + petsc_options)
+            options = _make_parser().parse_args(mine)
+            comm = _start(petsc_options, options.alone)
+            command: Callable[[argparse.Namespace, Any], int] = options.command
+            with _warnings_on_stderr():
+                return command(options, comm)
     except (InputError, CompilationError) as error:
         return fail(comm, str(error), WRONG_INPUT)
     except BrokenPipeError:  # as in `turbine-fenicsx ... | head`
@@ -132,6 +134,8 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
     except RuntimeError as error:  # PETSc has no other word for a file that it cannot read
         given = " ".join(petsc_options)
         raise InputError(f"PETSc does not start with the options '{given}': {error}") from None
+    for number in SIGNALS:  # PETSc puts its own handlers in the place of some
+        signal.signal(number, signal.getsignal(number))
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
     if MPI.COMM_WORLD.size > 1:
         sys.excepthook = _abort_all

@@ -20,6 +20,7 @@ from turbine_fenicsx.control import discon_child
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.foundation.errors import ForeignError, InputError
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
+from turbine_fenicsx.foundation.own_code import escape
 
 log = logging.getLogger(__name__)
 
@@ -157,7 +158,7 @@ class Discon:
         except (OSError, EOFError):
             raise ForeignError(self._describe_end(measured.time)) from None
         failed, *values = discon_child.REPLY.unpack(reply[: discon_child.REPLY.size])
-        text = " ".join(reply[discon_child.REPLY.size :].decode(errors="replace").split())
+        text = escape(" ".join(reply[discon_child.REPLY.size :].decode(errors="replace").split()))
         if failed < 0:
             self._end()
             raise ForeignError(
@@ -231,7 +232,7 @@ class Discon:
         self._end()
         code = self._child.returncode
         lines = self._errors.read_text(errors="replace").strip().splitlines()
-        said = f": {lines[-1].strip()}" if lines else ""
+        said = f": {escape(lines[-1].strip())}" if lines else ""
         if code == discon_child.NO_LIBRARY:
             return f"control.library = '{self._library}': cannot be loaded{said}"
         how = f"crashes ({signal.Signals(-code).name})" if code < 0 else "ends its process"

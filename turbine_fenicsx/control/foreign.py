@@ -1,8 +1,8 @@
 """Controllers of others: whatever they do ends in a sentence, and a run with them can resume.
 
-They run on rank 0 alone. A checkpoint holds the saved state of such a controller, if it has one,
-and all its input and commands since. On restart its state is restored and the rest of its input
-history is replayed. If its commands then differ from the recorded ones, it depends on something
+They run on rank 0 alone. A checkpoint holds the state before the last one that such a controller
+has saved, if it saves any, and all its input and commands since. On restart that state is restored
+and the input replayed. If the commands then differ from the recorded ones, it depends on something
 unsaved, and the run ends with a sentence.
 """
 
@@ -78,8 +78,8 @@ class ForeignController:
     def __init__(self, comm: MPI.Intracomm, make: Callable[[], Responder], who: str) -> None:
         self._comm, self._who = comm, who
         self._responder: Responder | None = None
-        self._state = RestartData()
-        self._calls = array("d")  # since that state; empty on other ranks
+        # the last two saved states, each with the calls since then; empty on other ranks
+        self._windows = [(RestartData(), array("d"))]
         self._width = 0
         self._saves = True
 
@@ -102,13 +102,14 @@ class ForeignController:
         commands = check_commands(self._responder.respond(measured), self._who, measured.time)
         row = measured.to_row() + commands.to_row()
         self._width = len(row)
-        self._calls.extend(row)
-        if len(self._calls) >= WINDOW * self._width:
+        calls = self._windows[-1][1]
+        calls.extend(row)
+        if len(calls) >= WINDOW * self._width:
             self._keep_state()
         return commands
 
     def _keep_state(self) -> None:
-        """Let it save its state in place of all calls so far, if it can; on rank 0."""
+        """Let it save its state in place of all earlier calls, if it can; on rank 0."""
         if not self._saves or not isinstance(self._responder, RestartableResponder):
             return
         try:
@@ -118,14 +119,18 @@ class ForeignController:
             raise
         self._saves = bool(state)
         if state:
-            self._state, self._calls = state, array("d")
+            self._windows = [self._windows[-1], (state, array("d"))]
 
     def save(self) -> RestartData:
-        """Its saved state, and its calls since then. Collective; data of rank 0."""
+        """The state before its last saved one, and its calls since then. Collective; of rank 0.
+
+        They show on restart whether what it saves is all that it needs.
+        """
         on_rank0(self._comm, self._keep_state)
         data = RestartData({"layout": LAYOUT, "width": self._width})
-        data.add("state", self._state)
-        table = np.array(self._calls).reshape(-1, self._width or 1)
+        data.add("state", self._windows[0][0])
+        calls = np.concatenate([np.array(calls) for _, calls in self._windows])
+        table = calls.reshape(-1, self._width or 1)
         packed = zlib.compress(table.T.tobytes(), level=1)  # whole columns may hold one number
         data.arrays["calls"] = np.frombuffer(packed, np.uint8)
         return data
@@ -145,10 +150,11 @@ class ForeignController:
             )
 
         def replay() -> None:
-            self._state = data.part("state")
-            if self._state:
+            state = data.part("state")
+            self._windows = [(state, array("d"))]
+            if state:
                 assert isinstance(self._responder, RestartableResponder)
-                self._responder.restore(self._state)
+                self._responder.restore(state)
             packed, width = data.arrays["calls"], data.numbers["width"]
             table = np.frombuffer(zlib.decompress(packed.tobytes())).reshape(width or 1, -1).T
             for row in table:
@@ -166,7 +172,7 @@ class ForeignController:
                 raise ForeignError(
                     f"cannot resume: {self._who} does not do the same again. Shown what it saw at "
                     f"t = {measured.time:g} s, it commands {a:.9g} as {what} and not {b:.9g}: it "
-                    "depends on chance, a clock or a file, or must save its own state"
+                    "depends on chance, a clock or a file, or on something that save() leaves out"
                 )
 
     def finish(self) -> None:

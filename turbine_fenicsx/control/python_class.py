@@ -7,6 +7,7 @@ Exceptions of its code become a sentence with its name, file and line.
 from __future__ import annotations
 
 import importlib.util
+import os
 import signal
 import traceback
 from collections.abc import Callable
@@ -16,12 +17,11 @@ from typing import Any, TypeVar
 from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.foundation.errors import ForeignError, InputError
+from turbine_fenicsx.foundation.interrupts import end_if_stuck
+from turbine_fenicsx.foundation.own_code import describe_error
 from turbine_fenicsx.foundation.restart_data import RestartData
 
 T = TypeVar("T")
-
-_MAX_ERROR_LENGTH = 300
-"""Letters of an error's text."""
 
 DEPTH = 32
 """Lists in lists; deeper ones may contain themselves."""
@@ -45,7 +45,7 @@ class PythonClass:
 
     def __init__(self, path: Path, name: str) -> None:
         self._who = f"controller {name!r} of '{path}'"
-        self._path = path
+        self._path, self._folder = path, Path.cwd()
         if not path.is_file():
             raise InputError(f"there is no file '{path}' with the {self._who}")
         spec = importlib.util.spec_from_file_location("controller_of_a_case", path)
@@ -100,10 +100,11 @@ class PythonClass:
         """Call foreign code; whatever it raises becomes a ForeignError.
 
         Ctrl-C stays what it is, unless signals are caught elsewhere, so that the code itself has
-        raised it.
+        raised it. The folder in which the program works stays what it is, too.
         """
         try:
-            return function()
+            with end_if_stuck():
+                return function()
         except ForeignError:
             raise
         except BaseException as error:
@@ -111,20 +112,18 @@ class PythonClass:
             if isinstance(error, KeyboardInterrupt) and typed:
                 raise
             raise ForeignError(f"{what}: {self._describe(error)}") from error
+        finally:
+            os.chdir(self._folder)
 
     def _describe(self, error: BaseException) -> str:
         """Kind and text of an error on one line, and its line in the file."""
-        try:
-            text = " ".join(str(error).split())[:_MAX_ERROR_LENGTH]
-        except BaseException:
-            text = "its text cannot be had"
         lines = [
             frame.lineno
             for frame in traceback.extract_tb(error.__traceback__)
             if Path(frame.filename) == self._path
         ]
         where = f" (line {lines[-1]})" if lines else ""
-        return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
+        return f"{describe_error(error)}{where}"
 
 
 def copy_plain(value: Any, where: str = "", depth: int = 0) -> Any:

@@ -30,6 +30,7 @@ from mpi4py import MPI
 from cffi import VerificationError
 
 from turbine_fenicsx.foundation.errors import CompilationError
+from turbine_fenicsx.foundation.files import read_regular, replace_file
 from turbine_fenicsx.foundation.interrupts import end_immediately
 from turbine_fenicsx.foundation.own_folder import describe_stranger
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
@@ -120,11 +121,15 @@ def _compile_alone(folder: Path, compile_here: Callable[[Path, Claim], T]) -> T:
     _check_trust(folder)
     with end_immediately(), closing(Claim(folder)) as claim:
         try:
-            return _compile(folder, compile_here, claim)
+            made = _compile(folder, compile_here, claim)
+            claim.seal()
+            return made
         except ImportError:
             if not (claim.name and claim.take(all_files=True)):
                 raise
-            return _compile(folder, compile_here, claim)  # cut short when the computer went down
+            made = _compile(folder, compile_here, claim)  # cut short when the computer went down
+            claim.seal()
+            return made
         except _OwnerStopped as stopped:
             log.warning("%s: this run compiles the form for itself", stopped)
     _of_this_process.append(TemporaryDirectory(prefix="turbine_fenicsx_"))
@@ -163,10 +168,10 @@ class Claim:
             CompilationError: if others may have written its code, or do not finish it.
         """
         self.name = name
-        if not (self._folder / f"{name}.c.cached").exists():
+        self._check_code()
+        if not self._is_whole():
             self.take()
-        for suffix in EXTENSION_SUFFIXES:
-            _check_trust(self._folder / f"{name}{suffix}")
+            self._check_code()
 
     def take(self, all_files: bool = False) -> bool:
         """Take the lock of the form and remove what dead processes have left of it.
@@ -178,17 +183,54 @@ class Claim:
             Whether the file system has locks.
         """
         alone = self._wait()
+        damaged = not self._is_whole()
         try:
             names = {name for name in os.listdir(self._folder) if name.startswith(f"{self.name}.")}
         except OSError:
             return alone
-        if all_files or f"{self.name}.c.cached" not in names:
+        if all_files or damaged:
             files = [self._folder / name for name in names]
             age = time.time() - max((_time_of(file) for file in files), default=0.0)
             if alone or age >= PATIENCE:
                 for file in sorted(files, key=lambda file: file.suffix != ".cached"):
                     file.unlink(missing_ok=True)
         return alone
+
+    def _check_code(self) -> None:
+        """Refuse code that others may have written."""
+        for suffix in EXTENSION_SUFFIXES:
+            _check_trust(self._folder / f"{self.name}{suffix}")
+
+    def seal(self) -> None:
+        """Write a checksum of the code that was compiled here; a computer may go down meanwhile.
+
+        Code that was cut off later can be loaded, and then ends the process when it is run.
+        """
+        digest = self._digest()
+        if self._lock is not None and digest and not self._is_whole():
+            with suppress(OSError):
+                replace_file(self._seal, digest)
+
+    def _is_whole(self) -> bool:
+        """Whether the form is compiled, and its code is what the compiler wrote."""
+        if not (self._folder / f"{self.name}.c.cached").exists():
+            return False
+        try:
+            return read_regular(self._seal) == self._digest()
+        except OSError:  # code of an earlier version, which cannot be replaced in some folders
+            return not os.access(self._folder, os.W_OK)
+
+    def _digest(self) -> bytes:
+        """Checksum of the code; empty if there is none."""
+        for suffix in EXTENSION_SUFFIXES:
+            with suppress(OSError):
+                code = read_regular(self._folder / f"{self.name}{suffix}")
+                return hashlib.blake2b(code, digest_size=16).hexdigest().encode()
+        return b""
+
+    @property
+    def _seal(self) -> Path:
+        return self._folder / f"{self.name}.seal"
 
     def close(self) -> None:
         """Let others in; nobody needs the lock of what is compiled."""

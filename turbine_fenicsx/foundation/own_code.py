@@ -1,4 +1,4 @@
-"""Code of users, such as forces and motions of their own: its errors become a sentence."""
+"""Code of users, such as their forces and motions: its errors become a sentence."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def name_errors(what: str) -> Iterator[None]:
     """Name the code inside if it raises an error, see `name_error`.
 
     Raises:
-        ForeignError: for an error that is no sentence of ours.
+        ForeignError: for any other error than sentences of ours.
     """
     try:
         yield

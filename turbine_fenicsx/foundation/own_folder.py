@@ -12,6 +12,7 @@ def describe_stranger(path: Path) -> str | None:
     """Say who else could have written a folder, or a file in it.
 
     The system's administrator may, and so may the group, which the umask of many systems lets in.
+    A link in a folder counts as what it leads to.
 
     Args:
         path: The folder or file; it need not exist.
@@ -25,7 +26,7 @@ def describe_stranger(path: Path) -> str | None:
         return None
     if status.st_uid not in (os.geteuid(), 0):
         return f"belongs to {_name_user(status.st_uid)}, not to you"
-    if stat.S_ISDIR(status.st_mode) and status.st_mode & stat.S_IWOTH:
+    if status.st_mode & stat.S_IWOTH and not stat.S_ISCHR(status.st_mode):
         mode = stat.S_IMODE(status.st_mode)
         return f"may be written to by everybody (mode {mode:o}; `chmod o-w` forbids it)"
     return None

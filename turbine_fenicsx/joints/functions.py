@@ -1,4 +1,4 @@
-"""What a joint states, checked: constraints and joint coordinates as functions."""
+"""Constraints and joint coordinates of a joint, checked: they are functions."""
 
 from __future__ import annotations
 

@@ -134,9 +134,9 @@ class Simulation:
         with ExitStack() as ending:
             ending.enter_context(one_thread())
             self._start_observers(snapshot, bool(data), ending)
-            self._write_checkpoint(run, snapshot)
-            while not (run.grid.done or self.stopped):
-                try:
+            try:
+                self._write_checkpoint(run, snapshot)
+                while not (run.grid.done or self.stopped):
                     report = self._make_step(run, spare)
                     if report is None:
                         continue
@@ -150,9 +150,9 @@ class Simulation:
                     due = self._after_step(snapshot)
                     if due or self.stopped or run.grid.done:
                         self._write_checkpoint(run, snapshot)
-                except (StepFailure, ForeignError):
-                    self._write_checkpoint(run, snapshot)
-                    raise
+            except (StepFailure, ForeignError):
+                self._write_checkpoint(run, snapshot)
+                raise
         energy.warn(self.system, self.stepper, run.index)
         return snapshot
 

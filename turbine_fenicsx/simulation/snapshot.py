@@ -55,7 +55,7 @@ class Snapshot:
 
     @property
     def stepper(self) -> Stepper:
-        """What made the step; a ModelError once its simulation is gone."""
+        """The stepper that made the step; a ModelError once its simulation is gone."""
         stepper = self.maker()
         if stepper is None:
             raise ModelError(

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.own_code import escape
 from turbine_fenicsx.study.plan import Run
 from turbine_fenicsx.study.results import RESULTS, is_finished, is_interrupted
 
@@ -147,11 +148,29 @@ def _find_reason(code: int, folder: Path) -> str:
         lacking = [name for name in RESULTS if not (folder / name).is_file()]
         return f"the launcher ended without writing {' and '.join(lacking)}" if lacking else ""
     text = (folder / LOG).read_text(encoding="utf-8", errors="replace")
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line.strip() for line in text.splitlines()]
     errors = [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]
     what = _CODES.get(code, f"killed by signal {-code}" if code < 0 else f"exit code {code}")
-    said = "; ".join(errors) or (lines[-1] if lines else "")
+    said = escape("; ".join(errors) or _find_last_words(lines))
     return f"{what}: {said}" if said else what
+
+
+def _find_last_words(lines: Sequence[str]) -> str:
+    """The last line outside of banners, as of mpirun; without any how the first banner begins."""
+    outside: list[str] = []
+    banner: list[str] = []
+    in_banner = False
+    for line in lines:
+        if line and not line.strip("-=*#"):
+            in_banner = not in_banner
+        elif in_banner:
+            banner.append(line)
+        elif line:
+            outside.append(line)
+    if outside:
+        return outside[-1]
+    end = banner.index("") if "" in banner else len(banner)
+    return " ".join(banner[:end])
 
 
 def _stop(processes: Sequence[subprocess.Popen[bytes]], number: signal.Signals) -> None:

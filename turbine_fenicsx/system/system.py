@@ -286,7 +286,7 @@ class MultibodySystem:
         )
 
     def rigid_gaps(self, state: State) -> Array:
-        """Violation of each constraint that is none of a coupling [m, -]."""
+        """Violation of each constraint, without those of couplings [m, -]."""
         gaps = self.rigid_model.constraint_values(state.q, state.joint_coordinates)
         p = self.paths.values(state.time)
         gaps[: p.size] -= p

@@ -1,8 +1,12 @@
 """Controllers in Python files of users."""
 
 import itertools
+import os
+import signal
+import time
 import zlib
 from functools import partial
+from pathlib import Path
 
 from mpi4py import MPI
 
@@ -14,6 +18,7 @@ from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.foreign import ForeignController
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.python_class import PythonClass
+from turbine_fenicsx.foundation import interrupts
 from turbine_fenicsx.foundation.errors import ForeignError, InputError
 from turbine_fenicsx.foundation.interrupts import catch_signals
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -175,6 +180,35 @@ def test_ctrl_c_stays_an_interrupt_and_what_the_code_raises_of_the_kind_does_not
         controller.command(measure(0.0))
 
 
+def test_control_characters_in_errors_are_written_out(tmp_path):
+    with pytest.raises(ForeignError, match=r"ValueError: \\x1b\[31mred\\x07 \(line"):
+        wild(tmp_path, r"raise ValueError('\x1b[31mred\a')").command(measure(0.0))
+
+
+def test_the_folder_stays_what_it_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    change = "__import__('os').chdir('/')"
+    controller = wild(tmp_path, f"{change}; return 1.0, (0.0, 0.0, 0.0)", f"{change}")
+    controller.command(measure(0.0))
+    assert Path.cwd() == tmp_path
+    controller.finish()
+    assert Path.cwd() == tmp_path
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_loop_without_end_ends_some_time_after_a_signal(tmp_path, monkeypatch, number):
+    monkeypatch.setattr(interrupts, "STUCK", 0.1)
+    send = f"__import__('os').kill({os.getpid()}, {number.value})"
+    controller = wild(tmp_path, f"{send}\n        while True: pass")
+    with catch_signals() as interrupt, pytest.raises(KeyboardInterrupt):
+        controller.command(measure(0.0))
+    assert interrupt.received == number.name
+    with catch_signals() as interrupt:  # what ends in time is not ended
+        wild(tmp_path, f"{send}; return 1.0, (0.0, 0.0, 0.0)").command(measure(0.0))
+        time.sleep(0.2)
+    assert interrupt.received == number.name
+
+
 def test_a_finish_that_fails_is_a_warning(tmp_path, caplog):
     wild(tmp_path, finish="sys.exit(3)").finish()
     assert [r.levelname for r in caplog.records] == ["WARNING"]
@@ -218,12 +252,22 @@ def unpack_calls(data):
     return zlib.decompress(data.arrays["calls"].tobytes())
 
 
-def test_a_class_that_saves_its_state_gets_it_back_and_sees_nothing_again(comm, shared_tmp_path):
+def count_calls(controller):
+    """Calls that a controller keeps; none on other ranks than 0."""
+    width = len(measure(0.0).to_row()) + len(Commands(0.0, (0.0,) * 3).to_row())
+    return sum(len(calls) for _, calls in controller._windows) / width
+
+
+def test_a_class_that_saves_its_state_gets_it_back_and_sees_little_again(comm, shared_tmp_path):
+    """The state before the last one, so that the last calls show whether all was saved."""
     one, other = (keeping(comm, shared_tmp_path) for _ in range(2))
     for k in range(5):
         one.command(measure(0.1 * k, 0.1 * k))
+        if k == 2:
+            one.save()
     data = one.save()
-    assert len(unpack_calls(data)) == 0
+    if comm.rank == 0:
+        assert len(unpack_calls(data)) == 2 * 8 * data.numbers["width"]
     one.command(measure(0.5, 0.5))  # what it saved is a copy
     other.restore(comm.bcast(data))
     for k in range(5, 8):
@@ -231,22 +275,39 @@ def test_a_class_that_saves_its_state_gets_it_back_and_sees_nothing_again(comm, 
         if k > 5:
             assert again == one.command(measure(0.1 * k, 0.1 * k))
     if comm.rank == 0:
-        assert other._responder._controller.given[0] == [1, "a", None, True, [2.5]]
+        assert other._responder._controller.given == ([1, "a", None, True, [2.5]], 3)
+
+
+@pytest.mark.parametrize("save", ["None", '{"sum": 0.0, "seen": self.seen, "table": 0}'])
+def test_a_save_that_forgets_is_noticed(save, tmp_path):
+    """It is restored, and then commands something else than it did."""
+    one, other = (keeping(MPI.COMM_SELF, tmp_path, save) for _ in range(2))
+    for k in range(1, 6):
+        one.command(measure(0.1 * k, 0.1 * k))
+        if k == 3:
+            one.save()
+    words = (
+        r"restore\(\) .* failed: TypeError"
+        if save == "None"
+        else "something that save.. leaves out"
+    )
+    with pytest.raises(ForeignError, match=words):
+        other.restore(one.save())
 
 
 def test_after_a_failure_its_last_state_and_the_calls_since_are_saved(comm, shared_tmp_path):
-    save = STATE + " if len(self.seen) < 4 else 1 / 0"
+    save = STATE + " if len(self.seen) < 5 else 1 / 0"
     one, other = (keeping(comm, shared_tmp_path, save) for _ in range(2))
     for k in range(6):
         answer = one.command(measure(0.1 * k, 0.1 * k))
-        if k == 2:
+        if k in (1, 3):
             one.save()
     with pytest.raises(ForeignError, match=r"save\(\) of .* failed: ZeroDivisionError"):
         one.save()
     other.restore(comm.bcast(one.save()))
     assert one.command(measure(0.6)) == other.command(measure(0.6)) != answer
     if comm.rank == 0:
-        assert other._responder._controller.given[1] == 3
+        assert other._responder._controller.given[1] == 2
 
 
 @pytest.mark.parametrize(
@@ -276,6 +337,7 @@ def test_save_without_restore_is_refused(tmp_path):
 def test_a_state_that_cannot_be_restored_is_a_sentence(tmp_path):
     one, other = (keeping(MPI.COMM_SELF, tmp_path, "{'sum': 1.0, 'table': 0}") for _ in range(2))
     one.command(measure(0.0))
+    one.save()
     with pytest.raises(ForeignError, match=r"restore\(\) of .* failed: KeyError: 'seen' \(line 15"):
         other.restore(one.save())
 
@@ -318,6 +380,5 @@ def test_calls_are_kept_on_rank_0_alone_and_those_of_one_who_saves_are_few(
     for k in range(25):
         good.command(measure(0.1 * k))
         own.command(measure(0.1 * k))
-    rows = len(measure(0.0).to_row()) + len(Commands(0.0, (0.0,) * 3).to_row())
-    assert len(good._calls) == (25 * rows if comm.rank == 0 else 0)
-    assert len(own._calls) == (5 * rows if comm.rank == 0 else 0)
+    assert count_calls(good) == (25 if comm.rank == 0 else 0)
+    assert count_calls(own) == (15 if comm.rank == 0 else 0)

@@ -1,6 +1,7 @@
 """One process compiles each form; what keeps a form from being compiled is one sentence."""
 
 import fcntl
+import hashlib
 import os
 import signal
 import subprocess
@@ -18,6 +19,7 @@ from turbine_fenicsx.foundation import form_cache
 from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.form_cache import compile_on_all
 from turbine_fenicsx.foundation.interrupts import catch_signals
+from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 
 pytestmark = pytest.mark.parallel
 
@@ -51,6 +53,13 @@ def compiled(folder, claim=lambda name: None, name=FORM):
     for suffix in (".c", ".o", ".so", ".c.cached"):
         (folder / f"{name}{suffix}").touch()
     return "code", SimpleNamespace(__file__=str(folder / f"{name}.abi3.so")), ()
+
+
+def sealed(folder):
+    """A form that was compiled, with its checksum."""
+    compiled(folder)
+    digest = hashlib.blake2b(b"", digest_size=16).hexdigest()
+    (folder / f"{FORM}.seal").write_text(digest)
 
 
 def files(folder):
@@ -149,7 +158,7 @@ def test_another_process_is_waited_for_and_that_is_said_once(
 def test_what_is_compiled_waits_for_nobody(comm, folder, holder, monkeypatch):
     monkeypatch.setattr(form_cache, "PATIENCE", 0.0)
     if comm.rank == 0:
-        compiled(folder)
+        sealed(folder)
     comm.barrier()
     assert compile_on_all(comm, folder, compiled)[0] == "code"
 
@@ -209,6 +218,61 @@ def test_a_folder_that_everybody_may_write_to_is_refused(comm, folder):
         folder.chmod(0o775)  # as the umask of many systems makes it
     comm.barrier()
     compile_on_all(comm, folder, compiled)
+
+
+@pytest.mark.parametrize("has_seal", [True, False])
+def test_code_that_everybody_may_write_to_is_refused(comm, folder, has_seal):
+    if comm.rank == 0:
+        folder.mkdir()
+        sealed(folder) if has_seal else compiled(folder)
+        (folder / f"{FORM}.so").chmod(0o666)
+    comm.barrier()
+    with pytest.raises(CompilationError, match=r"may be written to by everybody \(mode 666.*own$"):
+        compile_on_all(comm, folder, compiled)
+
+
+def test_code_that_was_damaged_since_is_compiled_again(comm, folder):
+    """Also where nothing says what it was, as an earlier version has left it."""
+    compile_on_all(comm, folder, compiled)
+    code, seal = folder / f"{FORM}.so", folder / f"{FORM}.seal"
+    for damage in (lambda: code.write_bytes(b"cut"), seal.unlink, lambda: seal.write_bytes(b"0")):
+        if comm.rank == 0:
+            damage()
+        comm.barrier()
+        seen = []
+
+        def compile_here(place, claim, seen=seen):
+            claim(FORM)
+            seen.append(code.exists())
+            return compiled(place)
+
+        compile_on_all(comm, folder, compile_here)
+        assert seen == [comm.rank > 0]
+        assert code.read_bytes() == b""
+
+
+LOOK = """
+import sys
+from pathlib import Path
+from mpi4py import MPI
+from turbine_fenicsx.foundation.c_code import compile_c
+source = "double table[40000] = {1.0}; double f(int k) { return k + table[k]; }"
+lib = compile_c(MPI.COMM_SELF, Path(sys.argv[1]), "double f(int k);", source, ["-O0"]).lib
+print(lib.f(39999))
+"""
+
+
+def test_code_that_was_cut_off_does_not_end_the_process(tmp_path, comm):
+    """Half of a library can be loaded; what is beyond its end is a bus error."""
+    if comm.rank:
+        return
+    folder = tmp_path / "forms"
+    command, alone = [sys.executable, "-c", LOOK, str(folder)], environment_without_mpi()
+    for _ in range(2):
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=alone)
+        assert done.stdout == "39999.0\n"
+        (library,) = folder.glob("*.so")
+        os.truncate(library, library.stat().st_size // 2)
 
 
 @pytest.mark.parametrize("what", ["the folder", "the code"])
