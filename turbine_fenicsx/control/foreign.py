@@ -9,8 +9,6 @@ unsaved, and the run ends with a sentence.
 from __future__ import annotations
 
 import logging
-import zlib
-from array import array
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
@@ -18,6 +16,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.control.call_history import CallHistory, unpack
 from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.foundation.errors import ForeignError, InputError
@@ -79,7 +78,7 @@ class ForeignController:
         self._comm, self._who = comm, who
         self._responder: Responder | None = None
         # the last two saved states, each with the calls since then; empty on other ranks
-        self._windows = [(RestartData(), array("d"))]
+        self._windows = [(RestartData(), CallHistory())]
         self._width = 0
         self._saves = True
 
@@ -103,8 +102,8 @@ class ForeignController:
         row = measured.to_row() + commands.to_row()
         self._width = len(row)
         calls = self._windows[-1][1]
-        calls.extend(row)
-        if len(calls) >= WINDOW * self._width:
+        calls.append(row)
+        if calls.count >= WINDOW:
             self._keep_state()
         return commands
 
@@ -119,7 +118,7 @@ class ForeignController:
             raise
         self._saves = bool(state)
         if state:
-            self._windows = [self._windows[-1], (state, array("d"))]
+            self._windows = [self._windows[-1], (state, CallHistory())]
 
     def save(self) -> RestartData:
         """The state before its last saved one, and its calls since then. Collective; of rank 0.
@@ -129,9 +128,7 @@ class ForeignController:
         on_rank0(self._comm, self._keep_state)
         data = RestartData({"layout": LAYOUT, "width": self._width})
         data.add("state", self._windows[0][0])
-        calls = np.concatenate([np.array(calls) for _, calls in self._windows])
-        table = calls.reshape(-1, self._width or 1)
-        packed = zlib.compress(table.T.tobytes(), level=1)  # whole columns may hold one number
+        packed = b"".join(calls.pack() for _, calls in self._windows)
         data.arrays["calls"] = np.frombuffer(packed, np.uint8)
         return data
 
@@ -151,13 +148,12 @@ class ForeignController:
 
         def replay() -> None:
             state = data.part("state")
-            self._windows = [(state, array("d"))]
+            self._windows = [(state, CallHistory())]
             if state:
                 assert isinstance(self._responder, RestartableResponder)
                 self._responder.restore(state)
             packed, width = data.arrays["calls"], data.numbers["width"]
-            table = np.frombuffer(zlib.decompress(packed.tobytes())).reshape(width or 1, -1).T
-            for row in table:
+            for row in unpack(packed.tobytes(), width):
                 self._show_again(row)
 
         on_rank0(self._comm, replay)
