@@ -106,4 +106,4 @@ def meshes(tmp_path_factory):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """They take longer than the runs."""
-    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda *_: [])

@@ -289,7 +289,7 @@ def test_nothing_is_written_through_a_link_that_somebody_has_left(
     demo, tmp_path, capfd, monkeypatch, name, exists
 ):
     """The file of somebody else that it leads to stays as it is, or is not made."""
-    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
+    monkeypatch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda *_: [])
     other, path = tmp_path / "precious", tmp_path / "out" / name
     path.parent.mkdir(parents=True)
     if exists:

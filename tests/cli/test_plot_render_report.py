@@ -29,7 +29,7 @@ def out(tmp_path):
 def test_plot_writes_png_and_pdf_into_the_first_folder_and_prints_them(out, capfd):
     other = write(out.parent / "other" / "history.csv", history(n=5)).parent
     assert main(["plot", str(out), str(other)]) == 0
-    names = ("energy", "angular_momentum", "angles", "tip_deflections", "root_moments")
+    names = ("root_moments", "tip_deflections", "angles", "energy", "angular_momentum")
     paths = [out / f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")]
     assert capfd.readouterr().out.splitlines() == [str(path) for path in paths]
     assert all(path.stat().st_size > 5000 for path in paths)

@@ -38,7 +38,7 @@ def run(demo, out, end):
 def whole(demo, tmp_path_factory):
     """The run that was never interrupted."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda *_: [])
         folder = tmp_path_factory.mktemp("whole") / "out"
         run(demo, folder, 0.2)
     return folder
@@ -48,7 +48,7 @@ def whole(demo, tmp_path_factory):
 def half(demo, tmp_path_factory):
     """Its first half, with checkpoints at 0.08 s and 0.1 s, steps 4 and 5."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda out: [])
+        patch.setattr("turbine_fenicsx.cli.commands._running._draw_history", lambda *_: [])
         folder = tmp_path_factory.mktemp("half") / "out"
         run(demo, folder, 0.1)
     return folder

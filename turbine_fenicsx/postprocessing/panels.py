@@ -17,6 +17,9 @@ from turbine_fenicsx.records.output_folder import TimeSeries
 
 Panel = Callable[[Any, TimeSeries, Look], None]
 
+ROUND_OFF = 1e-12
+"""Angles below are drawn as zero [rad]."""
+
 _PARTS = {
     names.KINETIC_ENERGY: "kinetic",
     names.STRAIN_ENERGY: "strain",
@@ -132,13 +135,21 @@ def yaw_and_pitch(axes: Any, run: TimeSeries, look: Look) -> None:
     axes.set_title("Yaw and pitch" if pitch else "Yaw")
 
 
+def yaw(axes: Any, run: TimeSeries, look: Look) -> None:
+    """Yaw alone, in the sign of OpenFAST."""
+    _draw_angles(axes, run, look, ["yaw"])
+    axes.set_title("Yaw")
+
+
 def _draw_angles(axes: Any, run: TimeSeries, look: Look, joints: list[str]) -> None:
     """Angles, those of a turbine in the signs of OpenFAST."""
     signs = OPENFAST_SIGNS if is_turbine(run) else {}
     unit, factor = ("°", 180.0 / np.pi) if look.degrees else ("rad", 1.0)
     found = run.of(names.ANGLE)
     for name, color in zip(joints, cycle(PALETTE), strict=False):
-        values = signs.get(name, 1.0) * factor * found[name]
+        # a bearing that is held has its round-off, which is no motion
+        angle = np.where(np.abs(found[name]) < ROUND_OFF, 0.0, found[name])
+        values = signs.get(name, 1.0) * factor * angle
         draw_line(axes, run, values, look, color=color, label=name.replace("_", " "))
     axes.set_ylabel(f"angle [{unit}]")
 

@@ -134,13 +134,36 @@ def put_prefix_into_label(axes: Any) -> None:
     axes.set_ylabel(f"{quantity}[{new}]")
 
 
+def merge_equal_lines(axes: Any) -> None:
+    """Let one line stand for all of a kind that coincide, such as pitch 1, 2, 3."""
+    kept: list[tuple[Any, str]] = []
+    for line in axes.get_lines():
+        kind, _, number = line.get_label().rpartition(" ")
+        if not (kind and number.isdecimal()):
+            continue
+        for other, its_kind in kept:
+            if kind == its_kind and _coincide(line.get_data(), other.get_data()):
+                other.set_label(f"{other.get_label()}, {number}")
+                line.remove()
+                break
+        else:
+            kept.append((line, kind))
+
+
+def _coincide(a: Any, b: Any) -> bool:
+    """Whether two lines are one to the eye."""
+    (x, y), (u, v) = a, b
+    size = np.nanmax(np.abs(y), initial=0.0)
+    return len(x) == len(u) and np.allclose(y, v, rtol=0.0, atol=1e-6 * size, equal_nan=True)
+
+
 def add_quantity_legend(axes: Any, names: Sequence[str]) -> None:
     """Legend above the panel, right of its title: colours of quantities, but not of runs."""
     from matplotlib.lines import Line2D
 
     handles, labels = axes.get_legend_handles_labels()
     unique = {n: handle for n, handle in zip(labels, handles, strict=True) if n not in names}
-    if len(unique) > 1:
+    if len(unique) > 1 or any(", " in name for name in unique):
         shown = [re.sub(r"\\\w+|[${}_^]", "", name) for name in unique]
         beside = _LETTERS - len(axes.get_title("left"))
         columns = next(n for n in range(len(shown), 0, -1) if n == 1 or _width(shown, n) <= beside)
@@ -164,12 +187,14 @@ def add_run_legend(figure: Any, runs: Sequence[TimeSeries], looks: Sequence[Look
     from matplotlib.lines import Line2D
 
     names = [run.name for run in runs]
+    shown_lines = [line.get_label() for axes in figure.axes for line in axes.get_lines()]
+    by_color = all(label in names or label.startswith("_") for label in shown_lines)
     marked = any(shown.get_label() in names for axes in figure.axes for shown in axes.get_lines())
     lines = [
         Line2D(
             [],
             [],
-            color="#333333",
+            color=look.color if by_color else "#333333",
             linestyle=look.style,
             marker=look.marker if marked else "",
             markerfacecolor=look.color,

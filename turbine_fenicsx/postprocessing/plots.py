@@ -22,6 +22,7 @@ from turbine_fenicsx.postprocessing.plot_style import (
     add_quantity_legend,
     add_run_legend,
     make_room,
+    merge_equal_lines,
     put_prefix_into_label,
 )
 from turbine_fenicsx.records import names
@@ -30,40 +31,48 @@ from turbine_fenicsx.records.output_folder import TimeSeries, read_history
 
 __all__ = ["PALETTE", "PAPER_TOLERANCE", "Look", "Panel", "choose_figures", "draw", "plot_summary"]
 
+MOST_IN_TWO = 8
+"""Panels that stand two side by side; more of them would be a strip."""
+
 PAPER_TOLERANCE = 1e-7
 """Of the paper's Newton iterations; its figures compare changes per step with it [kJ, kNms]."""
 
 
 def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
-    """The diagrams that runs have something to show in: name of the figure to its panels."""
+    """The diagrams that runs have something to show in: name of the figure to its panels.
+
+    Loads come first, and energies last.
+    """
 
     def some(family: Family, **fields: object) -> bool:
         return any(run.of(family, **fields) for run in runs)
 
-    found: dict[str, tuple[Panel, ...]] = {
-        "energy": (p.energies, p.small_energies, p.energy_steps, p.energy_error),
-        "angular_momentum": (p.angular_momentum, p.momentum_steps),
-    }
-    if any(power_balance.has_power_balance(run) for run in runs):
-        found["power_balance"] = (power_balance.powers, power_balance.works)
-    if all(w.has_wind(run) and p.is_turbine(run) for run in runs):
+    found: dict[str, tuple[Panel, ...]] = {}
+    if some(names.ROOT_MOMENT, axis="y"):
+        found["root_moments"] = (p.root_flap, p.root_edge)
+    if some(names.TIP_FLAP):
+        found["tip_deflections"] = (p.tip_flap, p.tip_edge)
+    elif some(names.TIP_DEFLECTION):
+        found["tip_deflections"] = (p.tip_length,)
+    if all(run.of(names.TOWER_TOP_DISPLACEMENT) for run in runs):
+        found["tower"] = (p.tower_top, p.tower_base)
+    turbines = all(p.is_turbine(run) for run in runs)
+    in_wind = turbines and all(w.has_wind(run) for run in runs)
+    if in_wind:
         found["wind"] = w.choose_wind_panels(runs[0])
-    if all(p.is_turbine(run) for run in runs):
-        found["angles"] = (p.rotor_speed, p.rotor_angle, p.yaw_and_pitch)
+    if turbines:
+        angles = (p.rotor_angle, p.yaw if w.pitch in found.get("wind", ()) else p.yaw_and_pitch)
+        found["angles"] = angles if in_wind else (p.rotor_speed, *angles)
         if any(p.other_joints(run) for run in runs):
             found["angles"] = (*found["angles"], p.joint_angles)
     elif some(names.ANGLE):
         found["angles"] = (p.joint_angles,)
     if some(names.DISPLACEMENT):
         found["displacements"] = (p.displacements,)
-    if some(names.TIP_FLAP):
-        found["tip_deflections"] = (p.tip_flap, p.tip_edge)
-    elif some(names.TIP_DEFLECTION):
-        found["tip_deflections"] = (p.tip_length,)
-    if some(names.ROOT_MOMENT, axis="y"):
-        found["root_moments"] = (p.root_flap, p.root_edge)
-    if all(run.of(names.TOWER_TOP_DISPLACEMENT) for run in runs):
-        found["tower"] = (p.tower_top, p.tower_base)
+    if any(power_balance.has_power_balance(run) for run in runs):
+        found["power_balance"] = (power_balance.powers, power_balance.works)
+    found["energy"] = (p.energies, p.small_energies, p.energy_steps, p.energy_error)
+    found["angular_momentum"] = (p.angular_momentum, p.momentum_steps)
     return found
 
 
@@ -75,8 +84,9 @@ def draw(
     tolerance: float | None = None,
     relative_tolerance: float | None = None,
     degrees: bool = True,
+    title: str = "",
 ) -> list[Path]:
-    """Draw runs on top of each other in panels, two side by side, and save the figure.
+    """Draw runs on top of each other in panels, two to four side by side, and save the figure.
 
     Args:
         runs: Time series, at most six.
@@ -87,6 +97,7 @@ def draw(
         relative_tolerance: That height as a part of the largest energy or momentum of the first
             run.
         degrees: Angles in degrees instead of radians.
+        title: Title of the figure.
 
     Returns:
         The files.
@@ -110,7 +121,7 @@ def draw(
         for style, marker, color in zip(LINE_STYLES, MARKERS, PALETTE, strict=True)
     ][: len(runs)]
     with matplotlib.rc_context(STYLE):
-        figure = _compose(Figure, runs, panels, looks)
+        figure = _compose(Figure, runs, panels, looks, title)
         for path in paths:
             try:
                 figure.savefig(path)
@@ -122,10 +133,14 @@ def draw(
 
 
 def _compose(
-    Figure: Any, runs: Sequence[TimeSeries], panels: Sequence[Panel], looks: Sequence[Look]
+    Figure: Any,
+    runs: Sequence[TimeSeries],
+    panels: Sequence[Panel],
+    looks: Sequence[Look],
+    title: str = "",
 ) -> Any:
-    """A figure of panels, two side by side, with their axes and legends."""
-    n_columns = min(2, len(panels))
+    """A figure of panels, two to four side by side, with their axes and legends."""
+    n_columns = min(len(panels), 2 if len(panels) <= MOST_IN_TWO else 3 + (len(panels) > 15))
     n_rows = -(-len(panels) // n_columns)
     start = min(run[names.TIME][0] for run in runs)
     end = max(run[names.TIME][-1] for run in runs)
@@ -142,23 +157,31 @@ def _compose(
             make_room(axes)
         else:
             put_prefix_into_label(axes)
+        if len(runs) == 1:
+            merge_equal_lines(axes)
         add_quantity_legend(axes, [run.name for run in runs])
     if len(runs) > 1:
         add_run_legend(figure, runs, looks)
+    elif title:
+        figure.suptitle(title, x=0.01, ha="left", parse_math=False)
     # once, instead of for each file, which would also be drawn twice for it
     figure.get_layout_engine().execute(figure)
     figure.set_layout_engine(None)
     return figure
 
 
-def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
-    """Draw what one looks at first: energies, rotor speed or angles, tips and root moments.
+def plot_summary(
+    csv_path: str | os.PathLike[str], png: str | os.PathLike[str], title: str = ""
+) -> Path:
+    """Draw what one looks at first: root moments, tips, rotor speed or angles, energies.
 
-    In wind these are the wind itself, power, thrust, rotor speed and pitch.
+    In wind these are the wind itself, root moments and tips or thrust and torque, power, rotor
+    speed and pitch.
 
     Args:
         csv_path: The ``history.csv`` of the run.
         png: Picture to write.
+        title: Title of the run.
 
     Returns:
         ``png``.
@@ -168,17 +191,16 @@ def plot_summary(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) 
         InputError: if a file cannot be read or written, holds no rows or lacks a column.
     """
     run = read_history(csv_path)
-    shown: list[Panel] = [p.energies]
+    loads: list[Panel] = [p.root_flap] if run.of(names.ROOT_MOMENT, axis="y") else []
+    loads += [p.tip_flap] if run.of(names.TIP_FLAP) else []
     if w.has_wind(run) and p.is_turbine(run):
-        shown = list(w.choose_wind_panels(run))
+        further = [panel for panel in w.choose_wind_panels(run) if panel is not w.hub_wind]
+        less = (w.thrust, w.torque)[: len(loads)]
+        shown = [w.hub_wind, *loads, *(panel for panel in further if panel not in less)]
     elif p.is_turbine(run):
-        shown.append(p.rotor_speed)
-        if run.of(names.TIP_FLAP):
-            shown += [p.tip_flap, p.root_flap]
-        elif any(name.startswith("pitch") for name in run.of(names.ANGLE)):
-            shown += [p.rotor_angle, p.yaw_and_pitch]
-        else:
-            shown += [p.rotor_angle]
-    elif run.of(names.ANGLE):
-        shown.append(p.joint_angles)
-    return draw([run], shown, [png])[0]
+        pitches = any(name.startswith("pitch") for name in run.of(names.ANGLE))
+        angles = [p.rotor_angle, *([p.yaw_and_pitch] if pitches else [])]
+        shown = [*loads, p.rotor_speed, *([] if loads else angles), p.energies]
+    else:
+        shown = [*([p.joint_angles] if run.of(names.ANGLE) else []), p.energies]
+    return draw([run], shown, [png], title=title)[0]

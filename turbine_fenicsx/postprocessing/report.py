@@ -29,11 +29,12 @@ from turbine_fenicsx.postprocessing.page import (
     format_tables,
     group_tables,
 )
-from turbine_fenicsx.postprocessing.panels import find_energy_steps, is_turbine
+from turbine_fenicsx.postprocessing.panels import ROUND_OFF, find_energy_steps, is_turbine
 from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
+from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.records.output_folder import (
     TimeSeries,
     need_folder,
@@ -131,12 +132,21 @@ def _find_key_figures(history: TimeSeries) -> dict[str, Any]:
     tips = history.of(names.TIP_DEFLECTION)
     if tips:
         found["largest tip deflection [m]"] = float(max(np.nanmax(tip) for tip in tips.values()))
+    moments = {
+        "largest flap moment at a root [MN m]": history.of(names.ROOT_MOMENT, axis="y"),
+        "largest fore-aft moment at the tower base [MN m]": history.of(names.TOWER_BASE_MOMENT),
+    }
+    for words, columns in moments.items():
+        shown = [np.abs(x[1:]) for axis, x in columns.items() if axis == "y" or "flap" in words]
+        if shown and shown[0].size:
+            found[words] = 1e-6 * float(np.nanmax(shown))
     if names.MAX_STRESS in history.columns:
         stress = float(np.nanmax(history[names.MAX_STRESS]))
         found["largest Cauchy stress norm [MPa]"] = stress / 1e6
     signs = OPENFAST_SIGNS if is_turbine(history) else {}
     for name, angle in history.of(names.ANGLE).items():
-        degrees = signs.get(name, 1.0) * float(np.degrees(angle[-1]))
+        end = float(angle[-1]) if abs(angle[-1]) > ROUND_OFF else 0.0
+        degrees = signs.get(name, 1.0) * float(np.degrees(end)) + 0.0  # no -0
         found[f"{name.replace('_', ' ')} angle at the end [deg]"] = degrees
     return found
 
@@ -168,12 +178,19 @@ def _format_fatigue(history: TimeSeries) -> str:
         found = find_fatigue(history)
     except (ImportError, InputError) as error:
         return format_note(f"Fatigue is left out: {error}.")
-    ranges = {each.column: next(iter(each.equivalent.values())) for each in found}
+    ranges = dict(_in_words(each.column, next(iter(each.equivalent.values()))) for each in found)
     return (
         f"<p>Ranges whose cycles of {FREQUENCY:g} Hz would do the same damage. Slopes of the S-N "
         f"curve are {STEEL_SLOPE:g} for the tower, {GLASS_SLOPE:g} for blades.</p>\n"
         f"{format_tables({'': ranges})}"
     )
+
+
+def _in_words(column: str, value: float) -> tuple[str, float]:
+    """A column as words, and its value: moments are in MN m."""
+    name, unit = split_unit(column)
+    unit, factor = ("MN m", 1e-6) if unit == "Nm" else (unit, 1.0)
+    return f"{name.replace('_', ' ')} [{unit}]", factor * value
 
 
 def _draw_pictures(folder: Path, times: Sequence[float] | None, look: Look) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE
-from turbine_fenicsx.postprocessing.panels import Panel, rotor_speed
+from turbine_fenicsx.postprocessing.panels import ROUND_OFF, Panel, rotor_speed
 from turbine_fenicsx.postprocessing.plot_style import Look, draw_line
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
@@ -14,9 +14,6 @@ from turbine_fenicsx.records.output_folder import TimeSeries
 
 GENERATORS = ("generator", "motion_of_rotor")
 """Names under which a generator takes work, with a torque or a speed that it keeps."""
-
-ROUND_OFF = 1e-12
-"""Angles below are drawn as zero [rad]."""
 
 
 def has_wind(run: TimeSeries) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,8 @@ def plot_curve(
                 y = [results[run.name][full] for run in done]
                 axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study")
             title, unit = name_and_unit(full)
-            axes.set(title=title, xlabel=f"{curve.x}{_find_unit(curve.x)}", ylabel=f"{title}{unit}")
+            x_words = re.sub("[._]", " ", curve.x)
+            axes.set(title=title, xlabel=f"{x_words}{_find_unit(curve.x)}", ylabel=f"{title}{unit}")
             axes.set_ylim(bottom=0.0)
             put_prefix_into_label(axes)
             axes.legend()

@@ -10,6 +10,7 @@ from outputs import ANGLES, history, write
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import plots
+from turbine_fenicsx.postprocessing.split_panels import split_panels
 from turbine_fenicsx.records.output_folder import read_histories, read_history
 from turbine_fenicsx.turbine.blades.rotor_plan import PITCH_SIGNS
 
@@ -167,12 +168,11 @@ def test_rigid_run_has_five_angles_and_no_tips_and_all_blades_pitch_alike(tmp_pa
     for k, sign in enumerate(PITCH_SIGNS, start=1):
         columns[f"angle_pitch_{k}_[rad]"] = -sign * np.linspace(0.0, 1.4, 61)
     run = read_history(write(tmp_path / "history.csv", columns))
-    assert list(plots.choose_figures([run])) == ["energy", "angular_momentum", "angles"]
+    assert list(plots.choose_figures([run])) == ["angles", "energy", "angular_momentum"]
     draw_all([run], tmp_path)
     shown = lines(drawn[0], "Yaw and pitch")
-    assert list(shown) == ["yaw", "pitch 1", "pitch 2", "pitch 3"]
-    for k in (1, 2, 3):
-        assert shown[f"pitch {k}"][1][-1] == pytest.approx(np.degrees(1.4))
+    assert list(shown) == ["yaw", "pitch 1, 2, 3"]
+    assert shown["pitch 1, 2, 3"][1][-1] == pytest.approx(np.degrees(1.4))
 
 
 def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
@@ -180,10 +180,10 @@ def test_model_that_is_no_turbine_shows_its_angles_as_they_are(tmp_path, drawn):
     columns["displacement_slide_[m]"] = columns["time_[s]"]
     run = read_history(write(tmp_path / "history.csv", columns))
     assert list(plots.choose_figures([run])) == [
-        "energy",
-        "angular_momentum",
         "angles",
         "displacements",
+        "energy",
+        "angular_momentum",
     ]
     draw_all([run], tmp_path)
     shown = lines(drawn[0], "Joint angles")
@@ -227,7 +227,7 @@ def test_tower_is_shown(tmp_path, drawn):
     columns = history()
     for name in ("top_displacement_{}_[m]", "base_moment_{}_[Nm]"):
         for axis in "xyz":
-            columns["tower_" + name.format(axis)] = columns["time_[s]"]
+            columns["tower_" + name.format(axis)] = "xyz".index(axis) + columns["time_[s]"]
     run = read_history(write(tmp_path / "history.csv", columns))
     assert "tower" in plots.choose_figures([run])
     draw_all([run], tmp_path)
@@ -283,6 +283,47 @@ def test_several_runs_differ_by_style_and_are_named(tmp_path, drawn):
     assert set(names) == set(lines(figure, "Change per step"))
 
 
+def test_quantities_of_several_runs_have_panels_of_their_own(tmp_path, drawn):
+    """So that colour and line say which run it is."""
+    for name in ("stiff", "soft"):
+        write(tmp_path / name / "history.csv", history())
+    runs = read_histories([tmp_path / "stiff", tmp_path / "soft"])
+    panels = plots.choose_figures(runs)
+    shown = split_panels([*panels["energy"], *panels["root_moments"]], runs)
+    plots.draw(runs, shown, [tmp_path / "a.png"])
+    found = {axes.get_title("left"): axes for axes in drawn[0].axes}
+    assert list(found) == [
+        *(f"Energies: {name}" for name in ("total", "kinetic", "strain", "potential")),
+        *("Energy error per step", "Energy error since the start"),
+        *(f"{name} moment: blade {k}" for name in ("Flap", "Edge") for k in (1, 2, 3)),
+    ]
+    for axes in found.values():
+        own = [line for line in axes.get_lines() if not line.get_label().startswith("_")]
+        assert [line.get_label() for line in own] == ["stiff", "soft"]
+        assert len({line.get_color() for line in own}) == 2
+        assert len({line.get_linestyle() for line in own}) == 2 or "step" in axes.get_title("left")
+    colors = [line.get_color() for line in drawn[0].legends[0].get_lines()]
+    assert colors == [line.get_color() for line in found["Energies: strain"].get_lines()]
+    places = {axes.get_subplotspec().get_geometry()[:2] for axes in drawn[0].axes}
+    assert places == {(4, 3)}
+    assert split_panels(panels["energy"], runs[:1]) == list(panels["energy"])
+
+
+def test_a_title_stands_above(tmp_path, drawn):
+    path = write(tmp_path / "history.csv", history(n=5))
+    plots.plot_summary(path, tmp_path / "summary.png", r"5 % $\frac{ more")
+    assert drawn[0].get_suptitle() == r"5 % $\frac{ more"
+    assert not drawn[0]._suptitle.get_parse_math()
+
+
+def test_round_off_of_an_angle_is_drawn_as_zero(tmp_path, drawn):
+    columns = history(n=5)
+    columns["angle_yaw_[rad]"] = 1e-29 * np.arange(5)
+    run = read_history(write(tmp_path / "history.csv", columns))
+    draw_all([run], tmp_path)
+    assert not lines(drawn[0], "Yaw")["yaw"][1].any()
+
+
 def test_more_runs_than_styles_are_refused(tmp_path):
     for k in range(7):
         write(tmp_path / str(k) / "history.csv", history(n=2))
@@ -318,10 +359,10 @@ def test_summary_shows_what_one_looks_at_first(tmp_path, drawn, n):
     path = write(tmp_path / "history.csv", history(n=n))
     assert plots.plot_summary(path, tmp_path / "summary.png").exists()
     assert [axes.get_title("left") for axes in drawn[0].axes] == [
-        "Energies",
-        "Rotor speed",
-        "Tip, flapwise",
         "Flap moment",
+        "Tip, flapwise",
+        "Rotor speed",
+        "Energies",
     ]
 
 

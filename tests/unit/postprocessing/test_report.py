@@ -138,6 +138,21 @@ def test_key_figures_are_those_of_the_history(folder, no_diagrams):
         assert float(rows[f"{name} angle at the end [deg]"]) == pytest.approx(end, rel=1e-5)
 
 
+def test_moments_are_in_large_units_and_round_off_is_zero(folder, no_diagrams):
+    columns = history()
+    columns["angle_yaw_[rad]"] = 1e-29 * np.arange(len(columns["time_[s]"]))
+    for axis in "xyz":
+        columns[f"tower_base_moment_{axis}_[Nm]"] = -4e6 * columns["time_[s]"]
+    write(folder / "history.csv", columns)
+    rows = Page(report(folder, pictures=False)).rows()
+    flap = max(abs(columns[f"root_moment_{k}_y_[Nm]"][1:]).max() for k in (1, 2, 3))
+    words = "largest flap moment at a root [MN m]"
+    assert float(rows[words]) == pytest.approx(1e-6 * flap, rel=1e-5)
+    words = "largest fore-aft moment at the tower base [MN m]"
+    assert float(rows[words]) == pytest.approx(4.0 * columns["time_[s]"][-1], rel=1e-5)
+    assert rows["yaw angle at the end [deg]"] == "0"
+
+
 def test_case_has_units_and_only_what_has_an_effect(folder, no_diagrams):
     case = Case.parse({"loads": {"rotor_torque": "-36 MN m"}})
     (folder / "case.json").write_text(json.dumps(case.model_dump(mode="json")))
@@ -200,7 +215,7 @@ def test_page_shows_equivalent_loads(folder, no_diagrams, monkeypatch):
     page = Page(report(folder))
     assert "Fatigue" in page.headings
     flap = found["root_moment_1_y_[Nm]"].equivalent[10.0]
-    assert page.rows()["root moment 1 y [Nm]"] == f"{flap:.6g}"
+    assert page.rows()["root moment 1 y [MN m]"] == f"{1e-6 * flap:.6g}"
     monkeypatch.setitem(sys.modules, "rainflow", None)
     notes = Page(report(folder)).notes
     assert any("Fatigue is left out: counting cycles needs rainflow" in note for note in notes)

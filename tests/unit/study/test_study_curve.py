@@ -99,7 +99,7 @@ def test_runs_are_drawn_beside_the_references(folder, monkeypatch):
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", keep_figure(figures))
     plot_curve(study, runs, results, folder / "curve.png")
     (axes,) = figures[0].axes
-    assert axes.get_xlabel() == "time.end [s]"
+    assert axes.get_xlabel() == "time end [s]"
     assert axes.get_ylabel() == "angle rotor [rad]"
     assert (folder / "curve.png").read_bytes()[:4] == b"\x89PNG"
 

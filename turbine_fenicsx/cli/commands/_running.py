@@ -54,7 +54,7 @@ def carry_out(
     if result[names.INTERRUPTED]:
         t = result[names.END_TIME]
         return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)
-    pictures = on_rank0(comm, lambda: _draw_history(out))
+    pictures = on_rank0(comm, lambda: _draw_history(out, case.title))
     if comm.rank == 0 and not options.quiet:
         files = ["history.csv", "history.out", "summary.json", *pictures]
         if case.has_reduced_blades and case.output.motion_every > 0.0:
@@ -73,12 +73,12 @@ def choose_style(options: argparse.Namespace) -> str:
     return "none" if options.quiet else str(options.progress)
 
 
-def _draw_history(out: str) -> list[str]:
-    """Draw energies and angles; without matplotlib say so."""
+def _draw_history(out: str, title: str) -> list[str]:
+    """Draw what one looks at first; without matplotlib say so."""
     try:
         from turbine_fenicsx.postprocessing.plots import plot_summary
 
-        plot_summary(f"{out}/history.csv", f"{out}/history.png")
+        plot_summary(f"{out}/history.csv", f"{out}/history.png", title)
     except ImportError:
         print("no picture: matplotlib is not installed", file=sys.stderr)
         return []

@@ -61,6 +61,7 @@ def _draw(options: argparse.Namespace) -> list[str]:
     """Draw all figures."""
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.postprocessing.plots import choose_figures, draw
+    from turbine_fenicsx.postprocessing.split_panels import split_panels
     from turbine_fenicsx.records.output_folder import (
         make_target_folder,
         read_histories,
@@ -72,10 +73,10 @@ def _draw(options: argparse.Namespace) -> list[str]:
     runs = read_histories(options.folders)
     relative = read_solver_tolerance(options.folders[0])
     out = make_target_folder(options.out or options.folders[0])
-    wanted = choose_figures(runs)
+    wanted = {name: split_panels(panels, runs) for name, panels in choose_figures(runs).items()}
     if options.together:
         panels = (panel for panels in wanted.values() for panel in panels)
-        wanted = {"diagrams": tuple(dict.fromkeys(panels))}
+        wanted = {"diagrams": list(dict.fromkeys(panels))}
     try:
         return [
             str(path)
