@@ -22,6 +22,9 @@ from turbine_fenicsx.postprocessing import scene
 from turbine_fenicsx.postprocessing.camera import VIEWS
 from turbine_fenicsx.records.output_folder import read_field_parts, read_field_times
 
+SIZE = (1440, 1200)
+"""Width and height of pictures, which a turbine and its legend fill."""
+
 _MOST_FRAMES_PER_SECOND = 60.0
 
 
@@ -41,16 +44,18 @@ class Look:
             for all that have the field.
         smooth: Whether fields of cells are averaged at the points.
         edges: Whether the edges of the mesh are drawn.
+        title: Words beside the time; none if empty.
     """
 
     scalar: str | None = "von_mises_stress"
     scale: float = 1.0
     view: str = "oblique"
     limits: tuple[float, float] | None = None
-    size: tuple[int, int] = (1920, 1080)
+    size: tuple[int, int] = SIZE
     coloured: tuple[str, ...] = ()
     smooth: bool = True
     edges: bool = False
+    title: str = ""
 
 
 def render_turbine(

@@ -21,7 +21,7 @@ from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
 from turbine_fenicsx.postprocessing.field_reader import FieldReader, ModeReader
-from turbine_fenicsx.records.conventions import NACELLE
+from turbine_fenicsx.records.conventions import NACELLE, TOWER
 from turbine_fenicsx.records.parts import Part, Parts
 
 _MOST_SCALES = 3
@@ -35,9 +35,9 @@ class Scene:
 
     Args:
         job: ``fields``, ``parts`` (their text), ``titles`` of modes by their steps (none for the
-            fields of a run), ``smooth``, ``edges``, ``scale``, ``view``, ``size``. ``scalar`` is
-            None for plain colours; ``coloured`` has patterns of the names of parts and bodies, none
-            for all; ``limits`` of the colours may be None, see `colours`.
+            fields of a run), ``title`` of a run, ``smooth``, ``edges``, ``scale``, ``view``,
+            ``size``. ``scalar`` is None for plain colours; ``coloured`` has patterns of the names
+            of parts and bodies, none for all; ``limits`` of the colours may be None, see `colours`.
         steps: Numbers of the times that will be drawn.
 
     Raises:
@@ -115,10 +115,11 @@ class Scene:
         return np.asarray(plotter.screenshot(return_img=True))
 
     def _choose_words(self, step: int) -> str:
-        """Text in the corner: the mode, or the time."""
+        """Text in the corner: the mode, or the title and the time."""
         if self._job["titles"]:
             return str(self._job["titles"][step])
-        words = f"t = {self._reader.times[step]:.2f} s"
+        title = self._job["title"].replace("$", r"\$")  # else VTK reads a formula
+        words = f"{title}\n" * bool(title) + f"t = {self._reader.times[step]:.2f} s"
         if self._job["scale"] != 1.0:
             words += f"\ndeformation \u00d7 {self._job['scale']:g}"
         return words
@@ -166,7 +167,7 @@ class Scene:
             show_edges=bool(self._job["edges"] and part.stands_on is None),
             smooth_shading=True,
             split_sharp_edges=True,
-            feature_angle=_SHARP,
+            feature_angle=_SHARP_OF_TOWER if part.body == TOWER else _SHARP,
         )
 
     def _add_coloured(self, surface: Any, part: Part, group: str, legend: bool) -> None:
@@ -190,7 +191,7 @@ class Scene:
             line_width=0.6,
             smooth_shading=True,
             split_sharp_edges=True,
-            feature_angle=_SHARP,
+            feature_angle=_SHARP_OF_TOWER if part.body == TOWER else _SHARP,
             show_scalar_bar=legend,
             scalar_bar_args=self._place_legend(group, title) if legend else None,
         )
@@ -210,7 +211,7 @@ class Scene:
             "title_font_size": round(self._size[1] / 42),
             "label_font_size": round(self._size[1] / 45),
             "color": "black",
-            "n_labels": 3,
+            "n_labels": 5,
             "fmt": "%.4g",
             "unconstrained_font_size": True,
         }
@@ -251,6 +252,9 @@ def colour_parts(
 
 _SHARP = 50.0
 """Edges at which surfaces turn by more than this stay edges in the shading [deg]."""
+
+_SHARP_OF_TOWER = 80.0
+"""A tower of six cells around is round; only its ends have edges."""
 
 
 def _fits(part: Part, patterns: Sequence[str]) -> bool:

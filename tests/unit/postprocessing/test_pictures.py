@@ -135,6 +135,26 @@ def test_every_look_shows_something(tmp_path, look):
 
 
 @needs_pyvista
+@pytest.mark.parametrize("title", ["a title", r"50 % $\frac{"])
+def test_a_title_stands_in_the_corner(tmp_path, title):
+    path = turbine(tmp_path / "fields.xdmf")
+    plain, named = (
+        pixels(
+            drawing(
+                pictures.render_turbine,
+                path,
+                tmp_path / f"{k}.png",
+                look=Look(scalar=None, size=(640, 360), title=text),
+            )
+        )
+        for k, text in enumerate(("", title))
+    )
+    different = (plain != named).any(axis=-1)
+    assert different[300:, :300].any()
+    assert not different[:290].any()
+
+
+@needs_pyvista
 @needs_ffmpeg
 def test_movie_has_a_frame_for_every_time(tmp_path):
     import imageio_ffmpeg

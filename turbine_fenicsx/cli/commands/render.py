@@ -53,7 +53,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size",
         metavar="WxH",
-        help="width and height in pixels; default: 1920x1080, of modes 1000x1200",
+        help="width and height in pixels; default: 1440x1200, of modes 1000x1200",
     )
     parser.add_argument(
         "--speed",
@@ -116,6 +116,7 @@ def _render(options: argparse.Namespace) -> None:
         make_target_folder,
         need_folder,
         read_field_times,
+        read_tables,
     )
 
     folder = need_folder(options.folder)
@@ -134,10 +135,11 @@ def _render(options: argparse.Namespace) -> None:
         options.scale,
         options.view or "oblique",
         None if limits is None else (limits[0], limits[1]),
-        _size(options.size or "1920x1080", options.movie is not None),
+        _size(options.size or "1440x1200", options.movie is not None),
         tuple(filter(None, (options.parts or "").split(","))),
         not options.cells,
         options.edges,
+        str((read_tables(folder / "case.json") or {}).get("title") or ""),
     )
     fields = folder / "fields.xdmf"
     written = read_field_times(fields)
