@@ -263,6 +263,8 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     drive = tfx.Revolute("drive", None, second, point=(5.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
     motion = assert_type(tfx.PrescribedMotion("drive", tfx.Ramp(1.0, 2.0)), tfx.PrescribedMotion)
     coupling = assert_type(tfx.Coupling("clamp", body, foot, arm), tfx.Coupling)
+    frame = tfx.SurfaceFrame("tip", (body, foot), point=(0.0, 0.0, 0.0))
+    print(assert_type(frame.couplings, tuple[tfx.Coupling, ...]))
     parts = [arm, hinge, second, drive, motion, body, coupling, tfx.Gravity()]
     system = assert_type(tfx.MultibodySystem(comm, parts), tfx.MultibodySystem)
 

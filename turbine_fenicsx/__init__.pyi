@@ -19,6 +19,7 @@ from turbine_fenicsx.bodies.reduced_body import Placement as Placement
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis as ReducedBasis
 from turbine_fenicsx.bodies.reduced_body import ReducedBody as ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody as RigidBody
+from turbine_fenicsx.bodies.surface_frame import SurfaceFrame as SurfaceFrame
 from turbine_fenicsx.forces.body_force import BodyForce as BodyForce
 from turbine_fenicsx.forces.follower_force import FollowerForce as FollowerForce
 from turbine_fenicsx.forces.force import StepTimes as StepTimes

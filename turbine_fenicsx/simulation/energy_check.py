@@ -80,7 +80,7 @@ class EnergyWatch:
         tolerance = stepper.energy_tolerance if isinstance(stepper, Conserving) else None
         if tolerance is None:
             return
-        masses = [float(body.mass) for body in system.rigid_bodies]
+        masses = [float(body.mass) for body in system.rigid_bodies if body.mass]
         own = [float(m.nodal_mass @ m.is_point) for m in system.flexible_models]
         masses += [float(mass) for mass in system.comm.allreduce(np.array(own))]
         allowed = allowed_energy_error(self.largest, min(masses, default=0.0), steps, tolerance)

@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.bodies.surface_frame import SurfaceFrame
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.parts import Parts
 
@@ -45,6 +46,8 @@ def find_far_points(parts: Parts) -> list[str]:
 
 def _measure(body: RigidBody | DeformableBody, parts: Parts) -> tuple[Array, float]:
     """Centre of a body, shape (3,), and its radius: of its mesh, or of gyration and joints [m]."""
+    if isinstance(body, SurfaceFrame):
+        return _measure(body.couplings[0].flexible, parts)
     if not isinstance(body, RigidBody):
         low, high = body.find_bounds()
         return 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))

@@ -9,6 +9,7 @@ from typing import Any
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.bodies.surface_frame import SurfaceFrame
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.force import Force
 from turbine_fenicsx.forces.node_force import NodeForce
@@ -93,7 +94,7 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
     return Parts(
         rigid_bodies=tuple(groups[RigidBody]),
         flexible_bodies=tuple(groups[DeformableBody]),
-        couplings=tuple(groups[Coupling]),
+        couplings=tuple(groups[Coupling] + _couplings_of_frames(groups[RigidBody])),
         joints=tuple(groups[Joint]),
         relations=tuple(groups[Relation]),
         motion_forces=tuple(groups[Force]),
@@ -101,6 +102,11 @@ def sort_parts(parts: Iterable[Any]) -> Parts:
         on_bodies=(*groups[SurfaceForce], *groups[of_nodes], *groups[SectionLoads]),
         dampings=tuple(groups[RayleighDamping]),
     )
+
+
+def _couplings_of_frames(bodies: Iterable[RigidBody]) -> list[Coupling]:
+    """Couplings that frames on surfaces bring along."""
+    return [c for body in bodies if isinstance(body, SurfaceFrame) for c in body.couplings]
 
 
 def number_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -126,4 +132,5 @@ def _check_unique(parts: Iterable[Any]) -> None:
 def _require(name: str, body: Any, kind: Any, words: str, or_none: bool = True) -> None:
     """Raise a TypeError unless a partner is of the right kind, or None where that is allowed."""
     if not isinstance(body, kind) and not (or_none and body is None):
-        raise TypeError(f"{name!r} needs {words}, got {describe(body)}")
+        hint = "; a SurfaceFrame holds its surface" if isinstance(body, DeformableBody) else ""
+        raise TypeError(f"{name!r} needs {words}, got {describe(body)}{hint}")

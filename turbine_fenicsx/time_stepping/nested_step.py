@@ -78,6 +78,7 @@ class NestedStep(StepBlocks):
         lever = float(system.comm.allreduce(max(lengths, default=1.0), op=MPI.MAX))
         masses = model.masses.reshape(-1, 4, 3)
         largest = np.broadcast_to(masses.max(axis=1, keepdims=True), masses.shape)
+        largest = np.where(largest > 0.0, largest, masses.max(initial=0.0) or 1.0)  # of frames
         self._per_mass = np.ones(n)  # makes accelerations of forces on bodies
         self._per_mass[: masses.size] /= np.where(masses > 0.0, masses, largest).ravel()
         self._lever = lever  # size of positions in the coupling constraints

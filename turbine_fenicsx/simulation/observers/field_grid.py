@@ -113,7 +113,8 @@ class FieldGrid:
         self._system, self.comm = system, system.comm
         comm = self.comm
         if surfaces is None:
-            surfaces = [inertia_box(body, k) for k, body in enumerate(system.rigid_bodies)]
+            bodies = [body for body in system.rigid_bodies if body.mass > 0.0]
+            surfaces = [inertia_box(body, k) for k, body in enumerate(bodies)]
         self.bodies = [BodyGrid(on_mesh(block, "fields")) for block in system.flexible_models]
         if parts is None:
             free = 1 + max((surface.part for surface in surfaces), default=-1)
