@@ -58,6 +58,8 @@ def beam(comm: MPI.Intracomm) -> tuple[tfx.FlexibleBody, npt.NDArray[np.int32]]:
         return 1000.0 + 10.0 * points[:, 2]
 
     density: fem.Function = tfx.cell_field(box, density_at)
+    if Path("part.msh").exists():
+        print(tfx.load_msh(comm, "part.msh", surfaces=["foot"]).facets("foot"))
     law = materials()[0]
     assert assert_type(tfx.check_material(law, box), list[str]) == []
     body = tfx.FlexibleBody("beam", box, law, density)

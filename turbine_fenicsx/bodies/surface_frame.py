@@ -1,7 +1,7 @@
 """Frames without mass on the surfaces of flexible bodies.
 
 Joints, and forces at points, act on frames: on a point and three directions that move as a rigid
-body does. A frame on a surface has no mass of its own. Its coordinates follow the nodes of the
+body does. A frame on a surface has no mass. Its coordinates follow the nodes of the
 surface by the coupling of eqs (53)-(54), and no inertia is added to the model.
 """
 
