@@ -30,6 +30,7 @@ def nodes_of_facets(space: Any, facets: npt.NDArray[np.int32]) -> IntArray:
         space: Function space of the displacement.
         facets: Local facets, also those whose cells other ranks own.
     """
+    space.mesh.topology.create_connectivity(2, 3)
     return _keep_owned(space, fem.locate_dofs_topological(space, 2, facets))
 
 
