@@ -31,8 +31,12 @@ def attack(tries, random, folder):
         result = command("restart", out, *settings, ranks=2)
         if result.returncode == 2 and "there is no checkpoint" in result.stderr:
             tally.hold("killed before the first checkpoint, and it says so")
-        elif result.returncode == 2 and not out.exists() and "there is no run" in result.stderr:
-            tally.hold("killed before it had a folder, and it says so")
+        elif (
+            result.returncode == 2
+            and not (out / "case.json").exists()
+            and "there is no run" in result.stderr
+        ):
+            tally.hold("killed before its folder held a run, and it says so")
         elif result.returncode:
             tally.break_(f"{out}: restart ended with {result.returncode}: {result.stderr[-300:]}")
         elif found := differences(out, whole):

@@ -11,6 +11,7 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ from turbine_fenicsx.records.parts import Part, Parts
 
 _MOST_SCALES = 3
 """With more bodies than this, all have the same scale of colours."""
+
+_WIDTH = 28
+"""Letters in a line of the title, left of the tower."""
 
 _PLAIN, _RIGID = "#56B4E9", "#c9d0d8"
 
@@ -118,8 +122,8 @@ class Scene:
         """Text in the corner: the mode, or the title and the time."""
         if self._job["titles"]:
             return str(self._job["titles"][step])
-        title = self._job["title"].replace("$", r"\$")  # else VTK reads a formula
-        words = f"{title}\n" * bool(title) + f"t = {self._reader.times[step]:.2f} s"
+        lines = wrap(self._job["title"].replace("$", r"\$"), _WIDTH)  # $ begins formulas of VTK
+        words = "\n".join([*lines, f"t = {self._reader.times[step]:.2f} s"])
         if self._job["scale"] != 1.0:
             words += f"\ndeformation \u00d7 {self._job['scale']:g}"
         return words
