@@ -11,6 +11,7 @@ import os
 import signal
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -45,7 +46,7 @@ class PythonClass:
 
     def __init__(self, path: Path, name: str) -> None:
         self._who = f"controller {name!r} of '{path}'"
-        self._path, self._folder = path, Path.cwd()
+        self._path, self._folder = path, os.open(".", os.O_RDONLY | os.O_CLOEXEC)
         if not path.is_file():
             raise InputError(f"there is no file '{path}' with the {self._who}")
         spec = importlib.util.spec_from_file_location("controller_of_a_case", path)
@@ -113,7 +114,8 @@ class PythonClass:
                 raise
             raise ForeignError(f"{what}: {self._describe(error)}") from error
         finally:
-            os.chdir(self._folder)
+            with suppress(OSError):  # somebody has removed it
+                os.chdir(self._folder)
 
     def _describe(self, error: BaseException) -> str:
         """Kind and text of an error on one line, and its line in the file."""

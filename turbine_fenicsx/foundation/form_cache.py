@@ -204,10 +204,11 @@ class Claim:
     def seal(self) -> None:
         """Write a checksum of the code that was compiled here; a computer may go down meanwhile.
 
-        Code that was cut off later can be loaded, and then ends the process when it is run.
+        Code that was cut off later can be loaded, and then ends the process when it is run. Without
+        locks, code that has no checksum is sealed when it has been loaded.
         """
-        digest = self._digest()
-        if self._lock is not None and digest and not self._is_whole():
+        digest, alone = self._digest(), self._lock is not None or not self._seal.exists()
+        if alone and digest and not self._is_whole():
             with suppress(OSError):
                 replace_file(self._seal, digest)
 
