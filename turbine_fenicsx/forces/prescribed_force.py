@@ -37,7 +37,7 @@ class ForceSum:
     acceleration: Array = field(default_factory=lambda: np.zeros(3))
 
 
-def check_sum(force: PrescribedForce, forces: ForceSum) -> None:
+def check_force_sum(force: PrescribedForce, forces: ForceSum) -> None:
     """Raise a ModelError for a sum that a force has replaced by something of another shape."""
     parts: list[tuple[str, Any, tuple[int, ...]]] = [
         *((f"the force on {body.name!r}", x, (12,)) for body, x in forces.coordinates.items()),

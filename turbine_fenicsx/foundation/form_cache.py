@@ -207,8 +207,8 @@ class Claim:
         Code that was cut off later can be loaded, and then ends the process when it is run. Without
         locks, code that has no checksum is sealed when it has been loaded.
         """
-        digest, alone = self._digest(), self._lock is not None or not self._seal.exists()
-        if alone and digest and not self._is_whole():
+        alone = self._lock is not None or not self._seal.exists()
+        if alone and not self._is_whole() and (digest := self._digest()):
             with suppress(OSError):
                 replace_file(self._seal, digest)
 

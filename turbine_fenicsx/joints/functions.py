@@ -15,7 +15,7 @@ from turbine_fenicsx.joints.coordinates import Angle, Displacement, JointCoordin
 from turbine_fenicsx.joints.rheonomic import Rheonomic
 
 
-def state_functions(
+def find_functions(
     joint: Joint, a: BodyFrame, b: BodyFrame
 ) -> tuple[Sequence[Quadratic | Rheonomic], Mapping[str, JointCoordinate]]:
     """The constraints and the joint coordinates of a joint.

@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.redundancy import find_redundant_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.coordinates import JointCoordinate
-from turbine_fenicsx.joints.functions import state_functions
+from turbine_fenicsx.joints.functions import find_functions
 from turbine_fenicsx.joints.relation import Relation
 from turbine_fenicsx.joints.rheonomic import Rheonomic, function_of
 from turbine_fenicsx.system.closed_joints import check_closed, find_singular_rows
@@ -116,7 +116,7 @@ def _list_functions(
     owners: list[str] = []
     for joint in joints:
         a, b = (BodyFrame(None) if body is None else frames[body] for body in joint.bodies)
-        mine, its_coordinates = state_functions(joint, a, b)
+        mine, its_coordinates = find_functions(joint, a, b)
         constraints += [(c, joint.name) for c in mine]
         for name, coordinate in its_coordinates.items():
             if name in coordinates:

@@ -17,7 +17,7 @@ from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
-from turbine_fenicsx.forces.prescribed_force import ForceSum, check_sum, has_energy
+from turbine_fenicsx.forces.prescribed_force import ForceSum, check_force_sum, has_energy
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelWarning
@@ -220,7 +220,7 @@ class MultibodySystem:
         for force in self.prescribed_forces:
             with name_errors(f"add_to() of {describe(force)}"):
                 force.add_to(forces, time)
-            check_sum(force, forces)
+            check_force_sum(force, forces)
         return forces
 
     def evaluate_prescribed_forces(self, time: float) -> tuple[Array, Array]:

@@ -1,7 +1,6 @@
 """One process compiles each form; what keeps a form from being compiled is one sentence."""
 
 import fcntl
-import hashlib
 import os
 import signal
 import subprocess
@@ -10,10 +9,10 @@ import time
 from contextlib import closing
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from cffi import VerificationError
+from fake_forms import FORM, compiled, files, no_locks, sealed
 
 from turbine_fenicsx.foundation import form_cache
 from turbine_fenicsx.foundation.errors import CompilationError
@@ -41,33 +40,6 @@ def fresh():
 @pytest.fixture
 def folder(shared_tmp_path):
     return shared_tmp_path / "forms"
-
-
-FORM = "libffcx_forms_1"
-
-
-def compiled(folder, claim=lambda name: None, name=FORM):
-    """What FFCx does: it writes the files of a form and returns the code with its module."""
-    claim(name)
-    for suffix in (".c", ".o", ".so", ".c.cached"):
-        (folder / f"{name}{suffix}").touch()
-    return "code", SimpleNamespace(__file__=str(folder / f"{name}.abi3.so")), ()
-
-
-def sealed(folder):
-    """A form that was compiled, with its checksum."""
-    compiled(folder)
-    digest = hashlib.blake2b(b"", digest_size=16).hexdigest()
-    (folder / f"{FORM}.seal").write_text(digest)
-
-
-def no_locks(file, operation):
-    """What a file system without locks answers."""
-    raise OSError(95, "Operation not supported")
-
-
-def files(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.fixture

@@ -1,12 +1,11 @@
 """Compiled forms have checksums: those that were cut off or damaged since are compiled again."""
 
-import hashlib
 import os
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import pytest
+from fake_forms import FORM, compiled, no_locks, sealed
 
 from turbine_fenicsx.foundation import form_cache
 from turbine_fenicsx.foundation.errors import CompilationError
@@ -19,33 +18,6 @@ pytestmark = pytest.mark.parallel
 @pytest.fixture
 def folder(shared_tmp_path):
     return shared_tmp_path / "forms"
-
-
-FORM = "libffcx_forms_1"
-
-
-def compiled(folder, claim=lambda name: None, name=FORM):
-    """What FFCx does: it writes the files of a form and returns the code with its module."""
-    claim(name)
-    for suffix in (".c", ".o", ".so", ".c.cached"):
-        (folder / f"{name}{suffix}").touch()
-    return "code", SimpleNamespace(__file__=str(folder / f"{name}.abi3.so")), ()
-
-
-def sealed(folder):
-    """A form that was compiled, with its checksum."""
-    compiled(folder)
-    digest = hashlib.blake2b(b"", digest_size=16).hexdigest()
-    (folder / f"{FORM}.seal").write_text(digest)
-
-
-def no_locks(file, operation):
-    """What a file system without locks answers."""
-    raise OSError(95, "Operation not supported")
-
-
-def files(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.mark.parametrize("has_seal", [True, False])

@@ -3,11 +3,12 @@
 The figures show history.csv: energies and their error per step, angular momentum and its change per
 step, rotor speed and angles. Further figures show the balance of power where several forces do
 work; in wind power, thrust, speed and pitch; for flexible parts tip deflections, root moments and
-motion of the tower. Angles and loads have the signs of OpenFAST, see history.out. Runs that were
-aborted or still continue are drawn as far as they came. The error per step is the change of the
-total energy H minus the work W of the loads plus the losses D. Of the angular momentum only the
-vertical component L2 stays constant after the yaw torque, because the tower holds the other two.
-The dashed line is the solver tolerance of the (first) run times its largest energy or momentum.
+motion of the tower. Of several runs each panel shows one quantity. Angles and loads have the signs
+of OpenFAST, see history.out. Runs that were aborted or still continue are drawn as far as they
+came. The error per step is the change of the total energy H minus the work W of the loads plus the
+losses D. Of the angular momentum only the vertical component L2 stays constant after the yaw
+torque, because the tower holds the other two. The dashed line is the solver tolerance of the
+(first) run times its largest energy or momentum.
 """
 
 from __future__ import annotations
