@@ -144,11 +144,16 @@ def _structure():
 
 def _section_matrices():
     zero = {f"K{i}{j}": [0.0, 0.0] for i in range(1, 7) for j in range(i, 7)}
-    stiffness = {f"K{i}{i}": [i * 1e8, i * 1e7] for i in range(1, 7)}
-    inertia = {key: [2.0, 1.0] for key in ("mass", "cm_x", "cm_y", "i_edge", "i_flap", "i_plr")}
+    stiffness = {f"K{i}{i}": [i * 1e10, i * 1e9] for i in range(1, 7)}
+    inertia = {key: [2.0, 1.0] for key in ("cm_x", "cm_y", "i_edge", "i_flap", "i_plr")}
     return {
         "stiffness_matrix": {"grid": [0.0, 1.0], **zero, **stiffness},
-        "inertia_matrix": {"grid": [0.0, 1.0], **inertia, "i_cp": [0.5, 0.25]},
+        "inertia_matrix": {
+            "grid": [0.0, 1.0],
+            **inertia,
+            "mass": [100.0, 50.0],
+            "i_cp": [0.5, 0.25],
+        },
         "structural_damping": {"mu": [0.0] * 6},
     }
 

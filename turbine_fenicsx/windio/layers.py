@@ -58,6 +58,11 @@ class Layer:
         covered = np.minimum(a1, self.end(s)) - np.maximum(a0, self.start(s))
         return np.asarray(np.maximum(covered, 0.0) / (np.asarray(a1) - a0))
 
+    def line_mass(self, s: Array, width: Array) -> Array:
+        """Its mass per length, (m,) [kg/m], in a wall of a width, (m,) [m]."""
+        share = self.share(s, 0.0, 1.0)
+        return np.asarray(self.material.density * self.thickness_at(s) * share * width)
+
     @property
     def jumps(self) -> list[float]:
         """Span fractions where it begins or ends suddenly with some thickness."""

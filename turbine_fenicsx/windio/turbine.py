@@ -11,7 +11,9 @@ from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
 from turbine_fenicsx.windio.control import ControllerData, read_control
 from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.materials import WindIOMaterial, read_materials
+from turbine_fenicsx.windio.plausible import list_implausible
 from turbine_fenicsx.windio.polars import PolarSource
+from turbine_fenicsx.windio.references import References, read_references
 from turbine_fenicsx.windio.rigid_parts import (
     Hub,
     Nacelle,
@@ -51,10 +53,12 @@ class WindIOTurbine:
         tower: The tower; None where the file has none.
         materials: All materials by their names.
         blade_sections: The blade's section matrices; None where the file has none.
+        references: Numbers that follow from others as well.
         blade_damping: Factor of the stiffness in the damping matrix of the blade, the mean of its
             ``mu`` in bending; 0 where the file has none [s].
         tower_damping: That of the tower.
         foundations: Names of the components below the tower, which are not read.
+        warnings: Numbers whose unit is probably another one, a sentence each.
     """
 
     name: str
@@ -72,9 +76,11 @@ class WindIOTurbine:
     tower: Tower | None
     materials: dict[str, WindIOMaterial]
     blade_sections: SectionProperties | None
+    references: References
     blade_damping: float = 0.0
     tower_damping: float = 0.0
     foundations: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
@@ -127,6 +133,8 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         blade_damping=read_damping(sections),
         tower_damping=read_damping(of_tower),
         foundations=tuple(key for key in FOUNDATIONS if key in components),
+        references=read_references(root),
+        warnings=tuple(list_implausible(root)),
     )
 
 

@@ -68,9 +68,13 @@ def test_a_downwind_rotor_is_told(tmp_path):
 def test_section_matrices_are_symmetric_with_the_offsets_of_the_mass(small):
     sections = small.blade_sections
     assert sections.grid.tolist() == [0.0, 1.0]
-    assert np.diagonal(sections.stiffness[0]).tolist() == [k * 1e8 for k in range(1, 7)]
-    inertia = sections.inertia[0]  # a mass of 2 at x = y = 2, all moments 2, the product 0.5
-    assert inertia[:3, 3:].tolist() == [[0.0, 0.0, -4.0], [0.0, 0.0, 4.0], [4.0, -4.0, 0.0]]
+    assert np.diagonal(sections.stiffness[0]).tolist() == [k * 1e10 for k in range(1, 7)]
+    inertia = sections.inertia[0]  # a mass of 100 at x = y = 2, all moments 2, the product 0.5
+    assert inertia[:3, 3:].tolist() == [
+        [0.0, 0.0, -200.0],
+        [0.0, 0.0, 200.0],
+        [200.0, -200.0, 0.0],
+    ]
     assert inertia[3:, 3:].tolist() == [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.0], [0.0, 0.0, 2.0]]
     assert np.array_equal(inertia, inertia.T)
 
@@ -91,7 +95,7 @@ def test_section_matrices_may_stand_beside_the_structure_too(tmp_path):
     tables = small_turbine()
     blade = tables["components"]["blade"]
     blade["elastic_properties"] = blade["structure"].pop("elastic_properties")
-    assert read_turbine(write_turbine(tables, tmp_path)).blade_sections.stiffness[0, 0, 0] == 1e8
+    assert read_turbine(write_turbine(tables, tmp_path)).blade_sections.stiffness[0, 0, 0] == 1e10
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_section_matrices_of_diagonals_alone_are_left_out(read):
 
     sections = read(change).blade_sections
     assert sections.stiffness is None
-    assert sections.inertia[:, 0, 0].tolist() == [2.0, 1.0]
+    assert sections.inertia[:, 0, 0].tolist() == [100.0, 50.0]
 
 
 def twin_cylinders(tables, positions=(0.0, 0.25)):

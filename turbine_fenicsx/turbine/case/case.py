@@ -14,13 +14,19 @@ from pydantic import PrivateAttr, ValidationError
 from turbine_fenicsx.case.checks import find_contradictions, list_checks
 from turbine_fenicsx.case.files import Nested, place_files
 from turbine_fenicsx.case.mistakes import Mistake, find_mistakes, remove_keys
+from turbine_fenicsx.case.plausible import find_implausible_keys
 from turbine_fenicsx.case.rules import find_unused_keys, walk_sections
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.case.file_doubts import doubt_files
-from turbine_fenicsx.turbine.case.turbine_file import FILE, TURBINE_CHECKS, add_file
+from turbine_fenicsx.turbine.case.turbine_file import (
+    FILE,
+    TURBINE_CHECKS,
+    add_file,
+    list_origins,
+)
 from turbine_fenicsx.turbine.case.wind_checks import WIND_CHECKS
 from turbine_fenicsx.turbine.tables.event import name_events
 from turbine_fenicsx.turbine.tables.tables import Tables
@@ -77,7 +83,8 @@ class Case(Tables):
         unused = [f"{k.name} has no effect {k.reason}" for k in find_unused_keys(self) if k.is_set]
         sections = (table for _, table in walk_sections(self) if isinstance(table, Section))
         doubts = [sentence for table in sections for sentence in table.find_doubts(self)]
-        return [*unused, *doubts, *doubt_files(self)]
+        sizes = find_implausible_keys(self, list_origins(self)[0])
+        return [*unused, *doubts, *sizes, *doubt_files(self)]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from turbine_fenicsx.turbine.case.comparisons import compare_file
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 _LEAST_TWIST = radians(1.0)
@@ -25,10 +26,8 @@ def doubt_files(case: Tables) -> Iterator[str]:
     if case.turbine.file is not None:
         from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 
-        blade = load_turbine(case.turbine.file).blade
-        yield from blade.warnings
-        twist = np.radians(np.abs(blade.outer_shape.twist.values).max())
-        yield from _doubt_twist(float(twist), case.turbine.file)
+        yield from load_turbine(case.turbine.file).blade.warnings
+        yield from compare_file(case)
     if case.wind.file is not None and case.wind.table is None:
         yield from _doubt_height(case, case.wind.file)
     if not case.wind.blows or case.aero.file is None:

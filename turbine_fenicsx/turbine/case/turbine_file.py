@@ -232,7 +232,8 @@ def _merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]
 
 def list_origins(case: Tables) -> tuple[list[str], list[str]]:
     """Keys that have the value of the file, and those that the case overrides."""
-    assert case.turbine.file is not None
+    if case.turbine.file is None:
+        return [], []
     turbine = load_turbine(case.turbine.file)
     taken: list[str] = []
     overridden: list[str] = []

@@ -13,6 +13,7 @@ from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.quantities import Metres, Number, Radians
 from turbine_fenicsx.case.rules import Beside, NotBeside, Only, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.damping import BladeDamping, BladeDampingCase, check_damping
 from turbine_fenicsx.turbine.tables.reduction import ReductionCase
@@ -25,6 +26,9 @@ _BUILT_MASS, _BUILT_LENGTH, _BUILT_POWER = 17.7e3, 61.5, 2.3
 
 _FAR_OFF = 15.0
 """Times lighter or heavier than a built blade; the paper's solid blades are 10 times heavier."""
+
+SOLID = "they are hollow, so a solid one needs a density to match"
+"""Advice about the mass of blades without a wall, or with a thick one."""
 
 SHAPE = ("hub_radius", "length", "stations", "chord", "thickness", "wall", "twist")
 """Keys of the shape."""
@@ -41,19 +45,21 @@ Fractions = tuple[Annotated[Number, NotNegative], ...]
 Widths = tuple[Annotated[Metres, Positive], ...]
 
 
-def find_mass_warning(mass: float, length: float) -> list[str]:
+def find_mass_warning(mass: float, length: float, advice: str = "") -> list[str]:
     """A sentence if a blade is far lighter or heavier than built ones.
 
     Args:
         mass: Of one blade [kg].
         length: Its length [m].
+        advice: What to look at.
     """
     built = _BUILT_MASS * (length / _BUILT_LENGTH) ** _BUILT_POWER
     if built / _FAR_OFF <= mass <= built * _FAR_OFF:
         return []
+    after = f"; {advice}" if advice else ""
     return [
         f"a blade of {length:.4g} m has {mass / 1e3:.3g} t, built ones have about "
-        f"{built / 1e3:.2g} t; they are hollow, so a solid one needs a density to match"
+        f"{built / 1e3:.2g} t{after}"
     ]
 
 
@@ -64,19 +70,23 @@ class BladeCase(Section):
     also in bending.
     """
 
-    hub_radius: Annotated[Metres, Positive] = 2.25
+    hub_radius: Annotated[Metres, Positive, Plausible(0.1, 10.0)] = 2.25
     """Radius of the hub, where the blades begin."""
-    length: Annotated[Metres, Positive] = 54.0
+    length: Annotated[Metres, Positive, Plausible(1.0, 250.0)] = 54.0
     """Length from the hub to the tip."""
     stations: Annotated[Fractions, *_OF_FILE] = (0.0, 0.2, 1.0)
     """Places along the span, as fractions of the length, from 0 to 1."""
-    chord: Annotated[Widths, *_OF_FILE] = (1.8, 3.0, 0.6)
+    chord: Annotated[Widths, *_OF_FILE, Plausible(0.05, 20.0, whole=True)] = (1.8, 3.0, 0.6)
     """Full width along the chord, one for each station."""
-    thickness: Annotated[Widths, *_OF_FILE] = (1.8, 1.5, 0.2)
+    thickness: Annotated[Widths, *_OF_FILE, Plausible(0.02, 15.0, whole=True)] = (1.8, 1.5, 0.2)
     """Full width across the chord, one for each station."""
-    wall: Annotated[Widths | None, *_OF_FILE] = None
+    wall: Annotated[Widths | None, *_OF_FILE, Plausible(5e-4, 0.5, whole=True)] = None
     """Thickness of the wall of hollow blades, one for each station; none: they are solid."""
-    twist: Annotated[tuple[Annotated[Radians, Field(ge=-pi, le=pi)], ...] | None, *_OF_FILE] = None
+    twist: Annotated[
+        tuple[Annotated[Radians, Field(ge=-pi, le=pi)], ...] | None,
+        *_OF_FILE,
+        Plausible(1.0 * DEGREE, 50.0 * DEGREE, whole=True),
+    ] = None
     """Angle by which the leading edge is turned upwind, as in OpenFAST, one for each station;
     none: no twist."""
     layup: Annotated[Literal["homogenised", "laminate"], With("turbine.file")] = "homogenised"
@@ -197,4 +207,5 @@ class BladeCase(Section):
             yield from find_mass_warning(case.turbine.blade.mass, self.length)
         elif case.mesh.file is None:
             shape = self.geometry()
-            yield from find_mass_warning(shape.volume * case.material.density, shape.length)
+            mass = shape.volume * case.material.density
+            yield from find_mass_warning(mass, shape.length, SOLID)

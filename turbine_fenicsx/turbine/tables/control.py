@@ -28,6 +28,7 @@ from turbine_fenicsx.control.discon import check_library
 from turbine_fenicsx.control.pi import PitchLaw
 from turbine_fenicsx.control.torque_law import TorqueLaw
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 
 PYTHON = "python:"
 
@@ -51,7 +52,7 @@ class TorqueLawCase(Section):
     """Torque by generator speed squared in region 2."""
     rated_speed: Annotated[AngularSpeed, Positive] = _TORQUE.rated_speed
     """Generator speed from which on power is constant."""
-    rated_power: Annotated[Power, Positive] = _TORQUE.rated_power
+    rated_power: Annotated[Power, Positive, Plausible(1e3, 1e8)] = _TORQUE.rated_power
     """Mechanical power of the generator above rated speed."""
     slip: Annotated[Number, Positive] = _TORQUE.slip
     """Torque of region 2 1/2 rises from rated speed/(1 + slip) on."""
@@ -87,7 +88,7 @@ class PitchLawCase(Section):
     """Smallest pitch, that below rated power."""
     largest: Angle = _PITCH.largest
     """Largest pitch."""
-    rate: Annotated[AngularSpeed, Positive] = _PITCH.rate
+    rate: Annotated[AngularSpeed, Positive, Plausible(0.1 * DEGREE, 60.0 * DEGREE)] = _PITCH.rate
     """Largest change of pitch in time."""
     rated_margin: Annotated[Radians, NotNegative] = _PITCH.rated_margin
     """Pitch above the fine one from which on power is kept constant whatever the speed."""

@@ -24,6 +24,7 @@ from turbine_fenicsx.case.section import (
     check_names,
 )
 from turbine_fenicsx.control.events import Event, EventKind
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 
 STOPS = ("shut_down", "emergency_stop")
 """Kinds of events that turn the blades out of the wind."""
@@ -48,9 +49,16 @@ class EventCase(Section):
     """Kind of the event."""
     time: Annotated[Seconds, NotNegative] = 0.0
     """When it begins."""
-    pitch: Annotated[Radians, Field(ge=-pi, le=pi), Only("kind", *STOPS)] = 0.5 * pi
+    pitch: Annotated[
+        Radians, Field(ge=-pi, le=pi), Only("kind", *STOPS), Plausible(0.1 * DEGREE, 110.0 * DEGREE)
+    ] = 0.5 * pi
     """Where the blades turn in a stop."""
-    rate: Annotated[AngularSpeed, Positive, Only("kind", "start_up", *STOPS)] = 8.0 * pi / 180.0
+    rate: Annotated[
+        AngularSpeed,
+        Positive,
+        Only("kind", "start_up", *STOPS),
+        Plausible(0.1 * DEGREE, 60.0 * DEGREE),
+    ] = 8.0 * pi / 180.0
     """How fast the blades turn in a start or stop."""
     blade: Annotated[
         Literal[1, 2, 3], BeforeValidator(require_number), Only("kind", "pitch_fault")

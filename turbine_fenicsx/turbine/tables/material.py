@@ -11,12 +11,16 @@ from turbine_fenicsx.case.quantities import Density, Number, Pascal, Viscosity
 from turbine_fenicsx.case.rules import NotBeside, Only
 from turbine_fenicsx.case.section import Finite, NotNegative, Positive, Section
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.plausible import Plausible
 
 _OF_FILE = NotBeside("turbine.file", "which has the layup of the blades")
 _FIBRES = (_OF_FILE, Only("law", "transversely_isotropic", "transversely_isotropic_finite"))
 _ISOTROPIC = (_OF_FILE, Only("law", "st_venant_kirchhoff", "neo_hooke"))
 
+_MODULUS = Plausible(1e6, 2e12)
+
 Stiffness = Annotated[Pascal, Finite]
+Moduli = tuple[Stiffness, Stiffness, Stiffness]
 Ratio = Annotated[Number, Finite]
 
 
@@ -36,17 +40,25 @@ class MaterialCase(Section):
         "windio",
     ] = "transversely_isotropic"
     """Strain energy; ``"windio"`` is the layup of ``turbine.file``."""
-    density: Annotated[Density, Positive, _OF_FILE] = 1500.0
+    density: Annotated[Density, Positive, _OF_FILE, Plausible(20.0, 2e4)] = 1500.0
     """Density in the initial configuration."""
-    young: Annotated[tuple[Stiffness, Stiffness, Stiffness], *_FIBRES] = (45e9, 15e9, 15e9)
+    young: Annotated[Moduli, *_FIBRES, _MODULUS] = (
+        45e9,
+        15e9,
+        15e9,
+    )
     """Young's moduli E₁, E₂, E₃ of the two transversely isotropic laws; 1 is the span."""
-    shear: Annotated[tuple[Stiffness, Stiffness, Stiffness], *_FIBRES] = (5.4e9, 5.4e9, 5.4e9)
+    shear: Annotated[Moduli, *_FIBRES, _MODULUS] = (
+        5.4e9,
+        5.4e9,
+        5.4e9,
+    )
     """Shear moduli G₁₂, G₁₃, G₂₃ of these two laws."""
     poisson: Annotated[tuple[Ratio, Ratio, Ratio], *_FIBRES] = (0.3, 0.3, 0.3)
     """Poisson's ratios 12, 13 and 23 of these two laws."""
-    first_lame: Annotated[Stiffness, *_ISOTROPIC] = 3.9e9
+    first_lame: Annotated[Stiffness, *_ISOTROPIC, _MODULUS] = 3.9e9
     """First Lame constant of the two isotropic laws."""
-    shear_modulus: Annotated[Stiffness, *_ISOTROPIC] = 0.975e9
+    shear_modulus: Annotated[Stiffness, *_ISOTROPIC, _MODULUS] = 0.975e9
     """Shear modulus of the two isotropic laws."""
     shear_viscosity: Annotated[Viscosity, NotNegative] = 0.0
     """Viscosity of the deviator of the strain rate."""

@@ -22,12 +22,15 @@ from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
 from turbine_fenicsx.case.section import Flag, Moment, NotNegative, Positive, Section
 from turbine_fenicsx.case.time_table import Column, TimeTable, read_time_table
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 
 BLADES = ("pitch_1", "pitch_2", "pitch_3")
 """Columns for each blade by itself, in place of one for all."""
 
 MAX_ANGLE = 2.0 * pi
 """Pitch [rad]."""
+
+_PITCH = Plausible(0.1 * DEGREE, 110.0 * DEGREE)
 
 START_TOLERANCE = 1e-6
 """Pitch at t = 0 and that at which the blades start agree so well [rad]."""
@@ -83,20 +86,20 @@ class PitchCase(Section):
     bearings: Annotated[Flag, _RINGS] = False
     """Whether the blades of the hybrid turbine turn in pitch bearings, see
     howto/turbine_options."""
-    ring_mass: Annotated[Kilograms, Positive, _RINGS] = 1000.0
+    ring_mass: Annotated[Kilograms, Positive, _RINGS, Plausible(1.0, 2e5)] = 1000.0
     """Mass of the ring between hub and root of each blade."""
     ring_euler: Annotated[tuple[Moment, Moment, Moment], _RINGS] = (400.0, 20.0, 400.0)
     """Principal values of the Euler tensor of a ring along chord, span and rotor axis."""
     drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
     """Drive of the blades: none, spring and damper, a motion in time, or an actuator that follows
     commands, see howto/control."""
-    initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)] = 0.0
+    initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi), _PITCH] = 0.0
     """Pitch at t = 0, positive to feather."""
     stiffness: Annotated[TorsionalStiffness, NotNegative, Only("drive", "spring")] = 0.0
     """With ``drive = "spring"``: torsional spring on the pitch angle, from its initial value."""
     damping: Annotated[TorsionalDamping, NotNegative, Only("drive", "spring")] = 0.0
     """With ``drive = "spring"``: damper on the rate of the pitch angle."""
-    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi), *_MOTION] = 0.0
+    angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi), *_MOTION, _PITCH] = 0.0
     """With ``drive = "prescribed"``: how far the blades turn from ``initial`` on, positive to
     feather; 0 locks the bearings."""
     start: Annotated[Seconds, NotNegative, *_MOTION, Unless("angle", 0.0)] = 0.0

@@ -14,6 +14,7 @@ from turbine_fenicsx.case.quantities import EulerMoment, Kilograms, Metres
 from turbine_fenicsx.case.rules import Beside, find_name
 from turbine_fenicsx.case.section import Finite, Moment, Positive, Section
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.plausible import Plausible
 from turbine_fenicsx.foundation.text_files import quote
 
 PRINTED_ARMS = (27.0 + 4.5 / (2.0 * cos(pi / 6.0)), 29.25, 27.0 + 4.5 / (2.0 * cos(pi / 6.0)))
@@ -95,7 +96,7 @@ class NacelleCase(Section):
     values ``euler``.
     """
 
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.nacelle.mass
+    mass: Annotated[Kilograms, Positive, Plausible(50.0, 5e6)] = _DEFAULTS.nacelle.mass
     """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
     """Centre of mass from the tower top, along e₁, e₂, e₃."""
@@ -143,7 +144,7 @@ class HubCase(NacelleCase):
     counts from the rotor centre.
     """
 
-    mass: Annotated[Kilograms, Positive] = _DEFAULTS.hub.mass
+    mass: Annotated[Kilograms, Positive, Plausible(10.0, 2e6)] = _DEFAULTS.hub.mass
     """Mass."""
     centre: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
     """Centre of mass from the rotor centre, to the side, up and along the shaft."""

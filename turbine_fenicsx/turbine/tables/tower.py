@@ -21,11 +21,13 @@ from turbine_fenicsx.case.section import (
     Positive,
     Section,
 )
+from turbine_fenicsx.foundation.plausible import Plausible
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
 from turbine_fenicsx.turbine.tables.reduction import TowerReductionCase
 
 _BESIDE_REDUCED = If(lambda case: case.has_reduced_blades, "without reduced blades")
+_WIDTH, _WALL = Plausible(0.2, 30.0), Plausible(1e-3, 1.0)
 
 
 class TowerCase(Section):
@@ -42,30 +44,30 @@ class TowerCase(Section):
 
     flexible: Flag = False
     """Whether there is a flexible tower, see howto/turbine_options."""
-    height: Annotated[Metres, Positive] = 80.0
+    height: Annotated[Metres, Positive, Plausible(5.0, 400.0)] = 80.0
     """Height of the yaw bearing above the foot."""
-    bottom_diameter: Annotated[Metres, Positive, Beside("stations")] = 6.0
+    bottom_diameter: Annotated[Metres, Positive, Beside("stations"), _WIDTH] = 6.0
     """Outer diameter at the foot."""
-    top_diameter: Annotated[Metres, Positive, Beside("stations")] = 4.0
+    top_diameter: Annotated[Metres, Positive, Beside("stations"), _WIDTH] = 4.0
     """Outer diameter at the top."""
-    wall: Annotated[Metres, Positive, Beside("stations")] = 0.04
+    wall: Annotated[Metres, Positive, Beside("stations"), _WALL] = 0.04
     """Thickness of the wall, less than half of the diameters."""
     stations: tuple[Annotated[Number, NotNegative], ...] | None = None
     """Places along the height, as fractions from 0 at the foot to 1; with ``diameters`` and
     ``walls`` in place of a cone."""
-    diameters: tuple[Annotated[Metres, Positive], ...] | None = None
+    diameters: Annotated[tuple[Annotated[Metres, Positive], ...] | None, _WIDTH] = None
     """Outer diameter at each station, linear between."""
-    walls: tuple[Annotated[Metres, Positive], ...] | None = None
+    walls: Annotated[tuple[Annotated[Metres, Positive], ...] | None, _WALL] = None
     """Thickness of the wall at each station, linear between."""
     elements: tuple[Count, Count, Count] = (8, 1, 8)
     """Numbers of hexahedra around, 3 or more, through the wall and along the height."""
     degree: Degree = 2
     """Polynomial degree of the displacement; 2 for curved cells, 1 is much too stiff."""
-    young: Annotated[Pascal, Positive] = 210e9
+    young: Annotated[Pascal, Positive, Plausible(1e9, 5e11)] = 210e9
     """Young's modulus E."""
     poisson: Annotated[Number, Field(gt=-1.0, lt=0.5)] = 0.3
     """Poisson's ratio."""
-    density: Annotated[Density, Positive] = 7850.0
+    density: Annotated[Density, Positive, Plausible(200.0, 2e4)] = 7850.0
     """Density."""
     model: Annotated[Literal["full", "reduced"], _BESIDE_REDUCED] = "full"
     """Tower on its whole mesh, or beside reduced blades as some functions of it move, see
@@ -76,7 +78,7 @@ class TowerCase(Section):
     damping: TowerDamping = TowerDampingCase()
     """Structural damping: a ratio such as ``"1 %"``, or a table with ratios of named modes, see
     howto/damping; 1 % beside ``turbine.file``."""
-    top_mass: Annotated[Kilograms, Positive] = 2000.0
+    top_mass: Annotated[Kilograms, Positive, Plausible(10.0, 1e6)] = 2000.0
     """Mass of the rigid body at the top, which carries the yaw bearing."""
     top_euler: tuple[Moment, Moment, Moment] = (4000.0, 200.0, 4000.0)
     """Principal values of its Euler tensor along e₁, e₂, e₃."""

@@ -12,6 +12,7 @@ from turbine_fenicsx.case.files import DataFile, keep_name
 from turbine_fenicsx.case.quantities import AngularSpeed, Metres, Number, Radians, Unit, to_si
 from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
 from turbine_fenicsx.case.section import HUGE, Finite, NotNegative, Positive, Section
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.turbine.tables.rigid_parts import (
     PRINTED_ARMS,
     HubCase,
@@ -22,6 +23,8 @@ from turbine_fenicsx.turbine.tables.rigid_parts import (
 
 MAX_LEAN = pi / 4.0
 """Largest tilt of the shaft and cone of the blades [rad]."""
+
+_LEAN = Plausible(0.3 * DEGREE, 20.0 * DEGREE)
 
 _PRINTED = (Only("model", "rigid"), Beside("file"))
 _CONSERVES = Unless("time.scheme", "generalised_alpha")
@@ -73,14 +76,14 @@ class TurbineCase(Section):
     """Form of the joint angle constraint, see theory/joints."""
     numerical_dissipation: Annotated[Number, NotNegative, _CONSERVES, _FLEXIBLE] = 0.0
     """Factor chi of the energy-decaying variant; 0 conserves energy."""
-    hub_distance: Annotated[Metres, Positive] = 5.0
+    hub_distance: Annotated[Metres, Positive, Plausible(0.5, 40.0)] = 5.0
     """Horizontal distance a of the hub centre from the yaw axis, see howto/turbine_options."""
-    hub_rise: Annotated[Metres, Finite] = 0.0
+    hub_rise: Annotated[Metres, Finite, Plausible(0.05, 20.0)] = 0.0
     """Height of the hub centre above the tower top."""
-    tilt: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
+    tilt: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN), _LEAN] = 0.0
     """Angle between shaft and horizontal, as in OpenFAST negative if the shaft rises towards the
     rotor."""
-    precone: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN)] = 0.0
+    precone: Annotated[Radians, Field(ge=-MAX_LEAN, le=MAX_LEAN), _LEAN] = 0.0
     """Angle between the blades and the plane normal to the shaft, as in OpenFAST negative if the
     blades lean upwind."""
     nacelle: NacelleCase = NacelleCase()

@@ -21,6 +21,7 @@ from turbine_fenicsx.case.quantities import (
 )
 from turbine_fenicsx.case.rules import AnyOf, Beside, If, Only, Unless, With
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section
+from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.turbine.tables.event import STOPS
 from turbine_fenicsx.turbine.tables.wind_table import (
     FALLBACKS,
@@ -50,6 +51,7 @@ def _not_in_file(key: str) -> If:
     return If(lambda case: key not in case.wind.own_keys, say="beside wind.file, which has its own")
 
 
+_TURN = Plausible(0.1 * DEGREE, 120.0 * DEGREE)
 Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
 Points = Annotated[Whole, Field(ge=2, le=100_000)]
 Distance = Annotated[Metres, Positive]
@@ -95,10 +97,12 @@ class WindCase(Section):
     (``.csv``, ``.wnd``, ``.hh``, see howto/tables), relative to the case file."""
     shear: Annotated[Number, Field(ge=0.0, le=2.0), _not_in_file("shear")] = 0.2
     """Exponent of the power law over the height; 0.2 is the normal wind profile of IEC 61400-1."""
-    hub_height: Annotated[Metres, Positive] | None = None
+    hub_height: Annotated[Metres | None, Positive, Plausible(5.0, 400.0)] = None
     """Height of the rotor centre above ground; none: ``tower.height`` and ``turbine.hub_rise``, or
     that of ``turbine.file``."""
-    direction: Annotated[Angle, _not_in_file("direction")] = 0.0
+    direction: Annotated[
+        Angle, Plausible(0.1 * DEGREE, 120.0 * DEGREE), _not_in_file("direction")
+    ] = 0.0
     """Angle of the wind with e₃, positive towards e₁."""
     inclination: Annotated[
         Radians,
@@ -118,7 +122,7 @@ class WindCase(Section):
     """Class of the turbine, for gusts."""
     turbulence: Annotated[Literal["A+", "A", "B", "C"], *_GUST] = "B"
     """Category of turbulence, for gusts."""
-    density: Annotated[Density, Positive] = 1.225
+    density: Annotated[Density, Positive, Plausible(0.5, 2.0)] = 1.225
     """Density of the air."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
     """Time in which the wind sets in smoothly from calm; 0 for a sudden start."""
