@@ -66,7 +66,8 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
     """Read a file whose first line names its columns, as in ``time [s], rotor_torque [kN m]``.
 
     Commas, semicolons or tabs stand between columns; a column without a unit counts in SI. Empty
-    lines and those that begin with # do not count.
+    lines and those that begin with # do not count. Angles turn the short way from line to line:
+    from 350 to 10 degrees by 20.
 
     Args:
         path: The file.
@@ -105,7 +106,8 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
                 f"{name}, line {numbers[k]}: {key} = {column[k]:g} {columns[key].unit}".rstrip()
                 + f" must lie between {low:g} and {high:g}"
             )
-    return TimeTable(name, times, table)
+    angles = {key: np.unwrap(x) for key, x in table.items() if columns[key].unit == "rad"}
+    return TimeTable(name, times, table | angles)
 
 
 def _split(text: str) -> list[tuple[int, list[str], str]]:

@@ -5,8 +5,8 @@ The speed at a place is that of OpenFAST's uniform wind (InflowWind),
     V = V_hub ((z/z_hub)^alpha + (s_y y' + s_z (z - z_hub))/L) + V_gust
 
 with y' to the left of the wind and L the diameter of the rotor, and the vertical speed across it in
-the vertical plane of the wind; straight lines lead from time to time. The wind changes everywhere
-at the same time: it does not travel.
+the vertical plane of the wind; straight lines lead from time to time, and angles turn the short
+way. The wind changes everywhere at the same time: it does not travel.
 """
 
 from __future__ import annotations
@@ -81,6 +81,8 @@ class TabulatedWind:
                 raise ModelError(f"column {name} of a table of wind needs a number for each time")
         if not np.all(np.diff(self.times) > 0.0):
             raise ModelError("times of a table of wind must rise")
+        angles = {key: np.unwrap(self.columns[key]) for key in _ANGLES if key in self.columns}
+        object.__setattr__(self, "columns", {**self.columns, **angles})
 
     def velocity(self, position: Array, time: float) -> Array:
         """As `Inflow.velocity`; before the first time and after the last as at these."""

@@ -176,6 +176,11 @@ def test_blades_follow_the_pitch_of_a_file(comm, write, tmp_path_factory):
     assert angles == pytest.approx([5.4, 5.8, 6.2])
 
 
+def test_pitch_turns_the_short_way(write):
+    (table, name), *_ = load_pitch(write("time,pitch [deg]\n0,350\n1,10\n2,-350\n", "pitch.csv"))
+    assert np.degrees(table.columns[name]) == pytest.approx([350.0, 370.0, 370.0])
+
+
 def test_the_pitch_of_a_file_begins_where_the_blades_do(write):
     file = write("time,pitch [deg]\n0,5\n20,6\n", "pitch.csv")
     assert len(load_pitch(file)) == 3

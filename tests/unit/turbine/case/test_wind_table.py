@@ -77,6 +77,21 @@ def test_openfast_files_have_the_formula_of_inflowwind(write):
     assert wind.velocity(np.zeros(3), 0.0) == pytest.approx(10.0 * E3)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "sign"),
+    [
+        ("w.csv", "time [s], speed, direction [deg]\n0, 10, 350\n10, 10, 10\n20, 10, 180\n", 1.0),
+        ("w.wnd", "0 10 350 0 0 0.2 0 0\n10 10 10 0 0 0.2 0 0\n20 10 180 0 0 0.2 0 0\n", -1.0),
+    ],
+)
+def test_directions_turn_the_short_way(write, name, text, sign):
+    wind = make_inflow(Case.parse(write(text, name)))
+    for time, direction in ((2.5, -5.0), (5.0, 0.0), (7.5, 5.0), (15.0, 95.0)):
+        angle = sign * np.radians(direction)
+        expected = 10.0 * (np.cos(angle) * E3 + np.sin(angle) * E1)
+        assert wind.velocity(np.zeros(3), time) == pytest.approx(expected, abs=1e-12)
+
+
 def test_an_upflow_angle_may_be_the_ninth_number(tmp_path):
     path = tmp_path / "up.hh"
     path.write_text("# OpenFAST 3\n0, 10, 5, 0, 0, 0.1, 0, 0, 8\n")
