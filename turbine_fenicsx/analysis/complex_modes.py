@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from petsc4py import PETSc
 
@@ -15,6 +16,7 @@ from turbine_fenicsx.analysis.mode import Mode
 from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
 from turbine_fenicsx.analysis.slepc import Pair
 from turbine_fenicsx.analysis.squared_frequencies import square_of_swelling
+from turbine_fenicsx.analysis.strain_meter import StrainMeter, warn_of_round_off
 from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 
@@ -35,12 +37,19 @@ MIN_NEW_SHARE = 1e-4
 IN_PHASE_TOLERANCE = 1e-12
 """Share of the modal mass in the part b below which all parts of a mode move in phase."""
 
+GROWING_FIRST = 1e-6
+"""Relative difference of sizes within which a motion that grows comes before one that decays."""
+
 MIN_SHIFT_RATIO = 0.05
 """Shift and lowest frequency may differ by a factor of one over this; digits are lost beyond."""
 
 BALANCE_TOLERANCE = 0.5
 """Maximum sum of inertia and forces of the velocity that balance each other, relative to the larger
 one."""
+
+SHIFT_OF_LOWEST = 0.7
+"""Next shift over the lowest frequency. A motion that diverges has a real eigenvalue, at which
+nothing can be inverted."""
 
 MAX_ATTEMPTS = 8
 
@@ -98,11 +107,13 @@ def complex_modes(
             break
         for pair in (*rigid, *elastic):
             pair.destroy()
-        shift = lowest
+        shift = SHIFT_OF_LOWEST * lowest
     else:
         raise StepFailure(f"no shift was found for modes, the last one was {shift:.3g} rad/s")
-    elastic.sort(key=lambda p: abs(p.eigenvalue))
+    elastic.sort(key=_rank)
     chosen = [*rigid, *elastic][:count]
+    squares = [(abs(pair.eigenvalue) ** 2, pair.round_off) for pair in chosen[len(rigid) :]]
+    warn_of_round_off(problem.linear.system.comm, squares)
     modes = [_mode(problem, pair, k < len(rigid), meter) for k, pair in enumerate(chosen)]
     for pair in (*rigid, *elastic):
         pair.destroy()
@@ -112,6 +123,12 @@ def complex_modes(
         raise StepFailure(f"only {len(modes)} of {count} modes were found; fewer may help")
     modes.sort(key=lambda mode: (not mode.is_rigid, mode.eigenvalue.imag, abs(mode.eigenvalue)))
     return tuple(modes), lowest
+
+
+def _rank(pair: Pair) -> float:
+    """Size of the eigenvalue, for one that grows a little less."""
+    size = abs(pair.eigenvalue)
+    return size * (1.0 - GROWING_FIRST * (pair.eigenvalue.real > GROWING_FIRST * size))
 
 
 def _guess(problem: QuadraticProblem) -> float:
@@ -144,13 +161,13 @@ def _separate_rigid(
     elastic: list[Pair] = []
     image = problem.linear.vectors.new_vector()
     highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
+    strain, slow = StrainMeter(problem.linear), RIGID_EIGENVALUE_RATIO * shift
     for pair in pairs:
         energy, size = _strain(problem, pair.parts)
         round_off = max(STRAIN_ROUND_OFF * size, (FREQUENCY_ROUND_OFF * highest) ** 2)
-        if energy > round_off or not _is_slow(
-            problem, pair, RIGID_EIGENVALUE_RATIO * shift, round_off
-        ):
-            elastic.append(pair)
+        held = energy > round_off or strain.is_strained(pair.parts, energy)
+        if held or not _is_slow(problem, pair, slow, round_off):
+            elastic.append(replace(pair, round_off=float(np.finfo(float).eps) * size))
             continue
         for x in pair.parts:
             if _make_normal(problem.mass, x, [p.parts[0] for p in rigid], image):

@@ -65,7 +65,7 @@ class Mode:
         eigenvalue: s with a positive or no imaginary part [rad/s].
         real: The part a.
         imaginary: The part b; None where all parts move in phase.
-        is_rigid: Whether nothing is strained, so that the frequency is zero to round-off.
+        is_rigid: Whether nothing is strained and nothing holds it: the frequency is zero.
         whirl: How the rotor goes round, seen from what carries it; None except in multiblade
             coordinates of a rotor that turns.
     """

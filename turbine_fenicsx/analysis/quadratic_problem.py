@@ -219,7 +219,8 @@ class _ShiftedProblem:
             completed = _solve(iteration)
             for k in range(iteration.getConverged() if completed else 0):
                 mu = linear.system.comm.bcast(iteration.getEigenpair(k, x, y))
-                self._add(mu, x, y, found)
+                if self._error(mu, x, y) <= RESIDUAL:
+                    self._add(mu, x, y, found)
         for thing in (start, allowed, x, y, *operators):
             thing.destroy()
         return completed
@@ -232,8 +233,8 @@ class _ShiftedProblem:
                 self._add(mu, x, y, found)
 
     def _add(self, mu: complex, x: PETSc.Vec, y: PETSc.Vec, found: _Pairs) -> None:
-        """Add a pair to those found if it is one."""
-        if mu.imag >= 0.0 and self._error(mu, x, y) <= RESIDUAL:
+        """Add a pair to those found, one of each two that are conjugate."""
+        if mu.imag >= 0.0:
             s = self._sigma * (1.0 + mu)
             found.add(Pair(s, (x.copy(), y.copy())), self._sigma + abs(s))
 

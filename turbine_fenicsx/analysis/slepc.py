@@ -39,11 +39,13 @@ class Pair:
         eigenvalue: s [rad/s], with a positive or no imaginary part; or w^2 [rad^2/s^2].
         parts: Real and imaginary part of the vector, flat ones; the real one alone if it is real.
         is_rigid: Whether the vector has no stiffness but round-off.
+        round_off: Error of the square of its frequency by the last digits of K [rad^2/s^2].
     """
 
     eigenvalue: complex
     parts: tuple[PETSc.Vec, ...]
     is_rigid: bool = False
+    round_off: float = 0.0
 
     def destroy(self) -> None:
         """Free the vectors. Collective."""

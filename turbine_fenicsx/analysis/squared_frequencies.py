@@ -20,6 +20,12 @@ from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.slepc import Pair, invert_by, keep_if_interrupted
 from turbine_fenicsx.analysis.statics import UNHELD
+from turbine_fenicsx.analysis.strain_meter import (
+    StrainMeter,
+    quadratic_form,
+    swelling_of,
+    warn_of_round_off,
+)
 from turbine_fenicsx.foundation.errors import StepFailure
 
 log = logging.getLogger(__name__)
@@ -64,7 +70,7 @@ class SquaredFrequencies:
         self.symmetric = all(_is_symmetric(block) for block in blocks_of(self._A))
         for A, M in zip(blocks_of(self._A), blocks_of(self._M), strict=True):
             A.axpy(self._shift, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        self._sizes = _entry_sizes(linear)
+        self._sizes, self._meter = _entry_sizes(linear), StrainMeter(linear)
         self._solver = linear.solver(self._A, "modes_", self.symmetric)
 
     def find(self, count: int, tolerance: float) -> list[Pair]:
@@ -95,6 +101,9 @@ class SquaredFrequencies:
                 )
             _destroy(others)
         log.info("%d modes after %d solves", len(pairs), self._solver.solves)
+        lowest = sorted((abs(p.eigenvalue), p.round_off, p.is_rigid) for p in pairs)[:count]
+        squares = [(square, error) for square, error, is_rigid in lowest if not is_rigid]
+        warn_of_round_off(self._linear.system.comm, squares)
         self._check(pairs)
         return pairs
 
@@ -199,9 +208,11 @@ class SquaredFrequencies:
         if theta.imag:
             return Pair(square, parts)
         b.pointwiseMult(self._sizes, a)
-        is_rigid = abs(square) <= ROUND_OFF * b.dot(a) + UNHELD
+        size = b.dot(a)
         b.destroy()
-        return Pair(square, parts, is_rigid)
+        is_rigid = abs(square) <= ROUND_OFF * size + UNHELD
+        is_rigid = is_rigid and not self._meter.is_strained([a], abs(square))
+        return Pair(square, parts, is_rigid, float(np.finfo(float).eps) * size)
 
     def _form(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> float:
         """x.A y."""
@@ -283,23 +294,10 @@ def square_of_swelling(linear: LinearSystem) -> float:
     flexible = zip(blocks_of(linear.stiffness)[:-1], blocks_of(linear.mass)[:-1], strict=True)
     squares = []
     for m, (K, M) in zip(system.flexible_models, flexible, strict=True):
-        swelling = m.new_vector()
-        sums = system.comm.allreduce(np.append(m.positions.sum(axis=0), len(m.positions)))
-        swelling.array[:] = (m.positions - sums[:3] / sums[3]).ravel()
-        squares.append(_quotient(K, M, swelling))
+        swelling = swelling_of(m)
+        squares.append(quadratic_form(K, swelling) / quadratic_form(M, swelling))
         swelling.destroy()
     return min((s for s in squares if s > UNHELD), default=0.0)
-
-
-def _quotient(K: PETSc.Mat, M: PETSc.Mat, y: PETSc.Vec) -> float:
-    """y.K y / y.M y."""
-    product = y.duplicate()
-    K.mult(y, product)
-    stiffness = product.dot(y)
-    M.mult(y, product)
-    mass = product.dot(y)
-    product.destroy()
-    return float(stiffness / mass)
 
 
 def _is_symmetric(K: PETSc.Mat) -> bool:

@@ -5,7 +5,7 @@ The speed at a place is that of OpenFAST's uniform wind (InflowWind),
     V = V_hub ((z/z_hub)^alpha + (s_y y' + s_z (z - z_hub))/L) + V_gust
 
 with y' to the left of the wind and L the diameter of the rotor, and the vertical speed across it in
-the vertical plane of the wind; straight lines lead from time to time, and angles turn the short
+the vertical plane of the wind. Straight lines lead from time to time, and angles turn the short
 way. The wind changes everywhere at the same time: it does not travel.
 """
 
