@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -12,6 +12,9 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.windio.curves import read_curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
+
+SIZE = 6
+"""Number of the coefficients ``mu``: two of shear, stretch, two of bending, torsion."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,7 @@ class References:
         generator_mass: Beside the properties of the generator [kg].
         tower_mass: By the section properties of the tower [kg].
         foundation_top: Height of the upper end of a monopile [m].
+        damping: Sentences about the structural damping that is not read.
     """
 
     rotor_diameter: float | None = None
@@ -31,6 +35,7 @@ class References:
     generator_mass: float | None = None
     tower_mass: float | None = None
     foundation_top: float | None = None
+    damping: tuple[str, ...] = ()
 
 
 def read_references(root: Entry) -> References:
@@ -42,7 +47,23 @@ def read_references(root: Entry) -> References:
         _try(lambda: components["drivetrain"]["generator"]["mass"].positive()),
         _try(lambda: _read_tower_mass(components["tower"])),
         _try(lambda: float(_read_heights(components["monopile"])[-1])),
+        tuple(x for name in ("blade", "tower") for x in _find_unread_damping(components, name)),
     )
+
+
+def _find_unread_damping(components: Entry, name: str) -> Iterator[str]:
+    """Sentences about what `structural_damping` holds besides coefficients of bending."""
+    structure = components[name].get("structure") if name in components else None
+    properties = structure.get("elastic_properties") if structure else None
+    damping = properties.get("structural_damping") if properties else None
+    if damping is None or not isinstance(damping.value, dict):
+        return
+    mu = damping.value.get("mu")
+    if isinstance(mu, list) and len(mu) == SIZE and any(mu) and not any(mu[3:5]):
+        shown = ", ".join(f"{x:g}" for x in damping["mu"].numbers())
+        yield f"{damping.place}.mu = [{shown}], which has nothing for bending"
+    for key in damping.value.keys() - {"mu"}:
+        yield f"{damping.place}.{key}"
 
 
 def _try(read: Callable[[], float | None]) -> float | None:

@@ -28,6 +28,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         describe_rigid_blades,
         describe_tower,
         inspect_mesh,
+        list_damping_mistakes,
     )
     from turbine_fenicsx.turbine.run.reduction import describe_reduction
 
@@ -60,6 +61,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         found = own or inspect_mesh(case, comm)
         if found.mistakes:
             raise InputError("\n".join(found.mistakes))
+        if mistakes := list_damping_mistakes(case, comm):
+            raise InputError("\n".join(mistakes))
         _warn(comm, found.warnings)
         _print(comm, found.report)
         reduction = on_rank0(comm, lambda: describe_reduction(case, found.nodes_of_blade))

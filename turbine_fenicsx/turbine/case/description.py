@@ -10,6 +10,7 @@ from turbine_fenicsx.case.quantities import unit_of
 from turbine_fenicsx.case.rules import find_unused_keys
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.damping import DEFAULT_MODES, DampingCase
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 _OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
@@ -73,10 +74,10 @@ def describe_bearings(case: Tables) -> list[str]:
     """Yaw, pitch and rotor of a case in one line, and its structural damping in another."""
     sentences = [f"yaw {YAW[case.yaw.drive]}", _describe_pitch(case), _describe_rotor(case)]
     damped = [
-        f"{name} {text}"
-        for name, table, there in (
-            ("blades", case.blade.damping, case.turbine.model == "hybrid"),
-            ("tower", case.tower.damping, case.tower.flexible),
+        f"{name} {text}{_describe_dropped(case, key, table)}"
+        for name, key, table, there in (
+            ("blades", "blade", case.blade.damping, case.turbine.model == "hybrid"),
+            ("tower", "tower", case.tower.damping, case.tower.flexible),
         )
         if there and (text := table.describe())
     ]
@@ -89,6 +90,15 @@ def describe_bearings(case: Tables) -> list[str]:
     if flexible or case.tower.flexible:
         lines.append(f"structural damping: {', '.join(damped) or 'none'}")
     return lines
+
+
+def _describe_dropped(case: Tables, key: str, damping: DampingCase) -> str:
+    """Modes that have a ratio by default, but not beside those of the case."""
+    given = damping.ratios
+    dropped = [name for name in DEFAULT_MODES[key] if name not in given]
+    if case.turbine.file is None or not given or not dropped:
+        return ""
+    return f" (without the default of {' and '.join(dropped)})"
 
 
 def _describe_pitch(case: Tables) -> str:

@@ -25,6 +25,7 @@ from turbine_fenicsx.turbine.case.turbine_control import (
     design_control,
     find_generator,
 )
+from turbine_fenicsx.turbine.tables.damping import DEFAULT_MODES
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
@@ -197,14 +198,17 @@ def _find_defaults(
     material = data.get("material")
     viscous = isinstance(material, Mapping) and any("viscosity" in str(key) for key in material)
     found = {name: dict(values) for name, values in DEFAULTS.items()}
-    own = data.get("blade"), data.get("tower")
-    for name, table, time in zip(
-        ("blade", "tower"), own, (turbine.blade_damping, turbine.tower_damping), strict=True
-    ):
-        if isinstance(table, Mapping) and "damping" in table:
-            del found[name]
-        elif time > 0.0:
+    for name, time in (("blade", turbine.blade_damping), ("tower", turbine.tower_damping)):
+        own = data.get(name)
+        given = own.get("damping") if isinstance(own, Mapping) else None
+        if time > 0.0:
             found[name] = {"damping": {"stiffness_time": time}}
+        if isinstance(given, Mapping) and not set(given) - {"speed"}:
+            ratio = found[name]["damping"]  # a table that names no mode, but the speed for all
+            if not isinstance(ratio, Mapping):
+                found[name] = {"damping": dict.fromkeys(DEFAULT_MODES[name], ratio)}
+        elif given is not None:
+            del found[name]
     if rigid:
         found["pitch"] = {"drive": "prescribed"}  # else the blades would turn freely
     if viscous or rigid:
@@ -265,6 +269,7 @@ def describe_file(case: Tables) -> list[str]:
             f"left out: components.{', components.'.join(turbine.foundations)}; the tower is "
             "clamped at its base"
         )
+    lines += [f"not read: {text}" for text in turbine.references.damping]
     if turbine.rated_speed is not None:
         lines.append(f"rated speed of the rotor {turbine.rated_speed * 30.0 / pi:.4g} rpm")
     return lines

@@ -5,12 +5,18 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 
 from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.held_modes import HeldMode, Rider, held_modes
 from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.analysis.strain_meter import quadratic_form
+from turbine_fenicsx.analysis.turning import turning_equilibrium
+from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
@@ -21,6 +27,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import E2, skew
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.records.conventions import BLADES, TOWER
 from turbine_fenicsx.system.flexible_model import FlexibleModel
@@ -95,16 +102,64 @@ def _meet_ratios(
     nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
     root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
     layout, speed = assembly.rotor.layout, assembly.case.blade.damping.speed
-    spin, centre = speed * skew(layout.axes[2] @ R), (np.asarray(layout.centre) - t) @ R
-    # centrifugal force -M S^2 (X - centre)
-    arms, load = model.new_vector(), model.new_vector()
-    arms.array[:] = -((model.positions - centre) @ (spin @ spin).T).ravel()
-    model.momentum(arms, load)
-    modes = held_modes(model, nodes, root, COUNT, load=load, spin=spin)
+    axis, centre = layout.axes[2] @ R, (np.asarray(layout.centre) - t) @ R
+    turning: dict[str, Any] = {}
+    if speed:
+        u = _find_stretch(assembly.comm, damping, axis, centre, speed)
+        turning = {"displacement": u, "spin": speed * skew(axis)}
+    modes = held_modes(model, nodes, root, COUNT, **turning)
+    if speed:
+        modes = _damp_stretched(assembly, damping, modes, turning["displacement"])
     axes = blade_axes(layout, 1) @ R
     sections = _cut(system, nodes, axes)
     named = _name(modes, [BLADE_WAYS[_find_way(sections, nodes, mode)] for mode in modes])
     return _meet(damping, model, wanted, named, "blade")
+
+
+def _find_stretch(
+    comm: MPI.Intracomm, damping: RayleighDamping, axis: Array, centre: Array, speed: float
+) -> Array:
+    """Displacements of blades that turn, shape (n_owned, 3) [m]. Collective.
+
+    Args:
+        comm: Communicator.
+        damping: Their damping, with the roots that hold them.
+        axis: Of the rotation.
+        centre: A point on it.
+        speed: Of the rotation [rad/s].
+    """
+    body, point = damping.flexible, tuple(centre.tolist())
+    assert isinstance(body, FlexibleBody)
+    hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0), position=point)
+    shaft = Revolute("shaft", None, hub, point=point, axis=tuple(axis.tolist()))
+    roots = [
+        Coupling(f"root_{number}", body, np.asarray(held.facets), hub)
+        for number, held in enumerate(damping.held)
+    ]
+    state = turning_equilibrium(MultibodySystem(comm, [hub, shaft, body, *roots]), "shaft", speed)
+    u: Array = state.u[0].array_r.reshape(-1, 3).copy()
+    state.destroy()
+    return u
+
+
+def _damp_stretched(
+    assembly: Assembly, damping: RayleighDamping, modes: Sequence[HeldMode], u: Array
+) -> list[HeldMode]:
+    """Modes with the strain rates of blades that are stretched by displacements u. Collective."""
+    unit = replace(damping, stiffness=1.0, mass=0.0, held=())
+    system = MultibodySystem(assembly.comm, [damping.flexible, unit])
+    model = system.flexible_models[0]
+    stretched, shape = model.new_vector(), model.new_vector()
+    stretched.array[:] = u.ravel()
+    D = model.damping_matrix(stretched, 0.0)
+    assert D is not None
+    found = []
+    for mode in modes:
+        shape.array[:] = mode.shape.ravel()
+        found.append(replace(mode, strain=quadratic_form(D, shape)))
+    for thing in (stretched, shape, D):
+        thing.destroy()
+    return found
 
 
 def _damp_tower(assembly: Assembly, tower: DeformableBody, wanted: DampingCase) -> RayleighDamping:

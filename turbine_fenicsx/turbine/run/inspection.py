@@ -21,6 +21,7 @@ from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan, plan_rotor
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades
 from turbine_fenicsx.turbine.blades.station_check import list_station_mistakes
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.model import assemble, list_components
 from turbine_fenicsx.turbine.components.tower import tower_geometry
 
 
@@ -82,6 +83,26 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     text = "\n".join([str(report), unknowns, *made])
     nodes = count_nodes(mesh.cells, mesh.reference, 3, plan.blades.degree) // len(ROOTS)
     return Inspection(mistakes, tuple(warnings), text, nodes)
+
+
+def list_damping_mistakes(case: Case, comm: MPI.Intracomm) -> list[str]:
+    """A sentence if stiffness and mass cannot meet the ratios of two modes. Collective.
+
+    Their modes are found for it, on the whole mesh, which takes some seconds.
+    """
+    parts = (case.turbine.model == "hybrid", case.blade), (case.tower.flexible, case.tower)
+    if not any(is_there and part.damping.may_not_fit for is_there, part in parts):
+        return []
+    full = {
+        name: part.model_copy(update={"model": "full"})
+        for name, part in (("blade", case.blade), ("tower", case.tower))
+    }
+    whole = case.model_copy(update=full)
+    try:
+        assemble(whole, list_components(whole), comm)
+    except ModelError as error:
+        return str(error).splitlines()
+    return []
 
 
 def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:

@@ -6,15 +6,25 @@ from collections.abc import Callable, Mapping
 from math import hypot, pi
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import AngularSpeed, Seconds, Unit, to_si
+from turbine_fenicsx.case.rules import Beside, With
 from turbine_fenicsx.case.schema import Also
-from turbine_fenicsx.case.section import Finite, NotNegative, Section
+from turbine_fenicsx.case.section import NotNegative, Section
+from turbine_fenicsx.foundation.plausible import Plausible
 from turbine_fenicsx.foundation.text_files import quote
 
 MAX_RATIO = 0.3
 """Largest damping ratio of a mode: beyond, it is a mistake of the unit."""
+
+MAX_SPEED = 20.0 * pi
+"""Largest speed of a rotor at which blades are damped, 600 rpm [rad/s]."""
+
+DEFAULT_MODES = {"blade": ("flap_1", "edge_1"), "tower": ("fore_aft_1", "fore_aft_2")}
+"""Modes for which a single ratio counts, by table."""
+
+_WITH_RATIOS = Beside("stiffness_time"), With("flap_1", "edge_1", "flap_2", "edge_2")
 
 MAX_NAMED = 2
 """Number of modes that stiffness and mass together can meet."""
@@ -55,7 +65,7 @@ Ratio = Annotated[float, BeforeValidator(to_ratio), Unit("")]
 class DampingCase(Section):
     """Common keys of the damping of blades and tower."""
 
-    stiffness_time: Annotated[Seconds, NotNegative] | None = None
+    stiffness_time: Annotated[Seconds | None, NotNegative, Plausible(1e-6, 1.0)] = None
     """Factor of the stiffness in the damping matrix, in place of ratios: ``mu`` of windIO and
     BeamDyn."""
 
@@ -65,6 +75,11 @@ class DampingCase(Section):
         values = {name: getattr(self, name) for name in type(self).model_fields}
         skip = {"stiffness_time", "speed"}
         return {name: x for name, x in values.items() if name not in skip and x is not None}
+
+    @property
+    def may_not_fit(self) -> bool:
+        """Whether there are two ratios that stiffness and mass can perhaps not meet together."""
+        return len(set(self.ratios.values())) > 1
 
     @property
     def acts(self) -> bool:
@@ -78,9 +93,10 @@ class DampingCase(Section):
         if not self.acts:
             return ""
         ratios = self.ratios
-        if len(set(ratios.values())) == 1:
-            return f"{100.0 * next(iter(ratios.values())):.3g} % of {' and '.join(ratios)}"
-        return ", ".join(f"{100.0 * x:.3g} % of {name}" for name, x in ratios.items())
+        if self.may_not_fit:
+            return ", ".join(f"{100.0 * x:.3g} % of {name}" for name, x in ratios.items())
+        others = ", others in proportion to their frequencies" if len(ratios) == 1 else ""
+        return f"{100.0 * max(ratios.values()):.3g} % of {' and '.join(ratios)}{others}"
 
 
 class BladeDampingCase(DampingCase):
@@ -99,9 +115,15 @@ class BladeDampingCase(DampingCase):
     """Ratio of the first edgewise mode."""
     edge_2: Ratio | None = None
     """Ratio of the second edgewise mode."""
-    speed: Annotated[AngularSpeed, Finite] = 0.0
+    speed: Annotated[AngularSpeed, Field(ge=0.0, le=MAX_SPEED), *_WITH_RATIOS] = 0.0
     """Speed of the rotor at which the blade has these ratios; a rotor that turns is stiffer, and
     damped less."""
+
+    def describe(self) -> str:
+        """The damping in words, with the speed at which it holds."""
+        text = super().describe()
+        at_speed = bool(text and self.ratios and self.speed)
+        return f"{text}, at {self.speed * 30.0 / pi:.4g} rpm" if at_speed else text
 
 
 class TowerDampingCase(DampingCase):
@@ -133,9 +155,11 @@ def _spread(*names: str) -> Callable[[Any], Any]:
 
 
 _RATIO = Also("number", "string")
-BladeDamping = Annotated[BladeDampingCase, BeforeValidator(_spread("flap_1", "edge_1")), _RATIO]
+BladeDamping = Annotated[
+    BladeDampingCase, BeforeValidator(_spread(*DEFAULT_MODES["blade"])), _RATIO
+]
 TowerDamping = Annotated[
-    TowerDampingCase, BeforeValidator(_spread("fore_aft_1", "fore_aft_2")), _RATIO
+    TowerDampingCase, BeforeValidator(_spread(*DEFAULT_MODES["tower"])), _RATIO
 ]
 
 

@@ -53,6 +53,15 @@ def test_bearings_are_described(data, words):
             "structural damping: blades 1 % of flap_1, 2 % of edge_1",
         ),
         (
+            {"blade": {"damping": {"flap_1": 0.01, "edge_1": 0.01, "speed": "7 rpm"}}},
+            "structural damping: blades 1 % of flap_1 and edge_1, at 7 rpm",
+        ),
+        (
+            {"blade": {"damping": {"flap_1": 0.01}}},
+            "structural damping: blades 1 % of flap_1, others in proportion to their frequencies",
+        ),
+        ({"blade": {"damping": {"speed": "7 rpm"}}}, "structural damping: none"),
+        (
             {"blade": {"damping": {"stiffness_time": 0.003}}},
             "structural damping: blades in proportion to the stiffness, 0.003 s",
         ),

@@ -10,7 +10,7 @@ from tests.windio_files import IEA_15, IEA_22, find_turbine, load_yaml, small_tu
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.case.description import describe_case
+from turbine_fenicsx.turbine.case.description import describe_bearings, describe_case
 from turbine_fenicsx.turbine.case.turbine_file import describe_file, list_origins
 from turbine_fenicsx.turbine.components.tower import tower_geometry
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
@@ -217,6 +217,50 @@ def test_the_rated_speed_is_told_where_the_file_has_it(folder):
     write_turbine(tables, folder, "other.yaml")
     told = describe_file(parse(folder, {"file": "other.yaml"}))
     assert told[-1] == "rated speed of the rotor 28.5 rpm"
+
+
+DEFAULT = "blades 0.5 % of flap_1 and edge_1"
+
+
+@pytest.mark.parametrize(
+    ("damping", "line"),
+    [
+        ({}, DEFAULT),
+        ({"speed": "7.56 rpm"}, f"{DEFAULT}, at 7.56 rpm"),
+        (
+            {"flap_1": "1 %"},
+            "blades 1 % of flap_1, others in proportion to their frequencies (without the default "
+            "of edge_1)",
+        ),
+        ({"flap_1": "1 %", "edge_1": "1 %"}, "blades 1 % of flap_1 and edge_1"),
+        ({"flap_1": 0, "speed": "7 rpm"}, "none"),
+    ],
+)
+def test_defaults_of_damping_count_where_no_mode_has_a_ratio(folder, damping, line):
+    tables = {"turbine": {"file": "small.yaml"}, "blade": {"damping": damping}}
+    case = Case.parse(tables | {"tower": {"flexible": False}}, folder)
+    assert describe_bearings(case)[1] == f"structural damping: {line}"
+
+
+@pytest.mark.parametrize("speed", [-1.0, 1e9])
+def test_absurd_speeds_of_damped_blades_are_refused(speed):
+    with pytest.raises(InputError, match=r"blade\.damping\.speed"):
+        Case.parse({"blade": {"damping": {"flap_1": 0.01, "speed": speed}}})
+
+
+def test_damping_that_is_not_read_is_named(folder):
+    tables = small_turbine()
+    damping = {"mu": [0.004, 0.004, 4e-4, 0, 0, 0], "ratio": 0.01}
+    tables["components"]["tower"]["structure"]["elastic_properties"] = {
+        "structural_damping": damping
+    }
+    write_turbine(tables, folder)
+    place = "components.tower.structure.elastic_properties.structural_damping"
+    lines = describe_file(Case.parse({"turbine": {"file": "small.yaml"}}, folder))
+    assert f"not read: {place}.mu = [0.004, 0.004, 0.0004, 0, 0, 0], which has nothing for" in (
+        lines[-2].replace(" bending", "")
+    )
+    assert lines[-1] == f"not read: {place}.ratio"
 
 
 def test_a_file_that_changed_is_read_again(folder):

@@ -1,10 +1,12 @@
 """Claims about the structural damping of blades and tower."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from tests.windio_files import small_turbine, write_turbine
+from tests.windio_files import IEA_15, find_turbine, small_turbine, write_turbine
 from turbine_fenicsx import Gravity, Simulation
 from turbine_fenicsx.analysis.damped_modes import damped_modes
 from turbine_fenicsx.analysis.turning_modes import turning_modes
@@ -290,3 +292,24 @@ def test_a_hollow_blade_and_its_tower_are_damped(comm, shared_tmp_path):
     turbine = build_turbine(parse_file(comm, shared_tmp_path, mesh), comm)
     found = [m.damping for m in turbine.system.flexible_models]
     assert all(d is not None and d.stiffness > 0.0 and d.mass > 0.0 for d in found)
+
+
+@pytest.mark.slow
+def test_prebent_blades_of_laminates_are_stiffer_where_they_turn(comm, caplog):
+    """The walls of such blades buckle if their stiffness is linear in the centrifugal force."""
+    found = {}
+    for speed in ("0 rpm", "7 rpm"):
+        tables = {
+            "turbine": {"file": find_turbine(IEA_15).name},
+            "blade": {"damping": {"flap_1": 0.01, "edge_1": 0.01, "speed": speed}},
+            "mesh": {"span": 12, "around": 16},
+            "tower": {"flexible": False},
+        }
+        caplog.clear()
+        with caplog.at_level("INFO"):
+            find_parts(comm, tables)
+        found[speed] = [float(x) for x in re.findall(r"at ([\d.]+) Hz", caplog.text)]
+    # turning modes of the whole rotor: 0.51613 to 0.53775 Hz; in the plane the speed softens
+    flap, edge = np.array(found["7 rpm"]) / found["0 rpm"]
+    assert flap == pytest.approx(0.53775 / 0.51613, abs=3e-3)
+    assert 1.0 < edge < 1.02

@@ -4,7 +4,7 @@ import pytest
 
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.run.inspection import inspect_mesh
+from turbine_fenicsx.turbine.run.inspection import inspect_mesh, list_damping_mistakes
 from turbine_fenicsx.turbine.run.summary import count_unknowns
 
 pytestmark = pytest.mark.parallel
@@ -30,3 +30,12 @@ def test_unknowns_are_those_of_the_turbine(comm, tables):
         f"\nunknowns: {displacements} displacements, {multipliers} coupling multipliers\n"
         in found.report
     )
+
+
+def test_ratios_that_stiffness_and_mass_cannot_meet_are_found_before_a_run(comm):
+    tables = {"mesh": {"elements": [1, 1, 6], "degree": 2}}
+    for edge, mistakes in (("2 %", 0), ("0.001 %", 1)):
+        case = Case.parse(tables | {"blade": {"damping": {"flap_1": "3 %", "edge_1": edge}}})
+        found = list_damping_mistakes(case, comm)
+        assert len(found) == mistakes
+        assert all("blade.damping.edge_1 = 1e-05: expected" in sentence for sentence in found)
