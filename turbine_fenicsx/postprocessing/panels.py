@@ -57,6 +57,18 @@ def _energy(run: TimeSeries, column: str) -> NDArray[np.float64]:
     return energy
 
 
+def find_largest_energy(run: TimeSeries) -> float:
+    """Largest of all energies of a run, to which errors count, see `Snapshot.stored_energy` [J]."""
+    columns = (
+        names.KINETIC_ENERGY,
+        names.STRAIN_ENERGY,
+        names.SPRING_ENERGY,
+        names.POTENTIAL_ENERGY,
+    )
+    parts = [np.abs(_energy(run, column)) for column in columns if column in run.columns]
+    return float(np.nanmax(parts))
+
+
 def find_energy_steps(run: TimeSeries) -> NDArray[np.float64]:
     """Change of the energy per step beyond works minus losses, not-a-number first [J]."""
     lost = sum(run.of(names.DISSIPATION).values(), np.zeros(len(run[names.TIME])))
@@ -67,8 +79,7 @@ def find_energy_steps(run: TimeSeries) -> NDArray[np.float64]:
 def energy_steps(axes: Any, run: TimeSeries, look: Look) -> None:
     """Change of the energy per step beyond works minus losses."""
     change = find_energy_steps(run)
-    columns = (names.TOTAL_ENERGY, names.KINETIC_ENERGY)
-    largest = float(np.nanmax([np.abs(_energy(run, column)) for column in columns]))
+    largest = find_largest_energy(run)
     draw_dots(axes, run, np.abs(change), look, largest, "J", color=look.color, label=run.name)
     losses = r" + \Delta D" if run.of(names.DISSIPATION) else ""
     axes.set(title="Energy error per step", ylabel=rf"$|\Delta H - \Delta W{losses}|$ [J]")

@@ -29,7 +29,12 @@ from turbine_fenicsx.postprocessing.page import (
     format_tables,
     group_tables,
 )
-from turbine_fenicsx.postprocessing.panels import ROUND_OFF, find_energy_steps, is_turbine
+from turbine_fenicsx.postprocessing.panels import (
+    ROUND_OFF,
+    find_energy_steps,
+    find_largest_energy,
+    is_turbine,
+)
 from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
 from turbine_fenicsx.records import names
@@ -120,9 +125,7 @@ def _find_key_figures(history: TimeSeries) -> dict[str, Any]:
     """Key numbers of a run."""
     error = np.abs(history[names.ENERGY_ERROR])
     steps = np.abs(find_energy_steps(history)[1:])
-    largest = float(
-        max(np.nanmax(np.abs(history[n])) for n in (names.TOTAL_ENERGY, names.KINETIC_ENERGY))
-    )
+    largest = find_largest_energy(history)
     found = {
         "largest energy [MJ]": largest / 1e6,
         "largest energy error [J]": float(np.nanmax(error)),

@@ -58,16 +58,15 @@ class EnergyWatch:
     """The worst energy error of a run and its largest energy, to be judged when it is over."""
 
     def __init__(self) -> None:
-        self.worst = self.largest = self.reach = 0.0
+        self.worst = self.largest = self.moved = self.reach = 0.0
 
     def take(self, snapshot: Snapshot) -> None:
         """Look at a state; works and losses count too, as they may exceed what is stored."""
-        b = snapshot.balance
         self.reach = max(self.reach, float(np.abs(snapshot.state.q).max(initial=0.0)))
-        stored = (b.total, b.kinetic, b.strain, b.potential, b.spring)
         moved = (np.abs(snapshot.works).sum(), np.abs(snapshot.dissipated).sum())
         self.worst = max(self.worst, abs(snapshot.energy_error))
-        self.largest = max(self.largest, *map(abs, stored), *map(float, moved))
+        self.largest = max(self.largest, snapshot.stored_energy)
+        self.moved = max(self.moved, *map(float, moved))
 
     def warn(self, system: MultibodySystem, stepper: Any, steps: int) -> None:
         """Warn of a balance that is wrong. Collective.
@@ -83,7 +82,8 @@ class EnergyWatch:
         masses = [float(body.mass) for body in system.rigid_bodies if body.mass]
         own = [float(m.nodal_mass @ m.is_point) for m in system.flexible_models]
         masses += [float(mass) for mass in system.comm.allreduce(np.array(own))]
-        allowed = allowed_energy_error(self.largest, min(masses, default=0.0), steps, tolerance)
+        energy = max(self.largest, self.moved)
+        allowed = allowed_energy_error(energy, min(masses, default=0.0), steps, tolerance)
         allowed += weight_round_off(system.gravity, sum(masses), self.reach)
         if self.worst > allowed:
             text = describe_imbalance(self.worst, allowed, self.largest)

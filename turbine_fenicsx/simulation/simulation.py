@@ -44,6 +44,7 @@ class _Run:
     state: State
     grid: StepGrid
     initial_energy: float
+    initial_potential: float
     works: Array
     dissipated: Array
     index: int = 0
@@ -186,10 +187,12 @@ class Simulation:
             self._error.reset()
             grid.level = self._deepest  # nothing is known of the first steps, which are small
         works, dissipated = self.system.work_names, self.stepper.dissipation_names
+        balance = self.system.balance(state)
         return _Run(
             state,
             grid,
-            self.system.balance(state).total,
+            balance.total,
+            balance.potential,
             np.zeros(len(works)),
             np.zeros(len(dissipated)),
         )
@@ -261,6 +264,7 @@ class Simulation:
                 "deepest": grid.deepest,
                 "index": run.index,
                 "initial_energy": run.initial_energy,
+                "initial_potential": run.initial_potential,
                 "halvings": self.halvings,
                 "wall_time": wall_time,
             }
@@ -296,6 +300,7 @@ class Simulation:
             state,
             grid,
             n["initial_energy"],
+            n["initial_potential"],
             a["works"],
             a["dissipated"],
             n["index"],
@@ -341,4 +346,5 @@ class Simulation:
             wall_time=run.wall_before + time.perf_counter() - start,
             # observers may keep snapshots in circles that are freed on one rank before the others
             maker=weakref.ref(self.stepper),
+            initial_potential=run.initial_potential,
         )

@@ -12,6 +12,15 @@ from turbine_fenicsx.system.system import Balance
 from turbine_fenicsx.time_stepping.stepper import Stepper, StepReport
 
 
+def find_stored_energy(*parts: float) -> float:
+    """The largest energy among kinetic, strain and spring energy and the change of the potential.
+
+    Errors of the balance count relative to the largest of a run. The potential itself depends on
+    where the origin is.
+    """
+    return max(map(abs, parts))
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """Accepted step, or first state of a run, as observers get it. Equal on all ranks.
@@ -27,6 +36,7 @@ class Snapshot:
         report: What the step took; None for the first state of a run, initial or resumed.
         wall_time: Seconds since the start of the run, earlier parts included.
         maker: Reference to what made the step, which lives as long as the simulation.
+        initial_potential: Potential energy at t = 0, from which it counts [J].
     """
 
     index: int
@@ -39,6 +49,7 @@ class Snapshot:
     report: StepReport | None
     wall_time: float
     maker: weakref.ReferenceType[Stepper]
+    initial_potential: float = 0.0
 
     def __repr__(self) -> str:
         """Its time, energies and errors."""
@@ -63,6 +74,14 @@ class Snapshot:
                 "give it a stepper of yours"
             )
         return stepper
+
+    @property
+    def stored_energy(self) -> float:
+        """The largest of its energies [J]: kinetic, strain, springs, change of the potential."""
+        b = self.balance
+        return find_stored_energy(
+            b.kinetic, b.strain, b.spring, b.potential - self.initial_potential
+        )
 
     @property
     def external_work(self) -> float:

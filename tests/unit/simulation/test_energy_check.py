@@ -83,6 +83,17 @@ def test_round_off_of_positions_far_away_is_no_fault(comm, reach):
     assert len(caught) == (reach == 1.0 and comm.rank == 0)
 
 
+@pytest.mark.parametrize("height", [0.0, 1e6])
+def test_energies_count_from_the_start_wherever_the_origin_is(comm, height):
+    body = RigidBody("stone", 2.0, (1.0,) * 3, position=(0.0, height, 0.0), velocity=(3.0, 0, 0))
+    system = MultibodySystem(comm, [body, Gravity((0.0, -10.0, 0.0))])
+    last = Simulation(system, 0.01, 0.5).run()
+    assert last.stored_energy == pytest.approx(0.5 * 2.0 * (3.0**2 + 5.0**2), rel=1e-6)
+    watch = EnergyWatch()
+    watch.take(last)
+    assert watch.largest == last.stored_energy
+
+
 def test_no_number_is_a_fault():
     assert checked(float("nan")) != ""
 

@@ -58,11 +58,8 @@ class Statistics:
         self.krylov += snapshot.report.krylov_iterations
 
     def _take_worst(self, snapshot: Snapshot) -> None:
-        b = snapshot.balance
         self.worst_energy_error = max(self.worst_energy_error, abs(snapshot.energy_error))
-        self.largest_energy = max(
-            self.largest_energy, abs(b.total), b.kinetic, b.strain, abs(b.potential)
-        )
+        self.largest_energy = max(self.largest_energy, snapshot.stored_energy)
         self.worst_constraint = max(self.worst_constraint, snapshot.constraint_error)
         self.last = snapshot
 

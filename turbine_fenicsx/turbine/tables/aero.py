@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from contextlib import suppress
+from math import degrees, pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,6 +32,13 @@ def find_beside_or_example(name: str, folder: str | os.PathLike[str]) -> str:
         with suppress(InputError):
             return str(find_turbine_file(name, folder))
     return find_beside(name, folder)
+
+
+STORM = 20.0
+"""Speed of the wind from which loads of blades that stand matter [m/s]."""
+
+MAX_YAW_ERROR, MIN_FEATHER = pi / 18.0, pi / 3.0
+"""Angles of wind and pitch within which blades that stand are not in deep stall [rad]."""
 
 
 class AeroCase(Section):
@@ -73,4 +82,21 @@ class AeroCase(Section):
         return (
             f'aero.tower_shadow = "{self.tower_shadow}": expected tower.flexible = true, a tower '
             "with diameters"
+        )
+
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """Blades that stand in a storm are in deep stall, where polars alone feed vibrations."""
+        wind, pitch = case.wind, case.pitch
+        if self.dynamic_stall != "none" or wind.speed is None or case.turbine.model == "rigid":
+            return
+        tips = abs(case.turbine.rotor_speed) * (case.blade.hub_radius + case.blade.length)
+        feathered = case.has_pitch_bearings and abs(pitch.initial) > MIN_FEATHER
+        turned = abs(wind.direction) > MAX_YAW_ERROR or wind.gust in ("EDC", "ECD")
+        if wind.speed < STORM or tips >= wind.speed or (feathered and not turned):
+            return
+        where = f"from {degrees(wind.direction):.3g} deg" if turned else "with blades not feathered"
+        yield (
+            f'aero.dynamic_stall = "none": a rotor that stands in a wind of {wind.speed:g} m/s '
+            f"{where} is in deep stall, where edgewise loads swing several times too far; "
+            '"oeye" lets the separation follow with a delay'
         )

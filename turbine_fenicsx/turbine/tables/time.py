@@ -133,6 +133,10 @@ class TimeCase(Section):
             )
 
 
+MAX_TOLERANCE = 1e-5
+"""Tolerance above which the energy of a run is not to be trusted."""
+
+
 class SolverCase(Section):
     """Solver of the step."""
 
@@ -144,3 +148,11 @@ class SolverCase(Section):
     """Relative residual at which an iteration ends."""
     max_iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 30
     """Largest number of Newton iterations of an attempt."""
+
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """Loose steps lose energy, and the check of its balance must allow that."""
+        if self.tolerance > MAX_TOLERANCE:
+            yield (
+                f"solver.tolerance = {self.tolerance:g} is loose: up to a thousandth of the energy "
+                f"may be lost without a word; {MAX_TOLERANCE:g} and below keep the balance"
+            )

@@ -62,6 +62,7 @@ def test_demos_are_beyond_doubt(path):
             {"time": {"start": "turning", "step": 0.3}, "turbine": {"rotor_speed": "-12 rpm"}},
             "time.step = 0.3 s is long: the rotor turns by 21.6 degrees in a step",
         ),
+        ({"solver": {"tolerance": 1e-3}}, "solver.tolerance = 0.001 is loose"),
         (HOLLOW, 'time.start = "undeformed": loads.gravity = 9.81 m/s^2 acts on thin walls'),
     ],
 )

@@ -158,6 +158,30 @@ def test_unusual_keys_of_a_case_are_one_sentence(data, words):
     assert [x for x in case.warnings if words in x] != []
 
 
+STORM = {"speed": "50 m/s", "direction": "20 deg"}
+FEATHERED = {"bearings": True, "drive": "prescribed", "initial": "90 deg"}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"wind": STORM}, "a wind of 50 m/s from 20 deg is in deep stall"),
+        ({"wind": {"speed": 50.0}}, "with blades not feathered is in deep stall"),
+        ({"wind": {"speed": 50.0}, "pitch": FEATHERED}, ""),
+        ({"wind": STORM | {"direction": "5 deg"}, "pitch": FEATHERED}, ""),
+        ({"wind": STORM, "pitch": FEATHERED}, "a wind of 50 m/s from 20 deg is in deep stall"),
+        ({"wind": STORM, "aero": {"dynamic_stall": "oeye"}}, ""),
+        ({"wind": STORM, "turbine": {"model": "rigid"}}, ""),
+        ({"wind": STORM | {"speed": 12.0}}, ""),
+        ({"wind": STORM, "turbine": {"rotor_speed": "12 rpm"}}, ""),
+    ],
+)
+def test_blades_that_stand_in_a_storm_need_dynamic_stall(data, words):
+    found = [x for x in Case.model_validate(data).warnings if "deep stall" in x]
+    assert len(found) == bool(words)
+    assert all(words in sentence for sentence in found)
+
+
 def test_unusual_keys_that_do_not_count_are_not_judged():
     warnings = Case.parse({"tower": {"flexible": False, "young": 210.0}}).warnings
     assert all("has no effect" in sentence for sentence in warnings)
