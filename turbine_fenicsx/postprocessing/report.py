@@ -48,6 +48,7 @@ from turbine_fenicsx.records.output_folder import (
     read_solver_tolerance,
     read_tables,
 )
+from turbine_fenicsx.records.worst_ply import find_worst_ply
 
 _CAPTIONS = {
     "energy": "Energies; the error is the change of the total energy H beyond the work W of the "
@@ -146,6 +147,11 @@ def _find_key_figures(history: TimeSeries) -> dict[str, Any]:
     if names.MAX_STRESS in history.columns:
         stress = float(np.nanmax(history[names.MAX_STRESS]))
         found["largest Cauchy stress norm [MPa]"] = stress / 1e6
+    worst = find_worst_ply(history)
+    if worst is not None:
+        found[f"largest failure index of plies ({worst.criterion}) [-]"] = worst.index
+        found[f"... in {worst.panel.replace('_', ' ')}, from the root [m]"] = worst.place
+        found["... at the time [s]"] = worst.time
     signs = OPENFAST_SIGNS if is_turbine(history) else {}
     for name, angle in history.of(names.ANGLE).items():
         end = float(angle[-1]) if abs(angle[-1]) > ROUND_OFF else 0.0

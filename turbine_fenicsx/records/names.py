@@ -33,6 +33,7 @@ END_TIME = "end_time_[s]"
 LARGEST_ENERGY = "largest_energy_[J]"
 WORST_ENERGY_ERROR = "worst_energy_error_[J]"
 ALLOWED_ENERGY_ERROR = "allowed_energy_error_[J]"
+WORST_PLY = "worst_ply"
 INTERRUPTED = "interrupted"
 VERSIONS = "versions"
 WARNINGS = "warnings"
@@ -53,6 +54,7 @@ SUMMARY = (
     "time_per_step_by_part_[s].{part}",
     "tower_mesh.{what}",
     "unknowns.{block}",
+    "worst_ply.{what}",
     "worst_constraint_error_[-]",
 )
 """Other numbers of ``summary.json``, by dotted key."""

@@ -16,12 +16,17 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.plot_style import put_prefix_into_label
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.picture import STYLE, name_and_unit
 from turbine_fenicsx.study.plan import Run
 from turbine_fenicsx.study.results import find_quantity
 from turbine_fenicsx.turbine.case.case import Case
+
+DEGREES = ("deg", "°")
+"""Units of degrees in a head."""
 
 LARGEST_REFERENCE = 100_000
 """Rows of a table of references; more are a slip."""
@@ -37,6 +42,10 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
 
     Raises:
         InputError: if it cannot be read, lacks a column, or an entry is not a number.
+
+    Returns:
+        By quantity, as `plot_curve` shows them: angles in degrees with the signs of OpenFAST.
+        Columns in degrees have these already.
     """
     lines = read_text(path, "table of references").splitlines()
     table_rows = list(csv.reader(line for line in lines if not line.startswith("#")))
@@ -49,13 +58,29 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
         raise InputError(f"{path} has a row that is not of numbers: {error}") from None
     if table.ndim != 2 or table.shape[1] != len(head) or not np.all(np.isfinite(table)):
         raise InputError(f"{path} must have a finite number in each column of each row")
-    columns = {split_unit(name)[0]: table[:, k] for k, name in enumerate(head)}
+    columns = {}
+    for k, name in enumerate(head):
+        short, unit = split_unit(name)
+        columns[short] = table[:, k] * (1.0 if unit in DEGREES else find_scale(short)[0])
     wanted = {name: split_unit(name)[0] for name in y}
     return {
         name: (table[:, head.index(x)], columns[short])
         for name, short in wanted.items()
         if short in columns
     }
+
+
+def find_scale(quantity: str) -> tuple[float, str]:
+    """Factor with which a quantity is shown, and its unit then; empty if it stays as it is.
+
+    Args:
+        quantity: A column of a history with or without its unit.
+    """
+    short, unit = split_unit(quantity)
+    (joint,) = names.ANGLE.find([f"{short}_[rad]"]) or ("",)
+    if not joint and unit != "rad":
+        return 1.0, ""
+    return OPENFAST_SIGNS.get(joint, 1.0) * 180.0 / np.pi, "°"
 
 
 def _find_unit(key: str) -> str:
@@ -103,16 +128,19 @@ def plot_curve(
             axes = figure.add_subplot(1, len(curve.y), k + 1)
             if name in references:
                 axes.plot(*references[name], color="#999999", lw=1.5, label=curve.label)
-            full = name
+            full, degrees = name, ""
             if done:
                 full = find_quantity(results[done[0].name], name)
                 x = [float(run.value(curve.x)) for run in done]
-                y = [results[run.name][full] for run in done]
+                scale, degrees = find_scale(full)
+                y = [scale * results[run.name][full] for run in done]
                 axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study")
             title, unit = name_and_unit(full)
+            unit = f" [{degrees}]" if degrees else unit
             x_words = re.sub("[._]", " ", curve.x)
             axes.set(title=title, xlabel=f"{x_words}{_find_unit(curve.x)}", ylabel=f"{title}{unit}")
-            axes.set_ylim(bottom=0.0)
+            if all(np.min(line.get_ydata()) >= 0.0 for line in axes.lines):
+                axes.set_ylim(bottom=0.0)
             put_prefix_into_label(axes)
             axes.legend()
         if study.title:

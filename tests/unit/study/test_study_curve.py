@@ -50,7 +50,16 @@ def test_references_are_columns_with_or_without_unit(folder):
     path.write_text("# published\ntime.end,angle_rotor_[rad],other\n1.0,0.5,7\n3,2.5,8\n")
     found = read_reference(str(path), "time.end", ["angle_rotor", "thrust"])
     assert list(found) == ["angle_rotor"]
-    assert [values.tolist() for values in found["angle_rotor"]] == [[1.0, 3.0], [0.5, 2.5]]
+    x, y = found["angle_rotor"]
+    assert (x.tolist(), y.tolist()) == ([1.0, 3.0], pytest.approx(np.degrees([0.5, 2.5])))
+
+
+def test_references_in_degrees_have_the_signs_of_openfast(folder):
+    path = folder / "reference.csv"
+    path.write_text("wind.speed,angle_pitch_1_[deg],angle_pitch_3_[rad],power_[W]\n9,4,-0.1,-7\n")
+    found = read_reference(str(path), "wind.speed", ["angle_pitch_1", "angle_pitch_3", "power"])
+    values = [float(y[0]) for _, y in found.values()]
+    assert values == pytest.approx([4.0, np.degrees(0.1), -7.0])
 
 
 @pytest.mark.parametrize(
@@ -100,8 +109,30 @@ def test_runs_are_drawn_beside_the_references(folder, monkeypatch):
     plot_curve(study, runs, results, folder / "curve.png")
     (axes,) = figures[0].axes
     assert axes.get_xlabel() == "time end [s]"
-    assert axes.get_ylabel() == "angle rotor [rad]"
+    assert axes.get_ylabel() == "angle rotor [°]"
+    assert axes.get_ylim()[0] == 0.0
     assert (folder / "curve.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_all_points_of_a_curve_are_in_the_picture(folder, monkeypatch):
+    study = Study.parse({**STUDY, "curve": {**CURVE, "y": ["angle_pitch_1", "power"]}})
+    runs = plan(study)
+    results = {
+        run.name: {"angle_pitch_1_[rad]": -0.1 * k, "power_[W]": 5.0 - 4.0 * k}
+        for k, run in enumerate(runs)
+    }
+    figures = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", keep_figure(figures))
+    plot_curve(study, runs, results, folder / "curve.png")
+    pitch, power = figures[0].axes
+    for axes, values in (
+        (pitch, np.degrees(0.1 * np.arange(len(runs)))),  # positive to feather
+        (power, 5.0 - 4.0 * np.arange(len(runs))),
+    ):
+        (dots,) = axes.lines
+        assert dots.get_ydata() == pytest.approx(values)
+        low, high = axes.get_ylim()
+        assert low <= values.min() and values.max() <= high
 
 
 def test_the_power_curve_covers_the_operation_of_the_turbine():

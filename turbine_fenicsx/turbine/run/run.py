@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,10 @@ from turbine_fenicsx.records.output_folder import (
     holds_modes,
     holds_run,
     make_target_folder,
+    read_history,
     remove_run,
 )
+from turbine_fenicsx.records.worst_ply import WorstPly, find_worst_ply
 from turbine_fenicsx.reduction.basis_file import write_basis
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.energy_check import judge_energy
@@ -263,14 +266,24 @@ def _write_bases(turbine: Turbine, folder: Path) -> None:
 
 
 def _write_summary(result: dict[str, Any], folder: Path, comm: MPI.Intracomm) -> None:
-    """Write the summary, with a warning if the energy balance is off, and its table to the log."""
-    wrong = judge_energy(result)
-    result[names.WARNINGS] = [wrong] if wrong else []
+    """Write the summary with warnings of lost energy and failed plies, and its table to the log."""
+    worst = on_rank0(comm, lambda: _read_worst_ply(folder / "history.csv"))
+    if worst is not None:
+        result[names.WORST_PLY] = asdict(worst)
+    warnings = [judge_energy(result), worst.warning if worst else ""]
+    result[names.WARNINGS] = list(filter(None, warnings))
     text = json.dumps(result, indent=2) + "\n"
     on_rank0(comm, lambda: replace_file(folder / "summary.json", text.encode()))
     log.info("end\n%s", format_table(result))
-    if wrong:
-        log.info("%s", wrong)
+    for sentence in result[names.WARNINGS]:
+        log.info("%s", sentence)
+
+
+def _read_worst_ply(history: Path) -> WorstPly | None:
+    """The largest failure index of a run with failure indices in its history."""
+    if not any(name.endswith("_at_[m]") for name in read_columns(history)):
+        return None
+    return find_worst_ply(read_history(history))
 
 
 def _refuse_to_overwrite(folder: Path) -> None:

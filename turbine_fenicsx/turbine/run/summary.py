@@ -234,6 +234,7 @@ def format_table(s: dict[str, Any]) -> str:
         ("constraint error", f"{s['worst_constraint_error_[-]']:.1e}"),
         ("angular momentum", f"({momentum}) kNms"),
         ("angles [rad]", angles),
+        *_describe_plies(s.get(names.WORST_PLY)),
         (
             "iterations per step",
             f"{s['mean_newton_iterations']:.2f} Newton"
@@ -243,6 +244,17 @@ def format_table(s: dict[str, Any]) -> str:
         ("time per step", f"{1e3 * s['time_per_step_[s]']:.1f} ms ({shares})"),
     ]
     return "\n".join(f"  {name:<22}{text}" for name, text in rows)
+
+
+def _describe_plies(worst: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Where plies come nearest to failure, if the history has failure indices."""
+    if worst is None:
+        return []
+    text = (
+        f"{worst['index']:.3g} ({worst['criterion']}), {worst['panel']} at {worst['place']:.4g} m, "
+        f"t = {worst['time']:.4g} s"
+    )
+    return [("failure of plies", text)]
 
 
 def _describe_fallbacks(number: int) -> str:

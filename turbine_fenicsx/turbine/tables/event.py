@@ -50,7 +50,7 @@ class EventCase(Section):
     time: Annotated[Seconds, NotNegative] = 0.0
     """When it begins."""
     pitch: Annotated[
-        Radians, Field(ge=-pi, le=pi), Only("kind", *STOPS), Plausible(0.1 * DEGREE, 110.0 * DEGREE)
+        Radians, Field(ge=-pi, le=pi), Only("kind", *STOPS), Plausible(0.0, 110.0 * DEGREE)
     ] = 0.5 * pi
     """Where the blades turn in a stop."""
     rate: Annotated[

@@ -30,7 +30,7 @@ BLADES = ("pitch_1", "pitch_2", "pitch_3")
 MAX_ANGLE = 2.0 * pi
 """Pitch [rad]."""
 
-_PITCH = Plausible(0.1 * DEGREE, 110.0 * DEGREE)
+_PITCH = Plausible(0.0, 110.0 * DEGREE)
 
 START_TOLERANCE = 1e-6
 """Pitch at t = 0 and that at which the blades start agree so well [rad]."""

@@ -51,7 +51,7 @@ def _not_in_file(key: str) -> If:
     return If(lambda case: key not in case.wind.own_keys, say="beside wind.file, which has its own")
 
 
-_TURN = Plausible(0.1 * DEGREE, 120.0 * DEGREE)
+_TURN = Plausible(0.0, 120.0 * DEGREE)
 Angle = Annotated[Radians, Field(ge=-pi, le=pi)]
 Points = Annotated[Whole, Field(ge=2, le=100_000)]
 Distance = Annotated[Metres, Positive]

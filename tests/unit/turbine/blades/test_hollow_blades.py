@@ -184,7 +184,7 @@ def test_failure_of_plies_goes_into_the_output(make, comm, shared_tmp_path):
     """Columns of each panel and web, and a field in the cells; the largest is the same in both."""
     case = make(time={"step": 0.01, "end": 0.02}, output={"fields_every": 0.02})
     out = shared_tmp_path / "out"
-    run_case(case, out, comm, progress="none")
+    worst = run_case(case, out, comm, progress="none")["worst_ply"]
     with (out / "history.csv").open(newline="") as file:
         names, *rows = csv.reader(file)
     last = dict(zip(names, map(float, rows[-1]), strict=True))
@@ -195,5 +195,7 @@ def test_failure_of_plies_goes_into_the_output(make, comm, shared_tmp_path):
     assert 0.0 < at < 20.0
     written = read_fields(out / "fields.xdmf")
     assert max(indices.values()) > 1e-4
+    every = [float(x) for row in rows for n, x in zip(names, row, strict=True) if n in indices]
+    assert (worst["index"], worst["criterion"]) == (max(every), "tsai_wu")
     found = written[max(written)]["tsai_wu"].max()
     assert found == pytest.approx(max(indices.values()), rel=1e-5)  # single precision

@@ -145,7 +145,7 @@ def test_what_is_only_compared_is_never_refused(tmp_path):
         ({"turbine": {"tilt": "-0.1 deg"}}, "turbine.tilt is -0.1 deg, 0.3 to 20 deg are usual; a"),
         (
             {"pitch": {"bearings": True, "drive": "prescribed", "angle": 5}},
-            "pitch.angle is 286.5 deg, 0.1 to 110 deg are usual; a bare number counts in rad",
+            "pitch.angle is 286.5 deg, 0 to 110 deg are usual; a bare number counts in rad",
         ),
         ({"material": {"young": [45.0, 15.0, 15.0], "shear": [5.4e9] * 3}}, "young is 45 Pa"),
         ({"wind": {"speed": 5, "density": 1225}, "aero": {}}, "wind.density is 1225 kg/m^3"),
