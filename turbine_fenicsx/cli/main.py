@@ -16,11 +16,9 @@ import os
 import pkgutil
 import signal
 import sys
-import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from types import TracebackType
 from typing import Any
 
 from turbine_fenicsx.cli import commands
@@ -137,8 +135,9 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
     for number in SIGNALS:  # PETSc puts its own handlers in the place of some
         signal.signal(number, signal.getsignal(number))
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
-    if MPI.COMM_WORLD.size > 1:
-        sys.excepthook = _abort_all
+    from turbine_fenicsx.foundation.own_code import abort_alone
+
+    abort_alone(MPI.COMM_WORLD)
     return MPI.COMM_WORLD
 
 
@@ -167,18 +166,3 @@ def _warnings_on_stderr() -> Iterator[None]:
     finally:
         logger.propagate = True
         logger.removeHandler(handler)
-
-
-def _abort_all(
-    kind: type[BaseException], error: BaseException, trace: TracebackType | None
-) -> None:
-    """An unexpected error on one rank ends all, instead of leaving them waiting."""
-    from mpi4py import MPI
-
-    traceback.print_exception(kind, error, trace)
-    sys.stderr.flush()
-    MPI.COMM_WORLD.Abort(1)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

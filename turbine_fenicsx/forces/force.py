@@ -16,7 +16,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.own_code import name_error
+from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import AffineVector, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
 
@@ -79,10 +79,8 @@ def evaluate_force(force: BoundForce, y0: Array, y1: Array, step: StepTimes) -> 
         ForeignError: if the force fails.
         ModelError: if it returns something of another shape.
     """
-    try:
+    with name_errors(f"force() of {describe(force)}"):
         F, K = force.force(y0, y1, step)
-    except Exception as error:
-        raise name_error(f"force() of {describe(force)}", error) from error
     m = y0.size
     if np.shape(F) != (m,) or np.shape(K) != (m, m):
         raise ModelError(

@@ -1,10 +1,20 @@
-"""Code of users, such as their forces and motions: its errors become a sentence."""
+"""Code of users, such as their forces and motions: its errors become a sentence on all ranks.
+
+Such code may fail on one rank alone, or give other numbers on each. So rank 0 evaluates it for all,
+except in steps of rigid bodies, which rank 0 takes alone.
+"""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import fields, is_dataclass
+from types import TracebackType
+from typing import Any, TypeVar
+
+from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import (
     CompilationError,
@@ -13,8 +23,16 @@ from turbine_fenicsx.foundation.errors import (
     InputError,
     StepFailure,
 )
+from turbine_fenicsx.foundation.parallel import on_rank0
+
+T = TypeVar("T")
+
+_PACKAGE = __name__.partition(".")[0]
 
 _SENTENCES = (InputError, StepFailure, CompilationError, FileError, MemoryError)
+
+AGREED = 0.5
+"""Time in which all ranks print an error before they end [s]."""
 
 _MAX_LENGTH = 300
 """Letters of an error's text."""
@@ -40,15 +58,72 @@ def name_errors(what: str) -> Iterator[None]:
         ForeignError: for any other error than sentences of ours.
     """
     try:
-        yield
+        with name_exits(what):
+            yield
     except Exception as error:
         raise name_error(what, error) from error
 
 
-def evaluate_function(what: str, function: Callable[[float], float], time: float) -> float:
-    """The value of a function of time.
+@contextmanager
+def name_exits(what: str) -> Iterator[None]:
+    """Let code that ends the program raise an error instead: other ranks would wait for ever.
+
+    Raises:
+        ForeignError: in place of a SystemExit.
+    """
+    try:
+        yield
+    except SystemExit as end:
+        raise ForeignError(f"{what} failed: it ends the program by sys.exit({end.code})") from end
+
+
+def abort_alone(comm: MPI.Intracomm) -> None:
+    """Let an error that ends a script on one rank end all of them, which would wait for ever."""
+    if comm.size > 1 and sys.excepthook is sys.__excepthook__:
+        sys.excepthook = abort_all
+
+
+def abort_all(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Print an error that nobody has caught, and end all ranks."""
+    sys.__excepthook__(kind, error, trace)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    time.sleep(AGREED)  # the other ranks print the same error, if it is one of all
+    MPI.COMM_WORLD.Abort(1)
+
+
+def is_of_package(thing: Any) -> bool:
+    """Whether a function, or an object with the functions in it, has no code of a user."""
+    owner = thing if hasattr(thing, "__name__") else type(thing)
+    if str(getattr(owner, "__module__", "")).partition(".")[0] != _PACKAGE:
+        return False
+    inner = [getattr(thing, x.name) for x in fields(thing)] if is_dataclass(thing) else []
+    return all(is_of_package(part) for part in inner if callable(part))
+
+
+def on_rank0_if_own(comm: MPI.Intracomm, things: Any, evaluate: Callable[[], T]) -> T:
+    """What a function returns: that of rank 0 on all ranks if code of a user takes part in it.
 
     Args:
+        comm: Communicator.
+        things: Functions and objects that it calls.
+        evaluate: The function.
+
+    Note:
+        Collective.
+    """
+    if comm.size == 1 or all(is_of_package(thing) for thing in things):
+        return evaluate()
+    return on_rank0(comm, evaluate)
+
+
+def evaluate_function(
+    comm: MPI.Intracomm, what: str, function: Callable[[float], float], time: float
+) -> float:
+    """The value of a function of time, the same on all ranks. Collective.
+
+    Args:
+        comm: Communicator.
         what: What it is, for the message.
         function: The function.
         time: Time [s].
@@ -56,11 +131,12 @@ def evaluate_function(what: str, function: Callable[[float], float], time: float
     Raises:
         ForeignError: if it fails, or gives something else than a number.
     """
-    try:
-        return float(function(time))
-    except Exception as error:
-        where = f"{what}, {describe_kind(function)}, at t = {time:g} s"
-        raise name_error(where, error) from error
+
+    def evaluate() -> float:
+        with name_errors(f"{what}, {describe_kind(function)}, at t = {time:g} s"):
+            return float(function(time))
+
+    return on_rank0_if_own(comm, [function], evaluate)
 
 
 def describe_kind(thing: Any) -> str:

@@ -96,9 +96,13 @@ def raise_together(comm: MPI.Intracomm, error: BaseException | None) -> None:
     Note:
         Collective over ``comm``.
     """
-    for found in comm.allgather(_make_portable(error)):
+    if comm.size == 1:
+        if error is not None:
+            raise error
+        return
+    for rank, found in enumerate(comm.allgather(_make_portable(error))):
         if found is not None:
-            raise found
+            raise error if error is not None and rank == comm.rank else found
 
 
 def _make_portable(error: BaseException | None) -> BaseException | None:

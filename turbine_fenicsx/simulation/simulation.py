@@ -14,7 +14,8 @@ import numpy as np
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
 from turbine_fenicsx.foundation.errors import ForeignError, ModelError, StepFailure
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.own_code import abort_alone, name_exits
+from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
@@ -126,6 +127,7 @@ class Simulation:
             ForeignError: if code of a user fails in an observer, on all ranks; the others have
                 observed the step, and a checkpoint was written.
         """
+        abort_alone(self.system.comm)
         start = time.perf_counter()
         run = self._restore(data) if data else self._begin()
         spare = run.state.copy()
@@ -315,16 +317,19 @@ class Simulation:
                 ending.callback(observer.finish)
 
     def _notify(self, snapshot: Snapshot) -> None:
-        """Show a step to all observers; the first whose foreign code fails raises at the end."""
-        failure: ForeignError | None = None
+        """Show a step to all observers; the first error of one raises at the end, on all ranks.
+
+        The others observe the step, and take part in what they do on all ranks.
+        """
+        failure: Exception | None = None
         with timing.event("output"):
             for observer in self.observers:
                 try:
-                    observer.observe(snapshot)
-                except ForeignError as error:
+                    with name_exits(f"observer {type(observer).__name__}"):
+                        observer.observe(snapshot)
+                except Exception as error:
                     failure = failure or error
-        if failure is not None:
-            raise failure
+        raise_together(self.system.comm, failure)
 
     def _take_snapshot(self, run: _Run, report: StepReport | None, start: float) -> Snapshot:
         """Collect what observers see."""

@@ -146,7 +146,7 @@ class FlexibleModel(WeakForm, BodyModel):
     def set_time(self, time: float) -> None:
         """Set the functions of time of all forces [s]."""
         self.surface.set_time(time)
-        self.nodal_forces = [force.at(time) for force in self._of_nodes]
+        self.nodal_forces = [force.at(self.comm, time) for force in self._of_nodes]
 
     def find_nodal_forces(self, forces: Sequence[NodeForce | BodyForce]) -> list[NodalForce]:
         """Values of forces at the nodes. Collective.

@@ -31,9 +31,9 @@ class NodalForce(NamedTuple):
     dofs: slice
     values: Array
 
-    def at(self, time: float) -> tuple[slice, Array]:
-        """Degrees of freedom, and values at a time [s]."""
-        factor = evaluate_function("factor of a force on nodes", self.function, time)
+    def at(self, comm: MPI.Intracomm, time: float) -> tuple[slice, Array]:
+        """Degrees of freedom, and values at a time [s]. Collective."""
+        factor = evaluate_function(comm, "factor of a force on nodes", self.function, time)
         return self.dofs, factor * self.values
 
 

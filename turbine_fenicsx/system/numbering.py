@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from mpi4py import MPI
+
 import numpy as np
 import numpy.typing as npt
 
@@ -54,8 +56,12 @@ class Numbering:
     warnings: tuple[str, ...]
 
 
-def number_parts(parts: Parts) -> Numbering:
+def number_parts(comm: MPI.Intracomm, parts: Parts) -> Numbering:
     """Number joint coordinates, find redundant constraints, bind forces.
+
+    Args:
+        comm: Communicator.
+        parts: The parts.
 
     Raises:
         ModelError: for two joint coordinates of one name, an unknown joint coordinate, a joint
@@ -75,7 +81,7 @@ def number_parts(parts: Parts) -> Numbering:
     )
     q = np.concatenate([np.zeros(0), *(b.coordinates for b in bodies)])
     constraints = [function_of(c) for c in given]
-    everything = Paths(given, owners, 0)
+    everything = Paths(comm, given, owners, 0)
     check_closed(constraints, owners, everything.values(0.0), q)
     redundant = find_redundant_rows(QuadraticMap(constraints, q.size).jacobian(q), n_internal)
     refuse_dependent_paths(given, redundant, owners)
@@ -93,7 +99,7 @@ def number_parts(parts: Parts) -> Numbering:
         redundant,
     )
     of_rows = [owners[k] for k in kept]
-    paths = Paths([given[k] for k in kept], of_rows, len(coordinates))
+    paths = Paths(comm, [given[k] for k in kept], of_rows, len(coordinates))
     of_values = (*of_rows, *of_coordinates, *(owners[k] for k in sorted(redundant.tolist())))
     of_rows += 2 * of_coordinates
     rows = {j.name: np.flatnonzero([name == j.name for name in of_rows]) for j in parts.joints}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from mpi4py import MPI
+
 import numpy as np
 import numpy.typing as npt
 
@@ -24,6 +26,7 @@ class Paths:
     """The right-hand sides p(t) of all constraints of bodies and joints.
 
     Args:
+        comm: Communicator; rank 0 evaluates functions of a user for all.
         constraints: The constraints with a multiplier, in the order of these.
         owners: The joint of each, "" for an internal constraint of a body.
         more: Number of further right-hand sides that are zero at all times, those of the joint
@@ -36,8 +39,13 @@ class Paths:
     """
 
     def __init__(
-        self, constraints: Sequence[Quadratic | Rheonomic], owners: Sequence[str], more: int
+        self,
+        comm: MPI.Intracomm,
+        constraints: Sequence[Quadratic | Rheonomic],
+        owners: Sequence[str],
+        more: int,
     ) -> None:
+        self._comm = comm
         moving = [(k, c.motion) for k, c in enumerate(constraints) if isinstance(c, Rheonomic)]
         self.rows: npt.NDArray[np.int64] = np.array([k for k, _ in moving], dtype=np.int64)
         self._motions: list[Callable[[float], float]] = [p for _, p in moving]
@@ -49,12 +57,14 @@ class Paths:
             check_motion(f"motion of a constraint of {owners[k]!r}", motion)
 
     def values(self, time: float) -> Array:
-        """The right-hand sides at one time [s], shape (size,), which must not be changed."""
+        """The right-hand sides at one time [s], shape (size,), not to be changed. Collective."""
         if not self._motions:
             return self._zero
         values = self._zero.copy()
         values[self.rows] = [
-            evaluate_function(f"motion of a constraint of {self.names[k]!r}", motion, time)
+            evaluate_function(
+                self._comm, f"motion of a constraint of {self.names[k]!r}", motion, time
+            )
             for k, motion in zip(self._joint_of_row, self._motions, strict=True)
         ]
         return values

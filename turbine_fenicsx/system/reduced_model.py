@@ -191,7 +191,8 @@ class ReducedModel(BodyModel):
         """
         owned = self.copies if self._is_owner else 0
         return [
-            evaluate_function(f"factor of {force.name!r}", force.function, time) * values[:owned]
+            evaluate_function(self.comm, f"factor of {force.name!r}", force.function, time)
+            * values[:owned]
             for force, values in zip(self.forces, self._of_vectors, strict=False)
         ]
 

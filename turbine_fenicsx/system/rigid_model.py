@@ -21,7 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import BoundForce, StepTimes, evaluate_force
+from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.memo import Memo
+from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import AngleTerms, on_right_branch, regular
@@ -224,7 +226,11 @@ class RigidModel:
         if not self.forces:
             return 0.0
         y = np.concatenate([q, T])
-        return sum(e.energy(y[e.index]) for e in self.forces)
+        total = 0.0
+        for force in self.forces:
+            with name_errors(f"energy() of {describe(force)}"):
+                total += float(force.energy(y[force.index]))
+        return total
 
     def motion_forces(
         self, y0: Array, y1: Array, step: StepTimes

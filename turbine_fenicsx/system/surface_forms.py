@@ -71,7 +71,8 @@ class SurfaceIntegrals:
         """Set the time of the forces [s]."""
         self._time.value = time
         for factor, force in zip(self._factors, self.forces, strict=True):
-            factor.value = evaluate_function(f"factor of {force.name!r}", force.function, time)
+            what, comm = f"factor of {force.name!r}", self._space.mesh.comm
+            factor.value = evaluate_function(comm, what, force.function, time)
 
     def integrals(self, u: Any, v: Any, w: Any, ends: tuple[Any, Any] | None = None) -> list[Any]:
         """One form per force: the integral of its traction times w.

@@ -22,8 +22,8 @@ from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
 from turbine_fenicsx.foundation.checks import describe
 from turbine_fenicsx.foundation.errors import ModelWarning
 from turbine_fenicsx.foundation.listing import list_names
-from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors
-from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
+from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors, on_rank0_if_own
+from turbine_fenicsx.foundation.parallel import largest_of_ranks, raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.check import check_material
 from turbine_fenicsx.system.coupling_block import CouplingBlock
@@ -108,7 +108,7 @@ class MultibodySystem:
         self.motion_forces = found.motion_forces
         self.prescribed_forces = found.prescribed_forces
         self.first_coordinate = {b: 12 * k for k, b in enumerate(self.rigid_bodies)}
-        numbering = number_parts(found)
+        numbering = number_parts(comm, found)
         self.rigid_model, self.joint_coordinate_names = (
             numbering.model,
             numbering.joint_coordinate_names,
@@ -144,7 +144,7 @@ class MultibodySystem:
             force for force in self.rigid_model.forces if isinstance(force, BoundRigidLoads)
         )
         # forces on unknown joints and bodies are found here, not in the first step
-        self.gravity = self.sum_prescribed_forces(0.0).acceleration
+        self.gravity = self._find_gravity()
         coordinates = {b: b.coordinates for b in self.rigid_bodies}
         for model, block in zip(self.flexible_models, self.coupling_blocks, strict=True):
             initial_displacement(model, block, coordinates)  # open couplings are found here, too
@@ -223,13 +223,30 @@ class MultibodySystem:
             check_force_sum(force, forces)
         return forces
 
+    def _find_gravity(self) -> Array:
+        """Acceleration of gravity at t = 0, shape (3,) [m/s^2]. Collective."""
+        error, forces = None, None
+        try:
+            forces = self.sum_prescribed_forces(0.0)
+        except Exception as raised:
+            error = raised
+        raise_together(self.comm, error)
+        assert forces is not None
+        return forces.acceleration
+
     def evaluate_prescribed_forces(self, time: float) -> tuple[Array, Array]:
-        """Each of the prescribed forces at one time [s], without gravity.
+        """Each of the prescribed forces at one time [s], without gravity. Collective.
 
         Returns:
             Forces on the coordinates of rigid bodies and on the joint coordinates, shapes
             (forces, 12 bodies) and (forces, joint coordinates).
         """
+        return on_rank0_if_own(
+            self.comm, self.prescribed_forces, lambda: self._evaluate_prescribed(time)
+        )
+
+    def _evaluate_prescribed(self, time: float) -> tuple[Array, Array]:
+        """The same on this rank."""
         n = len(self.prescribed_forces)
         q, T = (
             np.zeros((n, 12 * len(self.rigid_bodies))),
@@ -245,9 +262,9 @@ class MultibodySystem:
         return q, T
 
     def relation_values(self, time: float) -> Array:
-        """P of the relations of joint coordinates at one time [s], shape (relations,)."""
+        """P of the relations of joint coordinates at one time [s], (relations,). Collective."""
         values = [
-            0.0 if r.motion is None else evaluate_function(repr(r.name), r.motion, time)
+            0.0 if r.motion is None else evaluate_function(self.comm, repr(r.name), r.motion, time)
             for r in self.relations
         ]
         return np.array(values, dtype=float)
@@ -274,13 +291,16 @@ class MultibodySystem:
         total = sum_over_ranks(self.comm, partial) if self.flexible_models else partial
         p = self.rigid_model.masses * state.q_dot
         q, momentum = state.q.reshape(-1, 3), p.reshape(-1, 3)
+        spring = on_rank0_if_own(
+            self.comm,
+            self.rigid_model.forces,
+            lambda: self.rigid_model.spring_energy(state.q, state.joint_coordinates),
+        )
         return Balance(
             kinetic=float(total[0] + 0.5 * np.dot(state.q_dot, p)),
             strain=float(total[7]),
             potential=float(total[8] - self.gravity_force(g) @ state.q),
-            spring=float(
-                total[9] + self.rigid_model.spring_energy(state.q, state.joint_coordinates)
-            ),
+            spring=float(total[9] + spring),
             linear=total[1:4] + momentum[::4].sum(axis=0),
             angular=total[4:7] + _moment(q, momentum),
         )

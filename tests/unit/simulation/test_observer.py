@@ -104,7 +104,9 @@ def test_what_was_started_is_finished(system, fails):
     assert before.calls[-1] == ("finish",)
     assert (("finish",) in bad.calls) == (fails == "observe")
     assert (("finish",) in behind.calls) == (fails == "observe")
-    assert behind.calls == ([] if fails == "start" else [("start", 0, False), ("finish",)])
+    # those behind may do something on all ranks, where it may have failed on one
+    seen = [("start", 0, False), ("observe", 1), ("finish",)]
+    assert behind.calls == ([] if fails == "start" else seen)
 
 
 def test_what_an_observer_saves_survives_a_restart_bit_for_bit(system, shared_tmp_path):

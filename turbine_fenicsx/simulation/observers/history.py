@@ -14,6 +14,8 @@ from mpi4py import MPI
 from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
+from turbine_fenicsx.foundation.own_code import name_exits
+from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.row_file import (
@@ -80,6 +82,21 @@ class Channel:
         if len(row) != len(self.columns):
             raise ModelError(f"channel {self.columns} gave {len(row)} numbers")
         return row
+
+
+def evaluate_channels(
+    comm: MPI.Intracomm, channels: Sequence[Channel], snapshot: Snapshot
+) -> list[float]:
+    """The numbers of all channels; an error of one on some rank is raised on all. Collective."""
+    values, failure = list[float](), None
+    for channel in channels:
+        try:
+            with name_exits(f"channel {', '.join(channel.columns)}"):
+                values += channel.row(snapshot)
+        except Exception as error:
+            failure = failure or error
+    raise_together(comm, failure)
+    return values
 
 
 def save_channels(channels: Sequence[Channel]) -> RestartData:
@@ -154,9 +171,8 @@ class History:
         self._file.write(self._format_row(snapshot))
 
     def _format_row(self, snapshot: Snapshot) -> str:
-        return ",".join(
-            _format_number(x) for channel in self._channels for x in channel.row(snapshot)
-        )
+        row = evaluate_channels(self._comm, self._channels, snapshot)
+        return ",".join(map(_format_number, row))
 
     def save(self) -> RestartData:
         """Bring the rows to the disk; their number, columns and memories. Collective."""

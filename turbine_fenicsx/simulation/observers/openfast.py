@@ -16,6 +16,7 @@ from turbine_fenicsx.records.row_file import RowFile, read_rows, select_rows
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.observers.history import (
     Channel,
+    evaluate_channels,
     restore_channels,
     save_channels,
 )
@@ -89,7 +90,7 @@ class OpenFastOutput:
         self._file.write(_format_line([f"{snapshot.state.time:.12g}", *cells]))
 
     def _evaluate(self, snapshot: Snapshot) -> list[float]:
-        return [x for channel in self._channels for x in channel.values(snapshot)]
+        return evaluate_channels(self._comm, self._channels, snapshot)
 
     def save(self) -> RestartData:
         """Bring the rows to the disk; their number, that of the columns, memories. Collective."""
