@@ -79,17 +79,18 @@ def name_exits(what: str) -> Iterator[None]:
 
 def abort_alone(comm: MPI.Intracomm) -> None:
     """Let an error that ends a script on one rank end all of them, which would wait for ever."""
+
+    def end_all(
+        kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        sys.__excepthook__(kind, error, trace)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        time.sleep(AGREED)  # the other ranks print the same error, if it is one of all
+        comm.Abort(1)
+
     if comm.size > 1 and sys.excepthook is sys.__excepthook__:
-        sys.excepthook = abort_all
-
-
-def abort_all(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    """Print an error that nobody has caught, and end all ranks."""
-    sys.__excepthook__(kind, error, trace)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    time.sleep(AGREED)  # the other ranks print the same error, if it is one of all
-    MPI.COMM_WORLD.Abort(1)
+        sys.excepthook = end_all
 
 
 def is_of_package(thing: Any) -> bool:
@@ -102,7 +103,7 @@ def is_of_package(thing: Any) -> bool:
 
 
 def on_rank0_if_own(comm: MPI.Intracomm, things: Any, evaluate: Callable[[], T]) -> T:
-    """What a function returns: that of rank 0 on all ranks if code of a user takes part in it.
+    """The result of a function, that of rank 0 on all ranks if code of a user takes part in it.
 
     Args:
         comm: Communicator.
