@@ -200,7 +200,8 @@ def read_blade(
         for arc in (web.suction, web.pressure)
     ]
     lines = lay_lines(shell, leading.values, shape.corners(STATIONS), ends)
-    warnings = (*places.list_disagreements(), *_list_left_out(structure))
+    cut = (layer.remark for layer in layers if layer.remark)
+    warnings = (*places.list_disagreements(), *cut, *_list_left_out(structure))
     found = WindIOBlade(shape, shell, webs, leading, lines, hub_radius, warnings=warnings)
     _check_walls(structure, found)
     return found

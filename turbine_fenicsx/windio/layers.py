@@ -20,6 +20,9 @@ _TOLERANCE = 1e-9
 _ROUND_OFF = 1e-12
 """Thicknesses down to minus this are zero [m]."""
 
+MAX_OVERHANG = 0.05
+"""Part of the span by which layers of a web may reach beyond its anchors, an interval of a grid."""
+
 THICKEST = 1.0
 """A layer is no thicker [m]."""
 
@@ -37,6 +40,7 @@ class Layer:
         start: Fraction of the contour, or of a web's height from the suction side, where it
             begins [-].
         end: Where it ends [-].
+        remark: What was changed, a sentence; empty for nothing.
     """
 
     name: str
@@ -46,6 +50,7 @@ class Layer:
     angle: Curve
     start: Curve
     end: Curve
+    remark: str = ""
 
     def thickness_at(self, s: Array | float) -> Array:
         """Thickness at span fractions [m]."""
@@ -119,6 +124,7 @@ def _read_layer(
         start=start,
         end=end,
     )
+    layer = _cut_overhang(entry, layer)
     _check_place(entry, layer)
     s = np.unique(np.concatenate([start.grid, end.grid, FINE]))
     if np.any(start(s) > end(s)):
@@ -142,6 +148,23 @@ def _cut_ramps(thickness: Curve) -> Curve:
     if last + 1 < len(s):
         grid, values = np.append(grid, 0.5 * (s[last] + s[last + 1])), np.append(values, t[last])
     return Curve(grid, values) if len(grid) > 1 else thickness
+
+
+def _cut_overhang(entry: Entry, layer: Layer) -> Layer:
+    """A layer of a web as far as its anchors go, if it reaches a little further."""
+    t = layer.thickness
+    low, high = max(layer.start.start, layer.end.start), min(layer.start.end, layer.end.end)
+    beyond = max(low - t.start, t.end - high)
+    if layer.web is None or not 1e-6 < beyond < MAX_OVERHANG or not t.values.any():
+        return layer
+    start, end = max(t.start, low), min(t.end, high)
+    inner = t.grid[(t.grid > start) & (t.grid < end)]
+    s = np.concatenate([[start], inner, [end]])
+    remark = (
+        f"{entry.file}: {entry.place} reaches from {t.start:.4g} to {t.end:.4g}, its anchors from "
+        f"{low:.4g} to {high:.4g}; it is read as far as they go"
+    )
+    return replace(layer, thickness=Curve(s, t(s)), remark=remark)
 
 
 def _is_filler(entry: Entry) -> bool:

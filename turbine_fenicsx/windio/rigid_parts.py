@@ -30,7 +30,7 @@ class Hub:
     """The hub.
 
     Args:
-        radius: From the rotor centre to the roots of the blades [m].
+        radius: From the rotor centre to the roots of the blades; 0 where the file has none [m].
         cone_angle: From the plane of the rotor to the blades, away from the tower [deg].
         body: Hub, spinner, bearings and drives of the pitch; x downwind along the shaft, z upwards,
             origin at the rotor centre. None where the file has none.
@@ -71,7 +71,8 @@ def read_hub(entry: Entry) -> Hub:
         ModelError: for values that are missing or wrong.
     """
     cone = entry["cone_angle"].number(-45.0, 45.0) if "cone_angle" in entry else 0.0
-    return Hub(0.5 * entry["diameter"].positive(), cone, read_rigid_part(entry))
+    radius = 0.5 * entry["diameter"].positive() if "diameter" in entry else 0.0
+    return Hub(radius, cone, read_rigid_part(entry))
 
 
 def read_nacelle(entry: Entry) -> Nacelle:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
 from turbine_fenicsx.windio.control import ControllerData, read_control
@@ -25,6 +28,8 @@ from turbine_fenicsx.windio.rigid_parts import (
 from turbine_fenicsx.windio.sections import SectionProperties, read_damping, read_section_properties
 from turbine_fenicsx.windio.tower import Tower, read_tower
 from turbine_fenicsx.windio.yaml_text import YamlError, parse_yaml
+
+T = TypeVar("T")
 
 FOUNDATIONS = ("monopile", "jacket", "floating_platform", "mooring")
 """Components below the tower."""
@@ -90,28 +95,33 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         path: The file; `find_turbine_file` finds those of an installed windIO.
 
     Raises:
-        InputError: with one sentence if it cannot be read, is of windIO 1, or anything in it that
-            is needed is missing or wrong.
+        InputError: with one sentence if it cannot be read or is of windIO 1, else with one for each
+            component in which anything that is needed is missing or wrong.
     """
-    text = read_text(path, "windIO file")
-    name = Path(path).name
-    try:
-        root = Entry(parse_yaml(text), name)
-    except YamlError as error:
-        Entry(None, name).fail(str(error))
-    _check_version(root)
-    components = root["components"]
-    materials = read_materials(root["materials"])
+    root = _read_root(path)
+    components, problems = root["components"], Problems()
+    materials = problems.attempt(lambda: read_materials(root["materials"])) or {}
     plies = {key: material.ply for key, material in materials.items()}
-    hub = read_hub(components["hub"])
-    blade = read_blade(components["blade"], root["airfoils"], plies, hub.radius)
+    hub = problems.attempt(lambda: read_hub(components["hub"]))
+    radius = hub.radius if hub else 0.0
+    entry, airfoils = components["blade"], root["airfoils"]
+    blade = (
+        problems.attempt(lambda: read_blade(entry, airfoils, plies, radius)) if materials else None
+    )
     nacelle, yaw, tower = (components.get(key) for key in ("drivetrain", "yaw", "tower"))
+    read_parts = (
+        problems.attempt(lambda: read_nacelle(nacelle) if nacelle else None),
+        problems.attempt(lambda: read_rigid_part(yaw) if yaw else None),
+        problems.attempt(lambda: read_tower(tower, plies) if tower and materials else None),
+    )
+    section = root.get("control")
+    control = problems.attempt(lambda: read_control(section) if section else None)
+    problems.raise_all()
+    assert hub and blade
     structure = components["blade"]["structure"]
     sections = structure.get("elastic_properties") or components["blade"].get("elastic_properties")
     of_tower = tower["structure"].get("elastic_properties") if tower else None
     assembly = root["assembly"]
-    section = root.get("control")
-    control = read_control(section) if section else None
     orientation = assembly.get("rotor_orientation")
     height, power = (assembly.get(key) for key in ("hub_height", "rated_power"))
     return WindIOTurbine(
@@ -125,9 +135,9 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         blade=blade,
         polars=PolarSource(root["airfoils"], components["blade"]["outer_shape"]["airfoils"]),
         hub=hub,
-        nacelle=read_nacelle(nacelle) if nacelle else None,
-        yaw=read_rigid_part(yaw) if yaw else None,
-        tower=read_tower(tower, plies) if tower else None,
+        nacelle=read_parts[0],
+        yaw=read_parts[1],
+        tower=read_parts[2],
         materials=materials,
         blade_sections=read_section_properties(sections) if sections else None,
         blade_damping=read_damping(sections),
@@ -136,6 +146,37 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         references=read_references(root),
         warnings=tuple(list_implausible(root)),
     )
+
+
+def _read_root(path: str | os.PathLike[str]) -> Entry:
+    """The contents of a file of windIO 2."""
+    text, name = read_text(path, "windIO file"), Path(path).name
+    try:
+        root = Entry(parse_yaml(text), name)
+    except YamlError as error:
+        Entry(None, name).fail(str(error))
+    _check_version(root)
+    return root
+
+
+class Problems:
+    """Sentences about parts of a file, each of which is read although others are wrong."""
+
+    def __init__(self) -> None:
+        self._sentences: list[str] = []
+
+    def attempt(self, read: Callable[[], T]) -> T | None:
+        """The result of a function that reads; None if something is wrong there."""
+        try:
+            return read()
+        except ModelError as error:
+            self._sentences += str(error).splitlines()
+        return None
+
+    def raise_all(self) -> None:
+        """Raise a ModelError if something was wrong."""
+        if self._sentences:
+            raise ModelError("\n".join(dict.fromkeys(self._sentences)))
 
 
 def _check_version(root: Entry) -> None:

@@ -310,7 +310,7 @@ def add_web(tables, *arcs):
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_in_one_sentence(mistake, tmp_path):
+def test_a_mistake_is_one_sentence_a_component(mistake, tmp_path):
     change, sentence = MISTAKES[mistake]
     tables = small_turbine()
     change(tables)
@@ -318,9 +318,9 @@ def test_a_mistake_is_told_in_one_sentence(mistake, tmp_path):
         read_turbine(write_turbine(tables, tmp_path))
     message = str(caught.value)
     assert sentence in message
-    assert message.startswith("small.yaml: ")
-    assert "\n" not in message
-    assert len(message) < 400
+    for line in message.splitlines():  # hub, nacelle and yaw share a mistake
+        assert line.startswith("small.yaml: ")
+        assert len(line) < 400
 
 
 def places(value, path=()):
@@ -362,7 +362,7 @@ VALUES = st.one_of(
         st.tuples(st.sampled_from(PLACES), VALUES, st.booleans()), min_size=1, max_size=3
     )
 )
-def test_a_mutated_file_is_read_or_refused_in_one_sentence(changes, tmp_path):
+def test_a_mutated_file_is_read_or_refused_in_a_sentence_a_component(changes, tmp_path):
     tables = small_turbine()
     for place, value, keep in changes:
         try:
@@ -376,5 +376,5 @@ def test_a_mutated_file_is_read_or_refused_in_one_sentence(changes, tmp_path):
         assert (blade.wall(s[:, None], np.linspace(0.0, 1.0, 7)) >= 0.0).all()
         blade.layup("x", (0.3, 0.4), (0.2, 0.3))
     except InputError as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 500
+        lines = str(error).splitlines()
+        assert all(line.startswith("small.yaml: ") and len(line) < 500 for line in lines)

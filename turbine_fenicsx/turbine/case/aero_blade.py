@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from turbine_fenicsx.case.files import read_if_changed
-from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.turbine.case.turbine_file import give_hub, load_turbine
 from turbine_fenicsx.turbine.tables.aero import is_windio
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aero_blade import AeroBlade
@@ -49,7 +49,7 @@ def _load(path: str, stations: int, hub_radius: float) -> AeroBlade:
     if is_windio(path):
         from turbine_fenicsx.wind.windio_blade import make_aero_blade
 
-        turbine = load_turbine(path)
+        turbine = give_hub(load_turbine(path), hub_radius)
         hub, axis = turbine.hub.radius, turbine.blade.outer_shape.axis[2]
         tip = hub + float(axis.smooth(np.array([1.0]))[0])
         radius, lengths = place_stations(hub, tip, stations)

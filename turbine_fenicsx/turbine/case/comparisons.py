@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turbine_fenicsx.foundation.plausible import Plausible
-from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.turbine.case.turbine_file import load_case_turbine
 from turbine_fenicsx.turbine.tables.blade import find_mass_warning
 from turbine_fenicsx.turbine.tables.tables import Tables
 
@@ -269,7 +269,7 @@ def compare_file(case: Tables) -> Iterator[str]:
     """A sentence for everything that a windIO file, with its case, says in two ways."""
     if case.turbine.file is None:
         return
-    turbine, name = load_turbine(case.turbine.file), Path(case.turbine.file).name
+    turbine, name = load_case_turbine(case), Path(case.turbine.file).name
     yield from turbine.warnings
     for comparison in COMPARISONS:
         sentence = comparison.describe(case, turbine)

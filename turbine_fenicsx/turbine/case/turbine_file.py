@@ -7,8 +7,11 @@ are the file's alone.
 from __future__ import annotations
 
 import copy
+import functools
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +20,7 @@ import numpy as np
 
 from turbine_fenicsx.case.checks import Check
 from turbine_fenicsx.case.files import read_if_changed
+from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
@@ -123,27 +127,56 @@ def tabulate_file(
     return found
 
 
-def _require_parts(turbine: WindIOTurbine, own: Mapping[str, Any], name: str) -> None:
-    """Drivetrain and hub have masses, in the file or in the case.
+def _list_missing(turbine: WindIOTurbine, data: Mapping[str, Any], name: str) -> Iterator[str]:
+    """Sentences about what a turbine needs and neither the file nor the case has.
 
     Args:
         turbine: What the file says.
-        own: The table ``turbine`` of the case.
+        data: The tables of the case.
         name: Of the file.
     """
     if turbine.nacelle is None:
-        raise InputError(f"{name} has no components.drivetrain, which a turbine needs")
-    for component, key, part in (
-        ("drivetrain", "nacelle", turbine.nacelle.body),
+        yield f"{name} has no components.drivetrain, which a turbine needs"
+    parts = (
+        ("drivetrain", "nacelle", turbine.nacelle.body if turbine.nacelle else None),
         ("hub", "hub", turbine.hub.body),
-    ):
-        table = own.get(key)
+    )
+    for component, key, part in parts:
+        table = data["turbine"].get(key)
         given = set(table) if isinstance(table, Mapping) else set()
-        if part is None and not ("mass" in given and given & {"inertia", "euler"}):
-            raise InputError(
+        there = part is not None or ("mass" in given and given & {"inertia", "euler"})
+        if not there and (component == "hub" or turbine.nacelle):
+            yield (
                 f"{name} has no components.{component}.elastic_properties: give turbine.{key}.mass "
                 f"and turbine.{key}.inertia, and turbine.{key}.centre if it is not zero"
             )
+    if not turbine.hub.radius and find_own_radius(data) is None:
+        yield f"{name} has no components.hub.diameter: give blade.hub_radius, half of it"
+
+
+def find_own_radius(data: Mapping[str, Any]) -> float | None:
+    """The key ``blade.hub_radius`` of nested tables, None if it is missing or wrong [m]."""
+    blade = data.get("blade")
+    with suppress(ValueError):
+        if isinstance(blade, Mapping) and "hub_radius" in blade:
+            radius = to_si(blade["hub_radius"], "m")
+            return radius if radius > 0.0 else None
+    return None
+
+
+@functools.lru_cache(maxsize=8)
+def give_hub(turbine: WindIOTurbine, radius: float) -> WindIOTurbine:
+    """A turbine whose file has no diameter of the hub, with that of its case [m]."""
+    if turbine.hub.radius:
+        return turbine
+    blade = replace(turbine.blade, hub_radius=radius)
+    return replace(turbine, hub=replace(turbine.hub, radius=radius), blade=blade)
+
+
+def load_case_turbine(case: Tables) -> WindIOTurbine:
+    """The turbine of the file of a case; InputError as `load_turbine`."""
+    assert case.turbine.file is not None
+    return give_hub(load_turbine(case.turbine.file), case.blade.hub_radius)
 
 
 def _tabulate_part(part: RigidPart) -> dict[str, Any]:
@@ -179,7 +212,11 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> Mapping
     blows = data.get("wind")
     wind = isinstance(blows, Mapping) and ("speed" in blows or "file" in blows)
     turbine = load_turbine(name)
-    _require_parts(turbine, data["turbine"], Path(name).name)
+    missing = list(_list_missing(turbine, data, Path(name).name))
+    if missing:
+        raise InputError("\n".join(missing))
+    own_radius = find_own_radius(data)
+    turbine = turbine if own_radius is None else give_hub(turbine, own_radius)
     rigid = data["turbine"].get("model") == "rigid"
     below = tabulate_file(turbine, tower, wind, find_generator(data, turbine), rigid)
     for part in ("nacelle", "hub"):
@@ -238,13 +275,16 @@ def list_origins(case: Tables) -> tuple[list[str], list[str]]:
     """Keys that have the value of the file, and those that the case overrides."""
     if case.turbine.file is None:
         return [], []
-    turbine = load_turbine(case.turbine.file)
+    turbine = load_case_turbine(case)
+    is_given = load_turbine(case.turbine.file).hub.radius > 0.0
     taken: list[str] = []
     overridden: list[str] = []
     rigid = case.turbine.model == "rigid"
     shaft = _find_shaft(case)
     tables = tabulate_file(turbine, case.tower.flexible, case.wind.blows, shaft, rigid)
     for key, value in _flatten(tables):
+        if key == "blade.hub_radius" and not is_given:
+            continue
         mine: Any = case
         for name in key.split("."):
             mine = getattr(mine, name)
@@ -311,7 +351,7 @@ def _check_controller(case: Tables) -> str:
     shaft, control = _find_shaft(case), case.control
     if case.turbine.file is None or shaft is None:
         return ""
-    gap = design_control(load_turbine(case.turbine.file), shaft).gap
+    gap = design_control(load_case_turbine(case), shaft).gap
     if not gap or {"torque", "pitch"} <= control.model_fields_set:
         return ""
     return (

@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_bearings, describe_case
-from turbine_fenicsx.turbine.case.turbine_file import describe_file, list_origins
+from turbine_fenicsx.turbine.case.turbine_file import describe_file, list_origins, load_turbine
 from turbine_fenicsx.turbine.components.tower import tower_geometry
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
 from turbine_fenicsx.turbine.run.resume import label_case, write_case
@@ -269,3 +269,62 @@ def test_a_file_that_changed_is_read_again(folder):
     tables["components"]["drivetrain"]["outer_shape"]["overhang"] = 3.25
     write_turbine(tables, folder)
     assert parse(folder).turbine.hub_distance == 3.25
+
+
+def test_everything_that_a_file_lacks_is_in_one_report(folder):
+    tables = small_turbine()
+    components = tables["components"]
+    del components["drivetrain"]["elastic_properties"], components["hub"]["elastic_properties"]
+    del components["hub"]["diameter"]
+    write_turbine(tables, folder, "light.yaml")
+    with pytest.raises(InputError) as caught:
+        parse(folder, {"file": "light.yaml"})
+    drivetrain, hub, diameter = str(caught.value).splitlines()
+    assert "no components.drivetrain.elastic_properties: give turbine.nacelle.mass" in drivetrain
+    assert "no components.hub.elastic_properties: give turbine.hub.mass" in hub
+    assert diameter.endswith("no components.hub.diameter: give blade.hub_radius, half of it")
+
+
+def test_each_component_is_read_although_others_are_wrong(folder):
+    tables = small_turbine()
+    tables["components"]["drivetrain"]["outer_shape"]["uptilt"] = "steep"
+    tables["components"]["tower"]["structure"]["layers"] = []
+    del tables["components"]["blade"]["outer_shape"]["chord"]
+    write_turbine(tables, folder, "bad.yaml")
+    with pytest.raises(InputError) as caught:
+        parse(folder, {"file": "bad.yaml"})
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 3
+    for words in ("has no 'chord'", "uptilt must be a finite number", "tower.structure.layers"):
+        assert sum(words in line for line in lines) == 1
+
+
+def test_the_hub_of_the_case_counts_where_the_file_has_no_diameter(folder):
+    tables = small_turbine()
+    del tables["components"]["hub"]["diameter"]
+    write_turbine(tables, folder, "hubless.yaml")
+    data = {"turbine": {"file": "hubless.yaml"}, "blade": {"hub_radius": "1.1 m"}}
+    case = Case.parse(data, folder)
+    assert case.blade.hub_radius == 1.1
+    taken, overridden = list_origins(case)
+    assert "blade.hub_radius" not in [*taken, *overridden]
+    assert not [x for x in case.warnings if "hub" in x]
+
+
+def test_webs_whose_layers_reach_a_station_too_far_are_read_as_far_as_they_go(folder):
+    tables = small_turbine()
+    structure = tables["components"]["blade"]["structure"]
+    structure["webs"][0]["anchors"][0] |= {
+        key: {"grid": [0.0, 0.8], "values": [value] * 2}
+        for key, value in (("start_nd_arc", 0.0), ("end_nd_arc", 1.0))
+    }
+    for layer in structure["layers"]:
+        if layer.get("web"):
+            grid, values = [0.0, 0.1, 0.12, 0.79, 0.83, 1.0], [0, 0, 2e-3, 2e-3, 0, 0]
+            layer["thickness"] = {"grid": grid, "values": [float(x) for x in values]}
+    write_turbine(tables, folder, "web.yaml")
+    case = Case.parse({"turbine": {"file": "web.yaml"}}, folder)
+    told = [x for x in case.warnings if "it is read as far as they go" in x]
+    assert len(told) == 3 and "from 0.11 to 0.81, its anchors from 0 to 0.8" in told[0]
+    (web,) = load_turbine(case.turbine.file).blade.webs
+    assert (web.start, web.end) == pytest.approx((0.11, 0.8))
