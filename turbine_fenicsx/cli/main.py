@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # titles that the locale cannot show
             stream.reconfigure(errors="backslashreplace")
-    from turbine_fenicsx.foundation.errors import CompilationError, InputError
+    from turbine_fenicsx.foundation.errors import CompilationError, FileError, InputError
 
     comm = None
     try:
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             command: Callable[[argparse.Namespace, Any], int] = options.command
             with _warnings_on_stderr():
                 return command(options, comm)
-    except (InputError, CompilationError) as error:
+    except (InputError, CompilationError, FileError) as error:
         return fail(comm, str(error), WRONG_INPUT)
     except BrokenPipeError:  # as in `turbine-fenicsx ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -146,3 +146,10 @@ def split_unit(name: str) -> tuple[str, str]:
     """
     match = _UNIT.search(name)
     return _UNIT.sub("", name), match[1] if match else ""
+
+
+def find_column(columns: Iterable[str], name: str) -> str:
+    """The column of a name that may lack its unit; the name itself if there is none or more."""
+    every = list(columns)
+    found = [column for column in every if split_unit(column)[0] == name]
+    return found[0] if name not in every and len(found) == 1 else name

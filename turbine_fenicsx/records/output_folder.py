@@ -39,6 +39,10 @@ MODE_RESULTS = (
 """Names of what belongs to modes."""
 
 
+STUDY = "study.csv"
+"""Table of a study in its output folder."""
+
+
 @dataclass(frozen=True)
 class TimeSeries:
     """Time series of one run.
@@ -218,8 +222,7 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
             end = int(item.attrib["Seek"]) + count * int(item.attrib["Precision"])
             needed[name] = max(needed.get(name, 0), end)
     except FileNotFoundError:
-        hint = "it is written by a run with output.fields_every greater than 0"
-        raise InputError(f"there is no {path}; {hint}") from None
+        raise InputError(f"there is no {path}; {_explain_no_fields(path.parent)}") from None
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
     except (ElementTree.ParseError, KeyError, ValueError):
@@ -233,6 +236,18 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
         if numbers.stat().st_size < size:
             raise InputError(f"{numbers} is incomplete: {path.name} needs {size} bytes of it")
     return times
+
+
+def _explain_no_fields(folder: Path) -> str:
+    """Why a folder has no fields."""
+    case = read_tables(folder / "case.json") or {}
+    blade = case.get("blade")
+    if isinstance(blade, dict) and blade.get("model") == "reduced":
+        return (
+            "reduced blades write no fields: motion.bin has their motion, and blade.model = "
+            '"full" writes them'
+        )
+    return "it is written by a run with output.fields_every greater than 0"
 
 
 def read_field_parts(path: str | os.PathLike[str]) -> Parts:
@@ -308,6 +323,12 @@ def need_folder(folder: str | os.PathLike[str]) -> Path:
     """
     if not Path(folder).is_dir():
         raise InputError(f"there is no output folder {os.fspath(folder)!r}")
+    if (Path(folder) / STUDY).exists() and not (Path(folder) / "history.csv").exists():
+        runs = sorted(x.parent.name for x in Path(folder).glob("*/history.csv"))
+        named = f", such as {os.path.join(folder, runs[0])!r}" if runs else ""
+        raise InputError(
+            f"{os.fspath(folder)!r} is the folder of a study: name one of its runs{named}"
+        )
     return Path(folder)
 
 

@@ -109,6 +109,7 @@ def _read_arrays(path: str) -> dict[str, Any]:
             f"{path!r} is a basis of version {version}, and this is version {VERSION}: "
             "reduce the body anew"
         )
-    if version is None or not set(ARRAYS) <= set(arrays):
+    numbers = all(arrays[name].dtype.kind in "biuf" for name in ARRAYS if name in arrays)
+    if version is None or not set(ARRAYS) <= set(arrays) or not numbers:
         raise InputError(f"{path!r} is not {what}, or damaged")
     return {name: arrays[name] for name in ARRAYS}

@@ -11,6 +11,7 @@ import numpy as np
 from tqdm import tqdm
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.records.output_folder import STUDY
 from turbine_fenicsx.study.convergence import Series, choose_reference, make_series, write_series
 from turbine_fenicsx.study.curve import read_reference
 from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
@@ -145,7 +146,7 @@ def run_study(
     finally:
         shown.finish()
         write_table(
-            out / "study.csv", runs, result.results, result.failed, study.varied, study.quantities
+            out / STUDY, runs, result.results, result.failed, study.varied, study.quantities
         )
     if study.convergence is not None:
         write_series(out / "convergence.csv", result.series)

@@ -71,6 +71,7 @@ def _write(options: argparse.Namespace) -> list[str]:
     from turbine_fenicsx.foundation.errors import FileError, InputError
     from turbine_fenicsx.foundation.files import replace_file
     from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
+    from turbine_fenicsx.records.names import find_column
     from turbine_fenicsx.records.output_folder import add_openfast, read_histories
 
     for slope in options.slope:
@@ -80,12 +81,12 @@ def _write(options: argparse.Namespace) -> list[str]:
         raise InputError(f"--frequency {options.frequency:g}: must be greater than 0")
     (series,) = read_histories([options.folder])
     other = Path(options.folder) / "history.out"
-    if any(column not in series.columns for column in options.columns) and other.exists():
+    known = {find_column(series.columns, name) for name in options.columns}
+    if not known <= series.columns.keys() and other.exists():
         series = add_openfast(series, other, options.columns)
     try:
-        found = find_fatigue(
-            series, options.columns, options.slope, options.frequency, options.start
-        )
+        columns = [find_column(series.columns, name) for name in options.columns]
+        found = find_fatigue(series, columns, options.slope, options.frequency, options.start)
         path = Path(options.folder) / "fatigue.csv"
         replace_file(path, format_fatigue(found).encode())
     except (ImportError, FileError) as error:

@@ -44,6 +44,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
             "start a study without mpirun; `ranks = N` in the study file gives N ranks to each run"
         )
     need_dolfinx()
+    from turbine_fenicsx.records.output_folder import STUDY
     from turbine_fenicsx.study.file import Study
     from turbine_fenicsx.study.run import run_study
 
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         _list(study, out, options.overrides)
         return OK
     result = run_study(study, out, options.overrides, choose_style(options), options.overwrite)
-    names = ["study.csv"]
+    names = [STUDY]
     if study.convergence is not None:
         names += ["convergence.csv", *_draw_errors(study, result, out)]
     if study.curve is not None:

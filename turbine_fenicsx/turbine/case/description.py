@@ -114,6 +114,7 @@ def _describe_pitch(case: Tables) -> str:
             f"from {pitch.start:g} s on"
         )
     return {
+        "lock": f"pitch locked at {start}",
         "free": f"pitch turns freely from {start} on",
         "spring": f"pitch on springs about {start}",
         "prescribed": "pitch as pitch.file says",

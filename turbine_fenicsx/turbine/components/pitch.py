@@ -128,7 +128,9 @@ def make_pitch_drive(pitch: PitchCase, comm: MPI.Intracomm = MPI.COMM_SELF) -> l
     parts: list[Any] = []
     for name, sign in ((bearing, OPENFAST_SIGNS[bearing]) for bearing in BEARINGS):
         rest = sign * pitch.initial
-        if pitch.drive == "prescribed":
+        if pitch.drive == "lock":
+            parts.append(PrescribedMotion(name, Constant(rest)))
+        elif pitch.drive == "prescribed":
             turn = Ramp(sign * pitch.angle, pitch.duration, pitch.start, smooth=True)
             parts.append(PrescribedMotion(name, Sum(turn, Constant(rest)) if rest else turn))
         elif pitch.drive == "actuator":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -43,6 +44,8 @@ from turbine_fenicsx.turbine.modes.mode_files import ModeTable, write_shapes, wr
 from turbine_fenicsx.turbine.modes.mode_table import describe_modes
 from turbine_fenicsx.turbine.run.resume import write_case
 from turbine_fenicsx.turbine.run.start import list_held, turn_blades
+
+log = logging.getLogger(__name__)
 
 COUNT = 12
 """Number of modes if nobody says how many."""
@@ -138,7 +141,7 @@ def _find(
     force: bool,
 ) -> tuple[list[ModeTable], list[str]]:
     """Find the modes, and write them into a folder that is locked."""
-    _refuse_wind_and_control(case)
+    case = _leave_out_wind_and_control(case, comm)
     if case.has_reduced_blades:
         raise InputError('modes are those of full blades: add --set blade.model="full"')
     turning = any(wanted.speeds)
@@ -188,23 +191,21 @@ def _find(
     return tables, files
 
 
-def _refuse_wind_and_control(case: Case) -> None:
-    """Modes know neither.
-
-    Raises:
-        InputError: with the tables to remove.
-    """
+def _leave_out_wind_and_control(case: Case, comm: MPI.Intracomm) -> Case:
+    """The case without what modes do not know, with a note of what that is."""
     there = {
         "wind": case.wind.blows,
         "control": case.control.kind != "none",
         "event": bool(case.event),
     }
-    *others, last = [f"[{name}]" for name, found in there.items() if found] or [""]
-    if last:
-        tables = f"{', '.join(others)} and {last}" if others else last
-        raise InputError(
-            f"modes are those without wind and controller: remove {tables} from the case"
-        )
+    left_out = [name for name, found in there.items() if found]
+    if not left_out:
+        return case
+    if comm.rank == 0:
+        tables = " and ".join(f"[{name}]" for name in left_out)
+        log.warning("modes are those without wind and controller: %s left out", tables)
+    new = {name: type(getattr(case, name))() for name in left_out}
+    return case.model_copy(update=new)
 
 
 def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Modes | None) -> Modes:

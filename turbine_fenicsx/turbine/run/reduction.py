@@ -131,7 +131,12 @@ def describe_reduction(case: Case, nodes: int) -> list[str]:
     r = case.blade.reduction
     path = Path(r.file) if r.file is not None else name_basis(case)
     if path is not None and (r.file is not None or path.is_file()):
-        found = read_sizes(path)
+        try:
+            found = read_sizes(path)
+        except InputError as error:
+            if r.file is not None:
+                raise
+            return [f"reduced blades: {error}; a run makes their basis again"]
         lines = [
             f"reduced blades: {found.functions} functions and {found.strains} strain coordinates "
             f"in place of {3 * nodes} displacements each, from {path}"

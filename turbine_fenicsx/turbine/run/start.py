@@ -74,7 +74,11 @@ def make_start(case: Case, system: MultibodySystem) -> State | None:
                 system, ROTOR, speed, state, periodic=True, held=held, **accuracy
             )
     except StepFailure as failure:
-        raise StepFailure(f'time.start = "{kind}": {failure}') from None
+        what = str(failure).partition("; more load steps")[0]
+        advice = "set in loads and wind from an undeformed start: time.start and time.ramp"
+        if case.wind.blows:
+            advice += ", wind.ramp"
+        raise StepFailure(f'time.start = "{kind}": {what}; {advice}') from None
     frame.set_velocities(state)
     return state
 

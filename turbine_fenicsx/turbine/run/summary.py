@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.versions import list_versions
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.conventions import BLADES, HUB
+from turbine_fenicsx.records.conventions import BLADES, HUB, OPENFAST_SIGNS
 from turbine_fenicsx.simulation.energy_check import (
     Conserving,
     allowed_energy_error,
@@ -218,7 +219,10 @@ def format_table(s: dict[str, Any]) -> str:
     """The summary as a few lines to read."""
     scale = max(s[names.LARGEST_ENERGY], 1e-300)
     momentum = ", ".join(f"{x / 1e3:.6g}" for x in s["angular_momentum_[Nms]"])
-    angles = ", ".join(f"{name} {x:+.6f}" for name, x in s["angles_[rad]"].items())
+    angles = ", ".join(
+        f"{name} {OPENFAST_SIGNS.get(name, 1.0) * degrees(x) + 0.0:+.4f}"
+        for name, x in s["angles_[rad]"].items()
+    )
     sizes = s["unknowns"]
     spent = s["time_per_step_by_part_[s]"]
     shares = ", ".join(f"{k} {1e3 * t:.1f}" for k, t in spent.items() if t > 0.0)
@@ -233,7 +237,7 @@ def format_table(s: dict[str, Any]) -> str:
         ),
         ("constraint error", f"{s['worst_constraint_error_[-]']:.1e}"),
         ("angular momentum", f"({momentum}) kNms"),
-        ("angles [rad]", angles),
+        ("angles [deg]", angles),
         *_describe_plies(s.get(names.WORST_PLY)),
         (
             "iterations per step",

@@ -12,9 +12,10 @@ from turbine_fenicsx.case.rules import AnyOf, Only, With
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
 
-_FULL = AnyOf(
+_FIELDS = AnyOf(
     Only("blade.model", "full"),
     Only("turbine.model", "rigid"),
+    Only("fields_every", 0.0),
     say='with blade.model = "reduced"',
 )
 
@@ -95,7 +96,7 @@ class OutputCase(Section):
     one at the start and at the end.
     """
 
-    fields_every: Annotated[Seconds, NotNegative, _FULL] = 0.1
+    fields_every: Annotated[Seconds, NotNegative, _FIELDS] = 0.1
     """Simulated time between two outputs of fields; 0: no fields."""
     motion_every: Annotated[Seconds, NotNegative, Only("blade.model", "reduced")] = 0.1
     """Simulated time between two rows of the motion of reduced bodies, from which fields and

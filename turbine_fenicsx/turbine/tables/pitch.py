@@ -90,9 +90,9 @@ class PitchCase(Section):
     """Mass of the ring between hub and root of each blade."""
     ring_euler: Annotated[tuple[Moment, Moment, Moment], _RINGS] = (400.0, 20.0, 400.0)
     """Principal values of the Euler tensor of a ring along chord, span and rotor axis."""
-    drive: Literal["free", "spring", "prescribed", "actuator"] = "free"
-    """Drive of the blades: none, spring and damper, a motion in time, or an actuator that follows
-    commands, see howto/control."""
+    drive: Literal["free", "lock", "spring", "prescribed", "actuator"] = "free"
+    """Drive of the blades: none, a lock, spring and damper, a motion in time, or an actuator that
+    follows commands, see howto/control."""
     initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi), _PITCH] = 0.0
     """Pitch at t = 0, positive to feather."""
     stiffness: Annotated[TorsionalStiffness, NotNegative, Only("drive", "spring")] = 0.0
@@ -101,7 +101,7 @@ class PitchCase(Section):
     """With ``drive = "spring"``: damper on the rate of the pitch angle."""
     angle: Annotated[Radians, Field(ge=-2.0 * pi, le=2.0 * pi), *_MOTION, _PITCH] = 0.0
     """With ``drive = "prescribed"``: how far the blades turn from ``initial`` on, positive to
-    feather; 0 locks the bearings."""
+    feather."""
     start: Annotated[Seconds, NotNegative, *_MOTION, Unless("angle", 0.0)] = 0.0
     """With ``drive = "prescribed"``: when the motion begins."""
     duration: Annotated[Seconds, Positive, *_MOTION, Unless("angle", 0.0)] = 5.0

@@ -129,7 +129,7 @@ class TimeCase(Section):
         if start != "undeformed" and case.has_pitch_bearings and case.pitch.drive == "free":
             yield (
                 f'time.start = "{start}": the pitch bearings are held while the start is found and '
-                'let go then; pitch.drive = "prescribed" with pitch.angle = 0 keeps them locked'
+                'let go then; pitch.drive = "lock" keeps them locked'
             )
 
 

@@ -87,7 +87,7 @@ def test_one_arm_for_all_blades_balances_the_rotor(arm):
         ("pitch.bearings", "yes", "must be true or false"),
         ("tower.flexible", 1, "must be true or false"),
         ("pitch.ring_mass", 0.0, "greater than 0"),
-        ("pitch.drive", "motor", "'free', 'spring', 'prescribed' or 'actuator'"),
+        ("pitch.drive", "motor", "'free', 'lock', 'spring', 'prescribed' or 'actuator'"),
         ("pitch.stiffness", -1.0, "greater than or equal to 0"),
         ("pitch.stiffness", "3 N/m", 'expected a stiffness against rotation, for example "50 MN'),
         ("pitch.damping", "3 N m/rad", "a bare number counts in N m s/rad"),
