@@ -125,11 +125,11 @@ def _find_pairs(K: PETSc.Mat, model: BodyModel) -> IntArray:
     local = K if K.getType() == "seqaij" else K.getDiagonalBlock()
     rows, columns, _ = local.getValuesCSR()
     of_row = np.repeat(np.arange(len(rows) - 1), np.diff(rows))
-    first = of_row % 3 == 0
+    first = (of_row % 3 == 0) & (columns % 3 == 0)  # one of the nine entries of each pair
     i, j = of_row[first] // 3, columns[first] // 3
     keep = (i <= j) & (model.is_point[i] == model.is_point[j])
     keep &= (i < j) | (model.is_point[i] == 0.0)
-    found: IntArray = np.unique(np.column_stack([i, j])[keep], axis=0).T
+    found: IntArray = np.stack([i, j])[:, keep]
     return found
 
 
