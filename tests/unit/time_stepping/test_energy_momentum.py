@@ -344,4 +344,5 @@ def test_torque_and_gravity_are_taken_at_the_middle_of_the_step(machine):
     state.time = T0
     times.clear()
     EnergyMomentumStep(system).start_step(state, DT)
-    assert times == [T0 + 0.5 * DT]
+    # rank 0 evaluates code of a user for all
+    assert times == ([T0 + 0.5 * DT] if system.comm.rank == 0 else [])
