@@ -99,9 +99,10 @@ def complex_modes(
     free = problem.linear.degrees_of_freedom
     number = min(2 * count + ADDITIONAL_EIGENVALUES, 2 * free)
     shift = _guess(problem) if shift is None else shift
+    strain = StrainMeter(problem.linear)
     for _ in range(MAX_ATTEMPTS):
         pairs = problem.pairs(number, shift)
-        rigid, elastic = _separate_rigid(problem, pairs, shift)
+        rigid, elastic = _separate_rigid(problem, pairs, shift, strain)
         lowest = min((abs(p.eigenvalue) for p in elastic), default=shift)
         if MIN_SHIFT_RATIO <= lowest / shift <= 1.0 / MIN_SHIFT_RATIO:
             break
@@ -154,14 +155,14 @@ def _guess(problem: QuadraticProblem) -> float:
 
 
 def _separate_rigid(
-    problem: QuadraticProblem, pairs: Sequence[Pair], shift: float
+    problem: QuadraticProblem, pairs: Sequence[Pair], shift: float, strain: StrainMeter
 ) -> tuple[list[Pair], list[Pair]]:
     """Rigid motions, one for each independent shape, and all others; the rest is destroyed."""
     rigid: list[Pair] = []
     elastic: list[Pair] = []
     image = problem.linear.vectors.new_vector()
     highest = max((abs(pair.eigenvalue) for pair in pairs), default=0.0)
-    strain, slow = StrainMeter(problem.linear), RIGID_EIGENVALUE_RATIO * shift
+    slow = RIGID_EIGENVALUE_RATIO * shift
     for pair in pairs:
         energy, size = _strain(problem, pair.parts)
         round_off = max(STRAIN_ROUND_OFF * size, (FREQUENCY_ROUND_OFF * highest) ** 2)

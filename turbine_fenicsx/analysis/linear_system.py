@@ -128,6 +128,15 @@ class LinearSystem:
                 matrix.destroy()
 
 
+def quadratic_form(A: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec | None = None) -> float:
+    """x.A y, with y = x by default. Collective."""
+    product = x.duplicate()
+    A.mult(x if y is None else y, product)
+    value = float(product.dot(x))
+    product.destroy()
+    return value
+
+
 def zero_matrix(model: BodyModel) -> PETSc.Mat:
     """Matrix without entries, shaped like the stiffness of a body."""
     n = (3 * model.n_owned, None)

@@ -17,12 +17,11 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import blocks_of
-from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.linear_system import LinearSystem, quadratic_form
 from turbine_fenicsx.analysis.slepc import Pair, invert_by, keep_if_interrupted
 from turbine_fenicsx.analysis.statics import UNHELD
 from turbine_fenicsx.analysis.strain_meter import (
     StrainMeter,
-    quadratic_form,
     swelling_of,
     warn_of_round_off,
 )
@@ -68,9 +67,10 @@ class SquaredFrequencies:
         self._A, self._M = linear.stiffness, linear.mass
         self._shift = soft_shift(linear) if shift is None else shift
         self.symmetric = all(_is_symmetric(block) for block in blocks_of(self._A))
+        self._meter = StrainMeter(linear)  # of the stiffness alone
         for A, M in zip(blocks_of(self._A), blocks_of(self._M), strict=True):
             A.axpy(self._shift, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        self._sizes, self._meter = _entry_sizes(linear), StrainMeter(linear)
+        self._sizes = _entry_sizes(linear)
         self._solver = linear.solver(self._A, "modes_", self.symmetric)
 
     def find(self, count: int, tolerance: float) -> list[Pair]:
@@ -194,12 +194,12 @@ class SquaredFrequencies:
         a, b = self._linear.vectors.new_vector(), self._linear.vectors.new_vector()
         theta = complex(eps.getEigenpair(k, a, b))
         parts = (a, b) if theta.imag else (a,)
-        size = np.sqrt(sum(self._form(self._M, part, part) for part in parts))
+        size = np.sqrt(sum(quadratic_form(self._M, part, part) for part in parts))
         for part in parts:
             part.scale(1.0 / size)
-        quotient = complex(sum(self._form(self._A, part, part) for part in parts))
+        quotient = complex(sum(quadratic_form(self._A, part, part) for part in parts))
         if theta.imag:
-            quotient += 1j * (self._form(self._A, a, b) - self._form(self._A, b, a))
+            quotient += 1j * (quadratic_form(self._A, a, b) - quadratic_form(self._A, b, a))
         if abs(quotient - theta) > ROUGH_TOLERANCE * abs(quotient):
             a.destroy()
             b.destroy()
@@ -213,14 +213,6 @@ class SquaredFrequencies:
         is_rigid = abs(square) <= ROUND_OFF * size + UNHELD
         is_rigid = is_rigid and not self._meter.is_strained([a], abs(square))
         return Pair(square, parts, is_rigid, float(np.finfo(float).eps) * size)
-
-    def _form(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> float:
-        """x.A y."""
-        product = y.duplicate()
-        matrix.mult(y, product)
-        value = float(product.dot(x))
-        product.destroy()
-        return value
 
     def _check(self, pairs: list[Pair]) -> None:
         """Raise a StepFailure if (K + s M)^-1 M (w^2 + s) y = y does not hold for all pairs.
@@ -239,7 +231,7 @@ class SquaredFrequencies:
         self._M.mult(z, error)
         self._solver.solve(error, z)
         z.axpy(-1.0, y)
-        wrong = np.sqrt(self._form(self._M, z, z))
+        wrong = np.sqrt(quadratic_form(self._M, z, z))
         for vector in (y, z, error):
             vector.destroy()
         if not wrong <= allowed:

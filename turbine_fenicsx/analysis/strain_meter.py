@@ -21,8 +21,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.analysis.bordered_solver import FlatVectors, blocks_of
-from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.bordered_solver import blocks_of
+from turbine_fenicsx.analysis.linear_system import LinearSystem, quadratic_form
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
 
@@ -50,7 +50,7 @@ class StrainMeter:
     """
 
     def __init__(self, linear: LinearSystem) -> None:
-        self._vectors: FlatVectors = linear.vectors
+        self._vectors = linear.vectors
         self._comm = linear.system.comm
         self._bodies: list[tuple[Array, Array, IntArray]] = []
         self._swelling: list[tuple[float, float]] = []
@@ -87,7 +87,7 @@ def warn_of_round_off(comm: MPI.Comm, squares: Iterable[tuple[float, float]]) ->
 
     Args:
         comm: Communicator.
-        squares: Squared frequencies and their errors, in any unit.
+        squares: Squared frequencies and their errors [rad^2/s^2].
     """
     wrong = [(w2, error) for w2, error in squares if error > MAX_ERROR * w2]
     if wrong and comm.rank == 0:
@@ -95,21 +95,12 @@ def warn_of_round_off(comm: MPI.Comm, squares: Iterable[tuple[float, float]]) ->
         share = max(error / max(w2, error) for w2, error in wrong)
         log.warning(
             "%d modes of up to %.3g Hz lie near round-off, their squared frequencies may be wrong "
-            "by %.2g %%: cells are so small, or so stiff stretched, that last digits of their "
+            "by %.0f %%: cells are so small, or so stiff stretched, that last digits of their "
             "stiffness bend the body",
             len(wrong),
             sqrt(w2) / (2.0 * pi),
             100.0 * share,
         )
-
-
-def quadratic_form(A: PETSc.Mat, y: PETSc.Vec) -> float:
-    """y.A y. Collective."""
-    product = y.duplicate()
-    A.mult(y, product)
-    value = float(product.dot(y))
-    product.destroy()
-    return value
 
 
 def swelling_of(model: BodyModel) -> PETSc.Vec:

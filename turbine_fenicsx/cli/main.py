@@ -135,9 +135,9 @@ def _start(petsc_options: list[str], alone: bool) -> Any:
     for number in SIGNALS:  # PETSc puts its own handlers in the place of some
         signal.signal(number, signal.getsignal(number))
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # PETSc would abort where a reader has left
-    from turbine_fenicsx.foundation.own_code import abort_alone
+    from turbine_fenicsx.foundation.own_code import end_all_on_error
 
-    abort_alone(MPI.COMM_WORLD)
+    end_all_on_error(MPI.COMM_WORLD)
     return MPI.COMM_WORLD
 
 

@@ -31,7 +31,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 _SENTENCES = (InputError, StepFailure, CompilationError, FileError, MemoryError)
 
-AGREED = 0.5
+PRINT_TIME = 0.5
 """Time in which all ranks print an error before they end [s]."""
 
 _MAX_LENGTH = 300
@@ -77,7 +77,7 @@ def name_exits(what: str) -> Iterator[None]:
         raise ForeignError(f"{what} failed: it ends the program by sys.exit({end.code})") from end
 
 
-def abort_alone(comm: MPI.Intracomm) -> None:
+def end_all_on_error(comm: MPI.Intracomm) -> None:
     """Let an error that ends a script on one rank end all of them, which would wait for ever."""
 
     def end_all(
@@ -86,7 +86,7 @@ def abort_alone(comm: MPI.Intracomm) -> None:
         sys.__excepthook__(kind, error, trace)
         sys.stdout.flush()
         sys.stderr.flush()
-        time.sleep(AGREED)  # the other ranks print the same error, if it is one of all
+        time.sleep(PRINT_TIME)  # the other ranks print the same error, if it is one of all
         comm.Abort(1)
 
     if comm.size > 1 and sys.excepthook is sys.__excepthook__:

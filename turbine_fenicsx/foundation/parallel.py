@@ -96,9 +96,9 @@ def raise_together(comm: MPI.Intracomm, error: BaseException | None) -> None:
     Note:
         Collective over ``comm``.
     """
-    if comm.size == 1:
-        if error is not None:
-            raise error
+    if comm.size == 1 and error is not None:
+        raise error
+    if not largest_of_ranks(comm, float(error is not None)):  # a step needs no more
         return
     for rank, found in enumerate(comm.allgather(_make_portable(error))):
         if found is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
 from turbine_fenicsx.foundation.errors import ForeignError, ModelError, StepFailure
-from turbine_fenicsx.foundation.own_code import abort_alone, name_exits
+from turbine_fenicsx.foundation.own_code import end_all_on_error, name_exits
 from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.threads import one_thread
@@ -127,7 +127,7 @@ class Simulation:
             ForeignError: if code of a user fails in an observer, on all ranks; the others have
                 observed the step, and a checkpoint was written.
         """
-        abort_alone(self.system.comm)
+        end_all_on_error(self.system.comm)
         start = time.perf_counter()
         run = self._restore(data) if data else self._begin()
         spare = run.state.copy()

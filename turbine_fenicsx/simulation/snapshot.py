@@ -12,15 +12,6 @@ from turbine_fenicsx.system.system import Balance
 from turbine_fenicsx.time_stepping.stepper import Stepper, StepReport
 
 
-def find_stored_energy(*parts: float) -> float:
-    """The largest energy among kinetic, strain and spring energy and the change of the potential.
-
-    Errors of the balance count relative to the largest of a run. The potential itself depends on
-    where the origin is.
-    """
-    return max(map(abs, parts))
-
-
 @dataclass(frozen=True)
 class Snapshot:
     """Accepted step, or first state of a run, as observers get it. Equal on all ranks.
@@ -77,11 +68,14 @@ class Snapshot:
 
     @property
     def stored_energy(self) -> float:
-        """The largest of its energies [J]: kinetic, strain, springs, change of the potential."""
+        """The largest of its kinetic, strain and spring energy and the change of the potential [J].
+
+        Errors of the balance count to the largest of a run. The potential itself depends on where
+        the origin is.
+        """
         b = self.balance
-        return find_stored_energy(
-            b.kinetic, b.strain, b.spring, b.potential - self.initial_potential
-        )
+        parts = b.kinetic, b.strain, b.spring, b.potential - self.initial_potential
+        return max(map(abs, parts))
 
     @property
     def external_work(self) -> float:

@@ -119,9 +119,10 @@ class WindIOBlade:
         """Thickness of a web, shape (m,) [m]."""
         return self.inner_webs[web].wall(np.asarray(s, float))
 
-    def line_mass(self, s: Array) -> Array:
-        """Mass per length of the layup as thin walls at span fractions, (m,) [kg/m]."""
-        s = np.asarray(s, float)
+    @property
+    def line_mass(self) -> Curve:
+        """Mass per length of the layup as thin walls [kg/m]."""
+        s = np.linspace(0.0, 1.0, 101)
         girth = self.outer_shape.girth(s)
         parts = [layer.line_mass(s, girth) for layer in self.layers]
         for web in self.inner_webs:
@@ -129,7 +130,7 @@ class WindIOBlade:
             there = (web.web.start <= s) & (s <= web.web.end)
             height = there * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
             parts += [layer.line_mass(s, height) for layer in web.layers]
-        return np.asarray(sum(parts))
+        return Curve(s, np.asarray(sum(parts)))
 
     def layup(
         self, part: str, span: tuple[float, float], arc: tuple[float, float]

@@ -48,6 +48,11 @@ class Curve:
         """Last station."""
         return float(self.grid[-1])
 
+    @property
+    def integral(self) -> float:
+        """Integral between the first and the last station."""
+        return float(0.5 * (self.values[1:] + self.values[:-1]) @ np.diff(self.grid))
+
     @cached_property
     def _spline(self) -> PchipInterpolator:
         return make_spline(self.grid, self.values)

@@ -10,7 +10,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.windio.curves import read_curve, read_grid
+from turbine_fenicsx.windio.curves import Curve, read_curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
 
 SIZE = 6
@@ -81,8 +81,8 @@ def _read_gear_ratio(assembly: Entry) -> float | None:
 def _read_tower_mass(tower: Entry) -> float:
     table = tower["structure"]["elastic_properties"]["inertia_matrix"]
     grid = read_grid(table["grid"])
-    mass = table["mass"].numbers(len(grid))
-    return float(np.ptp(_read_heights(tower)) * 0.5 * (mass[1:] + mass[:-1]) @ np.diff(grid))
+    mass = Curve(grid, table["mass"].numbers(len(grid)))
+    return float(np.ptp(_read_heights(tower))) * mass.integral
 
 
 def _read_heights(component: Entry) -> Array:

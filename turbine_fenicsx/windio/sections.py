@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.windio.curves import read_grid
+from turbine_fenicsx.windio.curves import Curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
 
 
@@ -30,6 +30,11 @@ class SectionProperties:
     grid: Array
     stiffness: Array | None
     inertia: Array
+
+    @property
+    def line_mass(self) -> Curve:
+        """Mass per length [kg/m]."""
+        return Curve(self.grid, self.inertia[:, 0, 0])
 
 
 def read_section_properties(entry: Entry) -> SectionProperties:

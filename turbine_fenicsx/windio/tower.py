@@ -41,7 +41,7 @@ class Tower:
         s = np.linspace(0.0, 1.0, 401)
         area = np.pi * self.wall(s) * (self.diameter(s) - self.wall(s))
         density = self.material.density * self.outfitting
-        return float(density * (self.top - self.base) * 0.5 * (area[1:] + area[:-1]) @ np.diff(s))
+        return density * (self.top - self.base) * Curve(s, area).integral
 
 
 def read_tower(entry: Entry, materials: Mapping[str, PlyMaterial]) -> Tower:

@@ -108,11 +108,11 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     blade = (
         problems.attempt(lambda: read_blade(entry, airfoils, plies, radius)) if materials else None
     )
-    nacelle, yaw, tower = (components.get(key) for key in ("drivetrain", "yaw", "tower"))
-    read_parts = (
-        problems.attempt(lambda: read_nacelle(nacelle) if nacelle else None),
-        problems.attempt(lambda: read_rigid_part(yaw) if yaw else None),
-        problems.attempt(lambda: read_tower(tower, plies) if tower and materials else None),
+    of_nacelle, of_yaw, of_tower = (components.get(x) for x in ("drivetrain", "yaw", "tower"))
+    nacelle = problems.attempt(lambda: read_nacelle(of_nacelle) if of_nacelle else None)
+    yaw = problems.attempt(lambda: read_rigid_part(of_yaw) if of_yaw else None)
+    tower = problems.attempt(
+        lambda: read_tower(of_tower, plies) if of_tower and materials else None
     )
     section = root.get("control")
     control = problems.attempt(lambda: read_control(section) if section else None)
@@ -120,7 +120,7 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     assert hub and blade
     structure = components["blade"]["structure"]
     sections = structure.get("elastic_properties") or components["blade"].get("elastic_properties")
-    of_tower = tower["structure"].get("elastic_properties") if tower else None
+    tower_sections = of_tower["structure"].get("elastic_properties") if of_tower else None
     assembly = root["assembly"]
     orientation = assembly.get("rotor_orientation")
     height, power = (assembly.get(key) for key in ("hub_height", "rated_power"))
@@ -135,13 +135,13 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         blade=blade,
         polars=PolarSource(root["airfoils"], components["blade"]["outer_shape"]["airfoils"]),
         hub=hub,
-        nacelle=read_parts[0],
-        yaw=read_parts[1],
-        tower=read_parts[2],
+        nacelle=nacelle,
+        yaw=yaw,
+        tower=tower,
         materials=materials,
         blade_sections=read_section_properties(sections) if sections else None,
         blade_damping=read_damping(sections),
-        tower_damping=read_damping(of_tower),
+        tower_damping=read_damping(tower_sections),
         foundations=tuple(key for key in FOUNDATIONS if key in components),
         references=read_references(root),
         warnings=tuple(list_implausible(root)),

@@ -61,12 +61,12 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         found = own or inspect_mesh(case, comm)
         if found.mistakes:
             raise InputError("\n".join(found.mistakes))
-        if mistakes := list_damping_mistakes(case, comm):
-            raise InputError("\n".join(mistakes))
         _warn(comm, found.warnings)
         _print(comm, found.report)
         reduction = on_rank0(comm, lambda: describe_reduction(case, found.nodes_of_blade))
         _print(comm, "\n".join(reduction))
+    if mistakes := list_damping_mistakes(case, comm):
+        raise InputError("\n".join(mistakes))
     _print(comm, "\n".join(on_rank0(comm, lambda: describe_tower(case))))
     _print(comm, f"{options.case}: valid")
     return OK

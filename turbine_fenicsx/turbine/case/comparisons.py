@@ -92,17 +92,12 @@ def _hub_height(case: Tables, turbine: WindIOTurbine) -> float | None:
 
 
 def _layup_mass(case: Tables, turbine: WindIOTurbine) -> float:
-    s = np.linspace(0.0, 1.0, 101)
-    mass = turbine.blade.line_mass(s)
-    return float(turbine.blade.length * 0.5 * (mass[1:] + mass[:-1]) @ np.diff(s))
+    return turbine.blade.length * turbine.blade.line_mass.integral
 
 
 def _section_mass(case: Tables, turbine: WindIOTurbine) -> float | None:
     sections = turbine.blade_sections
-    if sections is None:
-        return None
-    mass = sections.inertia[:, 0, 0]
-    return float(turbine.blade.length * 0.5 * (mass[1:] + mass[:-1]) @ np.diff(sections.grid))
+    return turbine.blade.length * sections.line_mass.integral if sections else None
 
 
 def _torque_power(case: Tables, turbine: WindIOTurbine) -> float | None:

@@ -13,8 +13,8 @@ import numpy as np
 
 from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.held_modes import HeldMode, Rider, held_modes
+from turbine_fenicsx.analysis.linear_system import quadratic_form
 from turbine_fenicsx.analysis.modal_sums import Piece
-from turbine_fenicsx.analysis.strain_meter import quadratic_form
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
