@@ -23,7 +23,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import border
-from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.errors import ModelError, NoEquilibrium
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.elimination import Elimination
@@ -307,10 +307,11 @@ def solve_load_step(
         )
         keeps = is_close or not update or _is_linear(sizes)
         update, last = far or not keeps, size
-    raise StepFailure(
+    raise NoEquilibrium(
         f"no equilibrium at t = {time:g} s: the increments of Newton's method relative to the "
         f"displacements are {', '.join(f'{s:.1e}' for s in sizes[-4:])} after {len(sizes)} "
-        f"iterations; more load steps may help{_advise(blocks.system)}"
+        "iterations",
+        f"more load steps may help{_advise(blocks.system)}",
     )
 
 
@@ -357,9 +358,10 @@ def _check_angles(blocks: EquilibriumBlocks, start: Array) -> None:
     model, state = blocks.system.rigid_model, blocks.state
     astray = bool(np.any(np.abs(state.joint_coordinates - start)[model.is_angle] >= np.pi))
     if astray or not model.is_acceptable(state.q, state.joint_coordinates, np.zeros(start.size)):
-        raise StepFailure(
+        raise NoEquilibrium(
             f"no equilibrium at t = {blocks.time:g} s: a joint turned by half a revolution or more "
-            "in one load step, or a redundant constraint does not hold; more load steps may help"
+            "in one load step, or a redundant constraint does not hold",
+            "more load steps may help",
         )
 
 

@@ -26,6 +26,23 @@ class StepFailure(RuntimeError):
     """A step, or an equilibrium, that was not found; the message holds the reason in words."""
 
 
+class NoEquilibrium(StepFailure):
+    """An equilibrium that was not found.
+
+    Args:
+        reason: What happened.
+        advice: What may help, for who calls from Python.
+    """
+
+    def __init__(self, reason: str, advice: str) -> None:
+        super().__init__(reason, advice)
+        self.reason, self.advice = reason, advice
+
+    def __str__(self) -> str:
+        """Both as one sentence."""
+        return f"{self.reason}; {self.advice}"
+
+
 class CompilationError(RuntimeError):
     """A form cannot be compiled on this computer; the message is one sentence. Exit code 2."""
 

@@ -11,7 +11,7 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
-from turbine_fenicsx.foundation.errors import StepFailure
+from turbine_fenicsx.foundation.errors import NoEquilibrium, StepFailure
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
@@ -73,12 +73,10 @@ def make_start(case: Case, system: MultibodySystem) -> State | None:
             return turning_equilibrium(
                 system, ROTOR, speed, state, periodic=True, held=held, **accuracy
             )
-    except StepFailure as failure:
-        what = str(failure).partition("; more load steps")[0]
-        advice = "set in loads and wind from an undeformed start: time.start and time.ramp"
-        if case.wind.blows:
-            advice += ", wind.ramp"
-        raise StepFailure(f'time.start = "{kind}": {what}; {advice}') from None
+    except NoEquilibrium as failure:
+        ramps = "time.ramp and wind.ramp" if case.wind.blows else "time.ramp"
+        advice = f'time.start = "undeformed" with {ramps} lets the loads set in gradually'
+        raise StepFailure(f'time.start = "{kind}": {failure.reason}; {advice}') from None
     frame.set_velocities(state)
     return state
 

@@ -11,7 +11,7 @@ import pytest
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.forces.time_functions import Hat, Product, Ramp
-from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.errors import ModelError, NoEquilibrium, StepFailure
 from turbine_fenicsx.foundation.interrupts import catch_signals
 from turbine_fenicsx.joints.relation import gear_pair
 from turbine_fenicsx.records.output_folder import holds_run
@@ -207,11 +207,15 @@ def test_no_start_is_told_with_its_key(comm, monkeypatch):
     from turbine_fenicsx.turbine.run import start
 
     def fail(*args, **options):
-        raise StepFailure("no equilibrium at t = 0 s")
+        raise NoEquilibrium("no equilibrium at t = 0 s", "held=[...] may help")
 
     monkeypatch.setattr(start, "equilibrium", fail)
-    with pytest.raises(StepFailure, match=r'^time\.start = "equilibrium": no equilibrium at'):
+    with pytest.raises(StepFailure) as caught:
         started(comm, time={"start": "equilibrium"})
+    assert str(caught.value) == (  # in keys of the case
+        'time.start = "equilibrium": no equilibrium at t = 0 s; time.start = "undeformed" with '
+        "time.ramp lets the loads set in gradually"
+    )
 
 
 # --- ramp
