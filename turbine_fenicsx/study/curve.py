@@ -134,7 +134,7 @@ def plot_curve(
                 x = [float(run.value(curve.x)) for run in done]
                 scale, degrees = find_scale(full)
                 y = [scale * results[run.name][full] for run in done]
-                axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study")
+                axes.plot(x, y, "o", color=PALETTE[0], ms=5.0, label="this study", clip_on=False)
             title, unit = name_and_unit(full)
             unit = f" [{degrees}]" if degrees else unit
             x_words = re.sub("[._]", " ", curve.x)
