@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -37,6 +37,11 @@ def keep_name(name: str, folder: str | os.PathLike[str]) -> str:
     return name
 
 
+def list_no_parts(name: str) -> tuple[str, ...]:
+    """The further files of a file that names none."""
+    return ()
+
+
 @dataclass(frozen=True)
 class DataFile:
     """Marks a key whose value is the name of a file, or a list of names.
@@ -44,10 +49,12 @@ class DataFile:
     Args:
         what: What the file is to the user, for example "wind file".
         find: Finds a file by its name and the folder of the case.
+        parts: Further files that a file names, which count as parts of it.
     """
 
     what: str
     find: Callable[[str, str | os.PathLike[str]], str] = find_beside
+    parts: Callable[[str], Iterable[str]] = list_no_parts
 
     def change(self, value: str, change: Callable[[str], str]) -> str:
         """The value of the key with another name of the file."""
@@ -132,13 +139,17 @@ def hash_files(data: Nested, model: type[BaseModel]) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for mark, name in list_files(data, model):
-        try:
-            with open_regular(name) as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()[:16]
-        except FileNotFoundError:  # a key without effect may name none
-            digest = f"missing ({name})"
-        found[mark.what] = f"{found.get(mark.what, '')} {digest}".lstrip()
+        for part in (name, *mark.parts(name)):
+            found[mark.what] = f"{found.get(mark.what, '')} {_hash(part)}".lstrip()
     return found
+
+
+def _hash(name: str) -> str:
+    try:
+        with open_regular(name) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    except FileNotFoundError:  # a key without effect may name none
+        return f"missing ({name})"
 
 
 def _find_change(path: str, kind: str) -> tuple[int, int]:
@@ -152,7 +163,7 @@ def _find_change(path: str, kind: str) -> tuple[int, int]:
 
 
 def read_if_changed(
-    kind: str = "", size: int = 4
+    kind: str = "", size: int = 4, parts: Callable[[str], Iterable[str]] = list_no_parts
 ) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
     """Decorator of readers: files that did not change since are not read again.
 
@@ -162,6 +173,7 @@ def read_if_changed(
     Args:
         kind: What the file is to the user, for example "windIO file".
         size: Number of results that are kept.
+        parts: Further files that a file names.
     """
 
     def decorate(read: Callable[..., Result]) -> Callable[..., Result]:
@@ -172,7 +184,9 @@ def read_if_changed(
         @functools.wraps(read)
         def reader(paths: str | tuple[str, ...], *arguments: Any) -> Result:
             names = (paths,) if isinstance(paths, str) else paths
-            changes = tuple(_find_change(name, kind) for name in names)
+            changes = tuple(
+                (part, _find_change(part, kind)) for name in names for part in (name, *parts(name))
+            )
             return keep(changes, paths, *arguments)
 
         return reader

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
@@ -37,25 +37,65 @@ def read_aerodyn(path: str | os.PathLike[str], hub_radius: float) -> AeroBlade:
         InputError: if it, or a file that it names, is none of AeroDyn 15, or blades differ.
         FileError: if one cannot be read.
     """
-    text = AeroDynText.read(path)
-    count, first = text.find_count("NumAFfiles")
-    if count > MAX_POLARS:
-        raise InputError(f"{os.fspath(path)} names {count} polars, at most {MAX_POLARS} are read")
-    names = [_read_name(text, first + k) for k in range(count)]
-    row = next((k for k, line in enumerate(text.lines) if "ADBlFile(1)" in line), None)
-    if row is None:
-        raise InputError(f"{os.fspath(path)} names no blade: it has no ADBlFile(1)")
-    folder = Path(path).parent
+    names = AeroDynNames.read(path)
+    text = names.text
     columns, first_alone = _read_columns(text), _read_interpolation(text)
-    polars = [read_aerodyn_polar(folder / name, columns, first_alone) for name in names]
-    blade = read_aerodyn_blade(folder / _read_name(text, row), hub_radius, polars)
-    others = [k for k, line in enumerate(text.lines) if re.search(r"ADBlFile\([2-9]\)", line)]
-    for k in others[:2]:
-        _check_same(text, folder, row, k)
+    polars = [read_aerodyn_polar(polar, columns, first_alone) for polar in names.polars]
+    blade = read_aerodyn_blade(names.blade, hub_radius, polars)
+    for line, other in names.others[:2]:
+        _check_same(text, names.blade, line, other)
     if read_setting(text, "UseBlCm") == "false":
         found = {id(p): replace(p, moment=0.0 * p.moment) for p in polars}
         return replace(blade, polars=tuple(found[id(p)] for p in blade.polars))
     return blade
+
+
+@dataclass(frozen=True)
+class AeroDynNames:
+    """Files that a primary file of AeroDyn 15 names.
+
+    Args:
+        text: The text of the file.
+        polars: The polars.
+        blade: The first blade.
+        others: Line and file of each other blade.
+    """
+
+    text: AeroDynText
+    polars: list[Path]
+    blade: Path
+    others: list[tuple[int, Path]]
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> AeroDynNames:
+        """The names in a file.
+
+        Raises:
+            InputError: if it is none of AeroDyn 15.
+            FileError: if it cannot be read.
+        """
+        text, folder = AeroDynText.read(path), Path(path).parent
+        count, first = text.find_count("NumAFfiles")
+        if count > MAX_POLARS:
+            raise InputError(
+                f"{os.fspath(path)} names {count} polars, at most {MAX_POLARS} are read"
+            )
+        polars = [folder / _read_name(text, first + k) for k in range(count)]
+        row = next((k for k, line in enumerate(text.lines) if "ADBlFile(1)" in line), None)
+        if row is None:
+            raise InputError(f"{os.fspath(path)} names no blade: it has no ADBlFile(1)")
+        others = [k for k, line in enumerate(text.lines) if re.search(r"ADBlFile\([2-9]\)", line)]
+        return cls(
+            text,
+            polars,
+            folder / _read_name(text, row),
+            [(k, folder / _read_name(text, k)) for k in others],
+        )
+
+    def list_paths(self) -> list[str]:
+        """The files that exist."""
+        paths = [*self.polars, self.blade, *(path for _, path in self.others)]
+        return [str(path) for path in dict.fromkeys(paths) if path.exists()]
 
 
 def read_setting(text: AeroDynText, key: str) -> str | None:
@@ -92,16 +132,14 @@ def _read_interpolation(text: AeroDynText) -> bool:
     return found is None or found[0].lower() in ("1", "default")
 
 
-def _check_same(text: AeroDynText, folder: Path, first: int, other: int) -> None:
+def _check_same(text: AeroDynText, first: Path, line: int, other: Path) -> None:
     """All blades of a rotor are the first one."""
-    names = [_read_name(text, k) for k in (first, other)]
-    if names[0] == names[1] or names[1].lower() in ("unused", "none", ""):
+    if first == other or other.name.lower() in ("unused", "none", ""):
         return
-    one, two = (AeroDynText.read(folder / name) for name in names)
-    if one.lines != two.lines:
+    if AeroDynText.read(first).lines != AeroDynText.read(other).lines:
         text.fail(
-            other,
-            f"blade {quote(names[1])} differs from {quote(names[0])}, expected equal blades",
+            line,
+            f"blade {quote(other.name)} differs from {quote(first.name)}, expected equal blades",
         )
 
 

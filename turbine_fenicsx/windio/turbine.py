@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TypeVar
 
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
 from turbine_fenicsx.windio.control import ControllerData, read_control
 from turbine_fenicsx.windio.entry import Entry
@@ -27,7 +26,8 @@ from turbine_fenicsx.windio.rigid_parts import (
 )
 from turbine_fenicsx.windio.sections import SectionProperties, read_damping, read_section_properties
 from turbine_fenicsx.windio.tower import Tower, read_tower
-from turbine_fenicsx.windio.yaml_text import YamlError, parse_yaml
+from turbine_fenicsx.windio.yaml_file import read_yaml
+from turbine_fenicsx.windio.yaml_text import YamlError
 
 T = TypeVar("T")
 
@@ -150,9 +150,9 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
 
 def _read_root(path: str | os.PathLike[str]) -> Entry:
     """The contents of a file of windIO 2."""
-    text, name = read_text(path, "windIO file"), Path(path).name
+    name = Path(path).name
     try:
-        root = Entry(parse_yaml(text), name)
+        root = Entry(read_yaml(path), name)
     except YamlError as error:
         Entry(None, name).fail(str(error))
     _check_version(root)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 
-from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.windio.files import find_windio
-from turbine_fenicsx.windio.yaml_text import parse_yaml
+from turbine_fenicsx.windio.yaml_file import read_yaml
 
 MAX_MESSAGES = 5
 """Sentences, the last with the number of further mistakes."""
@@ -33,8 +32,8 @@ def list_schema_mistakes(path: str | os.PathLike[str]) -> list[str]:
     schema = windio and windio.joinpath(*_SCHEMA)
     if schema is None or not schema.is_file():
         return []
-    validator = Draft7Validator(parse_yaml(read_text(schema, "schema")))
-    found = validator.iter_errors(parse_yaml(read_text(path, "windIO file")))
+    validator = Draft7Validator(read_yaml(schema))
+    found = validator.iter_errors(read_yaml(path))
     told = [
         f"{os.path.basename(path)}: windIO's schema says of {error.json_path.removeprefix('$.')} "
         f"that {_shorten(error.message)}"

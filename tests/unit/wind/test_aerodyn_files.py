@@ -5,7 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from turbine_fenicsx.case.files import hash_files
 from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aerodyn_files import (
     PolarColumns,
     read_aerodyn_blade,
@@ -195,6 +197,17 @@ def test_a_primary_file_says_where_coefficients_are(primary):
     assert not polar.moment.any()
     assert not read_aerodyn(primary("False UseBlCm"), 2.0).polars[0].moment.any()
     assert read_aerodyn(primary("True UseBlCm"), 2.0).polars[0].moment.any()
+
+
+def test_blade_and_polars_are_parts_of_a_primary_file(primary):
+    path = primary(blades=("blade.dat", "blade.dat", "unused"))
+    data = {"aero": {"file": str(path)}}
+    before = hash_files(data, Tables)
+    for name in ("polar.dat", "blade.dat"):
+        part = path.with_name(name)
+        part.write_text(part.read_text() + "\n")
+        assert hash_files(data, Tables) != before
+        before = hash_files(data, Tables)
 
 
 def test_tables_of_several_reynolds_numbers_are_refused_where_they_are_interpolated(primary):

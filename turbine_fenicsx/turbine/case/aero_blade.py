@@ -8,7 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.turbine.case.turbine_file import give_hub, load_turbine
-from turbine_fenicsx.turbine.tables.aero import is_windio
+from turbine_fenicsx.turbine.tables.parts import is_windio, list_parts
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
@@ -43,7 +43,7 @@ def load_aero_blade(case: Tables, stations: int | None = None) -> AeroBlade:
     return _load(find_aero_file(case), number, case.blade.hub_radius)
 
 
-@read_if_changed()
+@read_if_changed(parts=list_parts)
 def _load(path: str, stations: int, hub_radius: float) -> AeroBlade:
     """The blade of a file."""
     if is_windio(path):

@@ -30,6 +30,7 @@ from turbine_fenicsx.turbine.case.turbine_control import (
     find_generator,
 )
 from turbine_fenicsx.turbine.tables.damping import DEFAULT_MODES
+from turbine_fenicsx.turbine.tables.parts import list_included
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one
@@ -48,7 +49,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 """Keys of turbines of a file that the file does not give, as engineers set them."""
 
 
-@read_if_changed("windIO file")
+@read_if_changed("windIO file", parts=list_included)
 def load_turbine(path: str) -> WindIOTurbine:
     """The turbine of a windIO file.
 

@@ -17,11 +17,7 @@ from turbine_fenicsx.case.quantities import Number, Whole
 from turbine_fenicsx.case.rules import Only
 from turbine_fenicsx.case.section import Flag, Section
 from turbine_fenicsx.foundation.errors import InputError
-
-
-def is_windio(name: str) -> bool:
-    """Whether a file is one of windIO by its name."""
-    return Path(name).suffix.lower() in (".yaml", ".yml")
+from turbine_fenicsx.turbine.tables.parts import is_windio, list_parts
 
 
 def find_beside_or_example(name: str, folder: str | os.PathLike[str]) -> str:
@@ -53,7 +49,9 @@ class AeroCase(Section):
     behind it.
     """
 
-    file: Annotated[str | None, DataFile("aerodynamics file", find=find_beside_or_example)] = None
+    file: Annotated[
+        str | None, DataFile("aerodynamics file", find_beside_or_example, list_parts)
+    ] = None
     """Primary file of AeroDyn 15, or a windIO file, with chord, twist and polars, relative to the
     case file; none: those of ``turbine.file``."""
     stations: Annotated[Whole, Field(ge=5, le=1000)] = 12

@@ -13,6 +13,7 @@ from turbine_fenicsx.case.quantities import AngularSpeed, Metres, Number, Radian
 from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
 from turbine_fenicsx.case.section import HUGE, Finite, NotNegative, Positive, Section
 from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
+from turbine_fenicsx.turbine.tables.parts import list_included
 from turbine_fenicsx.turbine.tables.rigid_parts import (
     PRINTED_ARMS,
     HubCase,
@@ -60,7 +61,7 @@ class TurbineCase(Section):
 
     model: Literal["rigid", "hybrid"] = "hybrid"
     """Blades of the turbine: rigid bodies or flexible."""
-    file: Annotated[str | None, DataFile("windIO file", find=keep_name)] = None
+    file: Annotated[str | None, DataFile("windIO file", keep_name, list_included)] = None
     """File of a whole turbine in windIO's format, relative to the case file, or the name of one of
     windIO's examples; keys of the case override its values, see howto/real_turbine."""
     rotor_speed: Annotated[AngularSpeed, Finite] = 0.0
