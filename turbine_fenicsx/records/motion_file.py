@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +22,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError, ModelWarning
 from turbine_fenicsx.foundation.files import (
     name_file_in_errors,
     open_regular,
@@ -110,22 +111,23 @@ class MotionFile:
         keep: float | None,
     ) -> None:
         self._comm, self._path = comm, path
-        self._head = _describe(rigid, bodies)
+        self._head = describe_rows(rigid, bodies)
         self.rows = on_rank0(comm, partial(self._open, keep))
 
     def _open(self, keep: float | None) -> int:
         """Begin new files, or keep the rows before a time; their number."""
         rows = 0
         if keep is not None and self._path.exists():
-            head, values = _read_rows(self._path)
+            head, values = _read_rows(self._path, self._head)
             if head != self._head:
                 raise InputError(f"{str(self._path)!r} holds the motion of other bodies")
-            rows = int(np.sum(values[:, 0] < keep - SAME_TIME * max(1.0, abs(keep))))
+            good = values[: _count_good(values)]
+            rows = int(np.sum(good[:, 0] < keep - SAME_TIME * max(1.0, abs(keep))))
             with name_file_in_errors("write", self._path):
                 os.truncate(self._path, rows * 8 * values.shape[1])
-            return rows
+        else:
+            replace_file(self._path, b"")
         replace_file(_head_of(self._path), (json.dumps(self._head, indent=2) + "\n").encode())
-        replace_file(self._path, b"")
         return rows
 
     def append(self, row: Array) -> None:
@@ -152,8 +154,20 @@ def read_motion(path: str | os.PathLike[str]) -> Motion:
 
     Raises:
         InputError: for files that are not there, or not a motion.
+
+    Warns:
+        ModelWarning: if rows are left out, as a power cut leaves them: cut, with zeros or with nan.
     """
     head, rows = _read_rows(Path(path))
+    good = _count_good(rows)
+    if good < len(rows) or os.path.getsize(path) % rows.strides[0]:
+        warnings.warn(
+            f"{os.fspath(path)} is whole up to row {good}; those from there on are left out, which "
+            "are cut, hold no numbers, or have times that do not grow",
+            ModelWarning,
+            stacklevel=2,
+        )
+        rows = rows[:good]
     rigid, bodies = tuple(head["rigid_bodies"]), tuple(MovedBody(**b) for b in head["bodies"])
     widths = [1, *[12 * len(rigid)] * 2, *(b.width for b in bodies for _ in range(2))]
     times, q, q_dot, *parts = np.split(rows, np.cumsum(widths)[:-1], axis=1)
@@ -164,16 +178,32 @@ def read_motion(path: str | os.PathLike[str]) -> Motion:
     return Motion(times[:, 0], q, q_dot, rigid, bodies, tuple(shaped[::2]), tuple(shaped[1::2]))
 
 
-def count_rows(path: Path, before: float) -> int:
-    """Number of rows before a time in files that may be missing."""
+def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:
+    """Number of good rows before a time in files that may be missing.
+
+    Args:
+        path: ``motion.bin``.
+        before: The time [s].
+        head: The contents of ``motion.json``, where that is missing.
+    """
     try:
-        _, rows = _read_rows(path)
+        _, rows = _read_rows(path, head)
     except InputError:
         return 0
-    return int(np.sum(rows[:, 0] < before))
+    return int(np.sum(rows[: _count_good(rows), 0] < before))
 
 
-def _describe(rigid: Sequence[str], bodies: Sequence[MovedBody]) -> dict[str, Any]:
+def _count_good(rows: Array) -> int:
+    """Number of rows before the first with a value that is no number, or whose time does not grow.
+
+    Args:
+        rows: Shape (rows, width).
+    """
+    good = np.isfinite(rows).all(axis=1) & np.append(True, np.diff(rows[:, 0]) > 0.0)[: len(rows)]
+    return len(rows) if good.all() else int(np.argmin(good))
+
+
+def describe_rows(rigid: Sequence[str], bodies: Sequence[MovedBody]) -> dict[str, Any]:
     """Names and sizes of what is in a row."""
     return {
         "version": VERSION,
@@ -188,22 +218,34 @@ def _head_of(path: Path) -> Path:
     return path.with_suffix(".json")
 
 
-def _read_rows(path: Path) -> tuple[dict[str, Any], Array]:
-    """Names and sizes of what is in a row, and the rows that are whole, shape (rows, width)."""
-    name = str(path)
+def _read_rows(path: Path, head: dict[str, Any] | None = None) -> tuple[dict[str, Any], Array]:
+    """Names and sizes of what is in a row, and the rows that are whole, shape (rows, width).
+
+    Args:
+        path: ``motion.bin``.
+        head: The contents of ``motion.json``, where that is missing.
+    """
+    name, opened = str(path), path
     try:
-        with open_regular(_head_of(path)) as file:
-            head = json.loads(file.read())
+        if path.is_dir():
+            raise InputError(f"{name!r} is a folder, name the motion.bin in it")
+        if head is None or _head_of(path).exists():
+            opened = _head_of(path)
+            with open_regular(opened) as file:
+                head = json.loads(file.read())
         bodies = [MovedBody(**body) for body in head["bodies"]]
         if min([1, *(b.copies for b in bodies), *(b.vectors for b in bodies)]) < 1:
             raise ValueError
-        if head != _describe(head["rigid_bodies"], bodies):
+        if head != describe_rows(head["rigid_bodies"], bodies):
             raise ValueError
         width = 1 + 24 * len(head["rigid_bodies"]) + 2 * sum(body.width for body in bodies)
-        with open_regular(path) as file:
+        opened = path
+        with open_regular(opened) as file:
             content = file.read()
     except OSError as error:
-        raise InputError(f"cannot read {name!r}: {error.strerror}") from None
+        raise InputError(f"cannot read {str(opened)!r}: {error.strerror}") from None
+    except InputError:
+        raise
     except (ValueError, TypeError, KeyError):
         raise InputError(f"{name!r} is not the motion of a run, or from another machine") from None
     whole = len(content) // (8 * width)

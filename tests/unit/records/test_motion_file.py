@@ -7,11 +7,18 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.records.motion_file import MotionFile, MovedBody, count_rows, read_motion
+from turbine_fenicsx.foundation.errors import InputError, ModelWarning
+from turbine_fenicsx.records.motion_file import (
+    MotionFile,
+    MovedBody,
+    count_rows,
+    describe_rows,
+    read_motion,
+)
 
 COMM = MPI.COMM_SELF
 BODY = MovedBody("blades", 2, 5, "abc")
+HEAD = describe_rows(["hub"], [BODY])
 
 
 def row(t):
@@ -43,17 +50,42 @@ def test_rows_are_read_by_what_they_are(path):
 def test_a_row_that_a_crash_cut_off_is_left_out(path):
     with path.open("ab") as file:
         file.write(row(0.3).tobytes()[:-5])
-    assert len(read_motion(path).times) == 3
+    with pytest.warns(ModelWarning, match="motion.bin is whole up to row 3; those from there on"):
+        assert len(read_motion(path).times) == 3
     file = MotionFile(COMM, path, ["hub"], [BODY], 0.2)
     assert file.rows == 2
     file.append(row(0.2))
     assert read_motion(path).times.tolist() == [0.0, 0.1, 0.2]
 
 
+@pytest.mark.parametrize("bad", [0.0 * row(0.3), np.nan * row(0.3), row(0.1)])
+def test_rows_from_one_on_that_a_power_cut_left_are_left_out(path, bad):
+    with path.open("ab") as file:
+        file.write(np.concatenate([bad, row(0.4)]).tobytes())
+    with pytest.warns(ModelWarning, match="motion.bin is whole up to row 3; those from there on"):
+        assert read_motion(path).times.tolist() == [0.0, 0.1, 0.2]
+    assert count_rows(path, 1.0, HEAD) == 3
+    assert MotionFile(COMM, path, ["hub"], [BODY], 1.0).rows == 3
+    assert read_motion(path).times.tolist() == [0.0, 0.1, 0.2]
+
+
 def test_rows_before_a_time_are_counted(path):
-    assert count_rows(path, 0.15) == 2
+    assert count_rows(path, 0.15, HEAD) == 2
     path.unlink()
-    assert count_rows(path, 0.15) == 0
+    assert count_rows(path, 0.15, HEAD) == 0
+
+
+def test_a_file_whose_meaning_is_missing_is_named_and_continued(path):
+    head = path.with_suffix(".json")
+    text = head.read_text()
+    head.unlink()
+    with pytest.raises(InputError, match=r"cannot read '.*motion\.json': No such file"):
+        read_motion(path)
+    assert count_rows(path, 0.15, HEAD) == 2
+    assert MotionFile(COMM, path, ["hub"], [BODY], 0.2).rows == 2
+    assert head.read_text() == text
+    with pytest.raises(InputError, match=r"is a folder, name the motion\.bin in it"):
+        read_motion(path.parent)
 
 
 def test_files_of_other_bodies_are_not_continued(path):

@@ -80,7 +80,8 @@ def test_a_change_of_an_included_file_is_seen(tmp_path):
             "holds more than 500000 values",
         ),
         (
-            {f"{k}.yaml": f"!include {k + 1}.yaml" for k in range(60)} | {"a.yaml": "!include 0.yaml"},
+            {f"{k}.yaml": f"!include {k + 1}.yaml" for k in range(60)}
+            | {"a.yaml": "!include 0.yaml"},
             "includes '5.yaml', which is included through more than 5 files",
         ),
         (

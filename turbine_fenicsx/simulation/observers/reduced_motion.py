@@ -10,7 +10,13 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.records.motion_file import SAME_TIME, MotionFile, MovedBody, count_rows
+from turbine_fenicsx.records.motion_file import (
+    SAME_TIME,
+    MotionFile,
+    MovedBody,
+    count_rows,
+    describe_rows,
+)
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.reduced_model import ReducedModel
@@ -43,16 +49,18 @@ class ReducedMotion:
         self._models = [(k, model) for k, model in models if isinstance(model, ReducedModel)]
         if not self._models:
             raise ModelError("the motion of reduced bodies needs a system with such bodies")
+        self._bodies = [
+            MovedBody(m.body.name, m.copies, len(m.mass), m.meaning) for _, m in self._models
+        ]
+        self._rigid = [body.name for body in self._system.rigid_bodies]
         self._file: MotionFile | None = None
         self._next, self._last = 0.0, -np.inf
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
         """Begin the files; on restart they keep their rows before the first state."""
         time = snapshot.state.time
-        bodies = [MovedBody(m.body.name, m.copies, len(m.mass), m.meaning) for _, m in self._models]
-        rigid = [body.name for body in self._system.rigid_bodies]
         keep = time if resumed else None
-        self._file = MotionFile(self._system.comm, self._path, rigid, bodies, keep)
+        self._file = MotionFile(self._system.comm, self._path, self._rigid, self._bodies, keep)
         self._next = np.ceil(time / self._every - 1e-9) * self._every
         self.observe(snapshot)
 
@@ -85,7 +93,8 @@ class ReducedMotion:
         """Rows that the file lacks before a checkpoint; that of the checkpoint is rewritten."""
         first, n = time - SAME_TIME * max(1.0, abs(time)), data.numbers
         needed = n["rows"] - (n["rows"] > 0 and n["last_time"] >= first)
-        return describe_shortfall(self.name, count_rows(self._path, first), needed, "rows", time)
+        there = count_rows(self._path, first, describe_rows(self._rigid, self._bodies))
+        return describe_shortfall(self.name, there, needed, "rows", time)
 
     def finish(self) -> None:
         """The files are closed already: they are open inside the calls only."""

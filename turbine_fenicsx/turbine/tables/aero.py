@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator
 from contextlib import suppress
 from math import degrees, pi
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
