@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pytest
 from reduced_turbines import write_case
 
@@ -78,7 +79,17 @@ def test_a_basis_goes_to_a_file_of_ones_own_and_runs_from_there(path, tmp_path, 
     run = ["run", str(path), "-o", str(tmp_path / "out"), "--quiet", "--set"]
     changes = ["blade.reduction.file=mine.npz", "time.end=0.05", "output.gauges={}"]
     assert main([*run, *changes]) == 0
-    assert (tmp_path / "out" / "basis_blades.npz").read_bytes() == file.read_bytes()
+    kept = tmp_path / "out" / "basis_blades.npz"
+    assert kept.read_bytes() == file.read_bytes()
+    restart = ["restart", str(tmp_path / "out"), "--set"]
+    kept.write_bytes(file.read_bytes()[:-100])  # damaged: that of the case is taken again
+    assert main([*restart, "time.end=0.1"]) == 0
+    assert kept.read_bytes() == file.read_bytes()
+    with np.load(file) as arrays:
+        changed = dict(arrays) | {"strain_factor": 1.02 * arrays["strain_factor"]}
+    np.savez(kept, **changed)
+    told = refused(capfd, *restart, "time.end=0.15")
+    assert "the basis of 'blades' has changed, it was" in told
 
 
 def test_names_that_are_wrong_are_refused(path, tmp_path, capfd):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, fields
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -94,6 +96,14 @@ class ReducedBasis:
     def size(self) -> int:
         """Number of functions besides those of the interfaces."""
         return self.functions.shape[1] - 4 * len(self.origins)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Hash of all arrays: runs go on with an equal basis only."""
+        digest = hashlib.sha256()
+        for field in fields(self):
+            digest.update(getattr(self, field.name).tobytes())
+        return digest.hexdigest()[:16]
 
     def find_interface(self, points: Array) -> int | None:
         """Number of the interface whose nodes are at some points; None if there is none.

@@ -47,7 +47,7 @@ class MovedBody:
         name: Its name.
         copies: Number of copies.
         vectors: Number of vectors of a copy.
-        meaning: Hash of the functions that the vectors belong to.
+        meaning: Hash of the basis that the vectors belong to.
     """
 
     name: str

@@ -112,6 +112,11 @@ class Checkpoints:
         self._labels = {
             "version of turbine_fenicsx": __version__,
             **(labels or {}),
+            **{
+                f"basis of {model.body.name!r}": model.meaning
+                for model in system.flexible_models
+                if model.meaning
+            },
             "list of parts": _hash_parts(system),  # last, since it does not say what differs
         }
         self._every, self._every_wall = every or np.inf, every_wall or np.inf
@@ -261,7 +266,7 @@ def write_restart_data(
 
 
 def _hash_parts(system: MultibodySystem) -> str:
-    """Hash of names of all parts and of functions, by which a checkpoint knows its system."""
+    """Hash of names of all parts, by which a checkpoint knows its system."""
     parts = [
         [body.name for body in system.rigid_bodies],
         [body.name for body in system.flexible_bodies],
@@ -270,7 +275,6 @@ def _hash_parts(system: MultibodySystem) -> str:
         [*system.joint_coordinate_names],
         [*system.work_names],
         [force.name for force in system.motion_forces],
-        *([model.meaning] for model in system.flexible_models if model.meaning),
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 

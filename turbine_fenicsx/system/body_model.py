@@ -54,7 +54,7 @@ class BodyModel(Protocol):
         mass_damper: What dampens in proportion to its mass; None if nothing does.
         dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
             every iteration has a new one; 0 for a large, sparse tangent.
-        meaning: Hash of the functions that nodal values belong to; empty for those of a mesh.
+        meaning: Hash of the basis that nodal values belong to; empty for those of a mesh.
     """
 
     body: DeformableBody

@@ -11,7 +11,6 @@ orientations for that). So the momenta are sums over vectors as over nodes of a 
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 
 from petsc4py import PETSc
@@ -82,7 +81,7 @@ class ReducedModel(BodyModel):
         self._is_owner = self.comm.rank == 0
         self.n_owned = self.size_global if self._is_owner else 0
         self.mass = basis.mass
-        self.meaning = hashlib.sha256(basis.functions.tobytes()).hexdigest()[:16]
+        self.meaning = basis.fingerprint
         self._space = _compat.vector_space(body.full.mesh, body.full.degree)
         check_mesh(body, self._space)
         h = basis.is_point

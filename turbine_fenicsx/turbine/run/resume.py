@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from pathlib import Path
 
 from mpi4py import MPI
 
 from turbine_fenicsx.case.files import change_files, hash_files, make_absolute
 from turbine_fenicsx.case.rules import remove_refused_keys
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.output_folder import holds_modes, read_tables
+from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case, apply_overrides
 from turbine_fenicsx.turbine.tables.tables import Tables
+
+log = logging.getLogger(__name__)
 
 FREE = ("title", "time", "solver", "output")
 """Parts of a case that may change on restart."""
@@ -50,7 +54,7 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     if data is None or holds_modes(folder):
         raise InputError(f"there is no run in {str(folder)!r} to resume")
     for table, name in BASES.items():  # those of the run, wherever they were taken from
-        if (folder / name).exists():
+        if _is_basis(folder / name):
             data[table]["reduction"]["file"] = str(folder / name)
     old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
@@ -68,6 +72,18 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
             "output.gauges cannot change in a resumed run; history.csv keeps its columns"
         )
     return new
+
+
+def _is_basis(path: Path) -> bool:
+    """Whether a file holds a basis; the run writes missing and damaged ones again."""
+    if not path.exists():
+        return False
+    try:
+        read_sizes(path)
+    except (InputError, FileError) as error:
+        log.info("%s; it is written again", error)
+        return False
+    return True
 
 
 def write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:

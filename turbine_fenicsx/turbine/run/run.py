@@ -244,7 +244,7 @@ def _run(
     data = checkpoints.load(simulation.observers) if resume else None
     if data is None:
         _empty_folder(folder, comm, checkpoints)
-        _write_bases(turbine, folder)
+    _write_bases(turbine, folder, None if data is None else case)
     write_case(case, folder, comm)
     timing.start()
     start = time.perf_counter()
@@ -257,11 +257,20 @@ def _run(
     return result
 
 
-def _write_bases(turbine: Turbine, folder: Path) -> None:
-    """Write the bases of reduced bodies, which restarts and later evaluations need."""
+def _write_bases(turbine: Turbine, folder: Path, resumed: Case | None) -> None:
+    """Write the bases of reduced bodies, which restarts and later evaluations need.
+
+    Args:
+        turbine: The turbine.
+        folder: The output folder.
+        resumed: The case of a resumed run, which has taken its bases from the folder unless they
+            were missing or damaged.
+    """
+    tables = [resumed.blade, resumed.tower] if resumed else []
+    taken = [table.reduction.file for table in tables]
     for body in turbine.system.flexible_bodies:
-        if isinstance(body, ReducedBody):
-            path = folder / f"basis_{body.name}.npz"
+        path = folder / f"basis_{body.name}.npz"
+        if isinstance(body, ReducedBody) and str(path) not in taken:
             on_rank0(turbine.comm, partial(write_basis, path, body.basis))
 
 
