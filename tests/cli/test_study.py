@@ -260,6 +260,21 @@ def test_study_under_mpirun_is_refused(command_line):
     assert result.stderr.count("error: start a study without mpirun") == 1
 
 
+def test_means_that_drift_are_named_once_for_all_runs(tmp_path, capfd):
+    path = write_study(
+        tmp_path,
+        "average = 0.2\nquantities = ['angle_rotor', 'energy_error']\n"
+        "[grid]\ntime.step = [0.02, 0.05]\ntime.end = [0.2]",
+    )
+    assert main(["study", str(path), "-o", str(tmp_path / "out")]) == 0
+    (note,) = (line for line in capfd.readouterr().out.splitlines() if line.startswith("note"))
+    assert re.fullmatch(
+        r"note: angle_rotor is not stationary in 2 of 2 runs, most 'time.step=0.0[25],.*': its "
+        r"means over the two halves of the last 0.2 s differ by \d+(\.\d)? %",
+        note,
+    )
+
+
 def test_quantity_that_no_run_writes_is_refused_before_anything_runs(tmp_path, capfd):
     # a thousand years would not end before the test does
     text = "quantities = ['kinetic_energy', 'kinetic_enrgy']\n[grid]\ntime.end = [1e7, 2e7]"

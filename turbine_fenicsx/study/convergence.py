@@ -29,6 +29,9 @@ _HIGHEST_ORDER = 20.0
 MIN_ORDER = 1.0
 """Runs of a lower order are too coarse to point to a limit."""
 
+ROUND_OFF = 1e-12
+"""Smaller steps from one run to the next are none, as a part of the largest value."""
+
 CLEAR_SPREAD = 0.01
 """Limits of series that differ by a larger part of themselves are worth a note."""
 
@@ -71,6 +74,13 @@ class Series:
         """Whether there are more errors than numbers that are fitted to them."""
         usable = int(np.count_nonzero(np.isfinite(self.errors) & (self.errors > 0.0)))
         return usable > (3 if self.own_limit else 2)
+
+    @property
+    def oscillates(self) -> bool:
+        """Whether the values go up and down as the size falls, by more than round-off."""
+        steps = np.diff(self.values)
+        steps = steps[np.abs(steps) > ROUND_OFF * np.max(np.abs(self.values), initial=0.0)]
+        return bool(np.any(steps[1:] * steps[:-1] < 0.0))
 
     @property
     def local_orders(self) -> Array:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import isfinite, prod
+from pathlib import PurePath
 from typing import Any
 
 from turbine_fenicsx.case.files import hash_files, make_absolute
@@ -88,8 +89,24 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
         Run(name, changes, case, format_case(case))
         for name, (changes, case) in zip(_name_folders(combinations), cases, strict=True)
     ]
+    _refuse_equal_runs(runs)
     _check_convergence(study, runs)
     return runs
+
+
+def _refuse_equal_runs(runs: Sequence[Run]) -> None:
+    """No two runs have the same values of all keys, in whatever units they are given.
+
+    Raises:
+        InputError: if two have.
+    """
+    seen: dict[str, Run] = {}
+    for run in runs:
+        other = seen.setdefault(run.text.splitlines()[0], run)
+        if other is not run:
+            one, two = _name(other.changes), _name(run.changes)
+            also = "" if one == two else f" and {two!r}"
+            raise InputError(f"two runs are the same: {one!r}{also}")
 
 
 def _load(path: str, overrides: Sequence[str]) -> Case:
@@ -171,17 +188,8 @@ def _is_plain(value: Any) -> bool:
 
 
 def _name_folders(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Different names of folders.
-
-    Raises:
-        InputError: if two runs are the same.
-    """
+    """Names of folders, different ones for different changes."""
     texts = [json.dumps(changes, sort_keys=True) for changes in combinations]
-    seen: set[str] = set()
-    for text, changes in zip(texts, combinations, strict=True):
-        if text in seen:
-            raise InputError(f"two runs are the same: {_name(changes)!r}")
-        seen.add(text)
     names = [_name(changes) for changes in combinations]
     uses = Counter(names)
     return [
@@ -193,10 +201,17 @@ def _name_folders(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _name(changes: Mapping[str, Any]) -> str:
-    """Changes as a readable name, for example ``mesh.elements=4x4x24,mesh.degree=2``."""
+    """Changes as a readable name, for example ``mesh.elements=4x4x24,mesh.degree=2``.
+
+    Lists of files are the names of these without ending, for example ``wind.box.files=u+v+w``.
+    """
 
     def short(value: Any) -> str:
-        return "x".join(map(short, value)) if isinstance(value, list) else str(value)
+        if not isinstance(value, list):
+            return str(value)
+        if all(isinstance(x, str) for x in value):
+            return "+".join(PurePath(x).stem for x in value)
+        return "x".join(map(short, value))
 
     text = ",".join(f"{key}={short(value)}" for key, value in changes.items())
     return re.sub(r"[^\w.,=+-]+", "_", text) or "base"

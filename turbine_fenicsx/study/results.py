@@ -21,8 +21,8 @@ from turbine_fenicsx.study.plan import Run
 RESULTS = ("history.csv", "summary.json")
 """The files that a finished run has, as far as a study reads them."""
 
-TINY = 1e-300
-"""Nothing is divided by less."""
+NOTHING = 1e-9
+"""Smaller means are none, in SI units and as a part of the largest value of a run."""
 
 
 def is_finished(run: Run, folder: Path) -> bool:
@@ -91,7 +91,7 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
         quantities: Columns of ``history.csv``, with or without unit; others are left out.
 
     Returns:
-        By quantity the difference of the means over the larger of them [-].
+        By quantity the difference of the means over the larger of them, 0 where that is none [-].
     """
     header, *rows = _read_table(folder)
     end = float(rows[-1][header.index(TIME)])
@@ -105,7 +105,10 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
     for name in dict.fromkeys(quantities):
         for column in (c for c in header if name in (c, split_unit(c)[0])):
             a, b = before[column], after[column]
-            drifts[name] = abs(a - b) / max(abs(a), abs(b), TINY)
+            k, mean = header.index(column), max(abs(a), abs(b))
+            largest = max(abs(_number(row[k])) for row in rows)
+            is_none = mean < NOTHING * max(1.0, largest)
+            drifts[name] = 0.0 if is_none else abs(a - b) / mean
     return drifts
 
 

@@ -137,7 +137,7 @@ def run_study(
             result.results[name] = read_results(out / name, study.average)
             for quantity in wanted:
                 find_quantity(result.results[name], quantity)
-            result.drifts[name] = _find_large_drifts(study, out / name)
+            result.drifts[name] = _find_large_drifts(study, outcome.run, out / name)
         shown.show(outcome)
 
     try:
@@ -153,9 +153,12 @@ def run_study(
     return result
 
 
-def _find_large_drifts(study: Study, folder: Path) -> dict[str, float]:
-    """Drifts of the wanted quantities of a finished run that are more than `MAX_DRIFT`."""
-    if study.average is None:
+def _find_large_drifts(study: Study, run: Run, folder: Path) -> dict[str, float]:
+    """Drifts of the wanted quantities of a finished run that are more than `MAX_DRIFT`.
+
+    No drift of a run in wind that changes says anything.
+    """
+    if study.average is None or not run.case.wind.is_steady:
         return {}
     drifts = find_drifts(folder, study.average, study.wanted)
     return {name: drift for name, drift in drifts.items() if drift > MAX_DRIFT}

@@ -53,6 +53,12 @@ def test_values_that_follow_no_power_law_have_no_limit(values):
     assert np.isnan(made(values, "richardson").order)
 
 
+def test_values_that_go_up_and_down_are_noticed():
+    assert made([1.0, 1.2, 1.1, 1.15], "finest").oscillates
+    assert not made([1.0, 1.2, 1.3, 1.3 - 1e-14], "finest").oscillates
+    assert not made([3.0, 2.0, 1.0, 1.0], "finest").oscillates
+
+
 def test_exact_reference_gives_the_exact_order():
     found = made(2.0 + 5.0 * H**2, 2.0)
     assert found.order == pytest.approx(2.0, abs=1e-12)

@@ -45,6 +45,14 @@ def test_means_of_two_halves_tell_what_is_not_stationary(folder):
     assert find_drifts(folder, 21.0, ["thrust"]) == {}
 
 
+def test_means_that_are_none_do_not_drift(folder):
+    """Round-off about zero, alone and beside a large swing."""
+    t = np.arange(0.0, 10.1, 0.5)
+    rows = "\n".join(f"{a},{a**3 * 1e-29},{1e6 * np.cos(np.pi * a) + 1e-6 * a}" for a in t)
+    (folder / "history.csv").write_text(f"time_[s],angle_rotor_[rad],power_[W]\n{rows}\n")
+    assert find_drifts(folder, 8.0, ["angle_rotor", "power"]) == {"angle_rotor": 0.0, "power": 0.0}
+
+
 def test_references_are_columns_with_or_without_unit(folder):
     path = folder / "reference.csv"
     path.write_text("# published\ntime.end,angle_rotor_[rad],other\n1.0,0.5,7\n3,2.5,8\n")

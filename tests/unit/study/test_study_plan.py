@@ -92,6 +92,19 @@ def test_names_are_readable_and_do_not_depend_on_other_runs(make):
     assert plan(make("[[run]]"))[0].name == "base"
 
 
+def test_lists_of_files_are_named_by_their_stems(make):
+    grid = "turbine.title = [['a/u1.bin', 'b/v1.bin']]"
+    with pytest.raises(InputError, match=r"unknown key") as caught:
+        plan(make(f"[grid]\n{grid}\ntime.step = [0.0, 0.1]"))
+    assert "run 'turbine.title=u1+v1,time.step=0.0': time.step" in str(caught.value)
+
+
+def test_values_that_are_equal_in_other_units_are_one_run(make):
+    grid = "time.step = ['50 ms', '0.05 s', 0.1]"
+    (told,) = refused(plan, make(f"[grid]\n{grid}"))
+    assert told == "two runs are the same: 'time.step=50_ms' and 'time.step=0.05_s'"
+
+
 def test_equal_or_endless_names_are_told_apart(make):
     runs = plan(make(f"[grid]\ntitle = ['a b', 'a_b', '{'x' * 300}']"))
     names = [run.name for run in runs]

@@ -99,10 +99,11 @@ def _print_orders(series: list[Any]) -> None:
         if s.label:
             print(s.label)
         print("\n".join(format_lines(report(s))))
+        wavy = "; the values go up and down: take finer runs" if s.oscillates else ""
         if not np.isfinite(s.order):
             known = np.isfinite(s.reference)
             why = "the errors follow no power of the size" if known else "no runs point to a limit"
-            print(f"observed order: undetermined, {why}\n")
+            print(f"observed order: undetermined, {why}{wavy}\n")
             continue
         note = ", the finest run, whose own error makes the order too high" if s.finest else ""
         if s.source:
@@ -110,17 +111,19 @@ def _print_orders(series: list[Any]) -> None:
         elif s.own_limit:
             note = ", its own limit"
         unchecked = "" if s.is_checked else "; fitted, not checked: take more runs"
-        print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}{unchecked}\n")
+        print(f"observed order: {s.order:.2f}, against {s.reference:.9g}{note}{unchecked}{wavy}\n")
 
 
 def _print_drifts(study: Any, result: Any) -> None:
-    """Say which means are not those of a stationary run."""
-    for name, drifts in result.drifts.items():
-        for quantity, drift in drifts.items():
-            print(
-                f"note: {quantity} of run {name!r} is not stationary: its means over the two "
-                f"halves of the last {study.average:g} s differ by {100.0 * drift:.2g} %"
-            )
+    """Say which means are not those of stationary runs, once for each quantity."""
+    for quantity in dict.fromkeys(name for drifts in result.drifts.values() for name in drifts):
+        found = {run: d[quantity] for run, d in result.drifts.items() if quantity in d}
+        worst = max(found, key=lambda run: found[run])
+        most = f"in {len(found)} of {len(result.drifts)} runs, most" if len(found) > 1 else "in run"
+        print(
+            f"note: {quantity} is not stationary {most} {worst!r}: its means over the two halves "
+            f"of the last {study.average:g} s differ by {100.0 * found[worst]:.3g} %"
+        )
 
 
 def _draw_curve(study: Any, result: Any, out: Path) -> list[str]:

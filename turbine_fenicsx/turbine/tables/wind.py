@@ -140,6 +140,11 @@ class WindCase(Section):
         return self.speed is not None or self.file is not None
 
     @property
+    def is_steady(self) -> bool:
+        """Whether the wind does not change in time."""
+        return self.file is None and self.gust == "none" and self.box.files is None
+
+    @property
     def own_keys(self) -> tuple[str, ...]:
         """Keys that the file has in place of the case."""
         if self.file is None:
