@@ -75,7 +75,8 @@ def read_regular(path: str | os.PathLike[str]) -> bytes:
 def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> None:
     """Write a file beside the old one and let it take its place once it is on the disk.
 
-    Nothing is written through a symbolic link, neither where the file is nor beside it.
+    Nothing is written through a symbolic link, neither where the file is nor beside it, and no
+    device or pipe is replaced.
 
     Args:
         path: The file; its folder exists.
@@ -87,6 +88,8 @@ def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> N
     path = Path(path)
     temporary = path.with_name(f"{path.name}.tmp")
     with name_file_in_errors("write", path):
+        if path.exists() and not (path.is_file() or path.is_symlink() or path.is_dir()):
+            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
         try:
             temporary.unlink(missing_ok=True)
             with temporary.open("xb") as file:

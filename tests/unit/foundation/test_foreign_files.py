@@ -8,8 +8,8 @@ import pytest
 
 from turbine_fenicsx.case.files import hash_files
 from turbine_fenicsx.forces.time_functions import Table
-from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import open_regular
+from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.foundation.files import open_regular, replace_file
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.meshing.read import check_header
 from turbine_fenicsx.records.mode_tables import read_table
@@ -101,3 +101,10 @@ def test_a_link_to_a_file_is_read(tmp_path):
     (tmp_path / "link").symlink_to("file")
     with open_regular(tmp_path / "link") as file:
         assert file.read() == b"here"
+
+
+def test_no_pipe_is_replaced_by_a_file(pipe):
+    with pytest.raises(FileError, match=r"cannot write .*pipe\.msh: it is not a regular file"):
+        replace_file(pipe, b"content")
+    assert pipe.is_fifo()
+    assert not pipe.with_name("pipe.msh.tmp").exists()
