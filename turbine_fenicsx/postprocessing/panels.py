@@ -1,6 +1,7 @@
 """Panels of diagrams: which columns of ``history.csv`` they show, in SI units."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import cycle, islice
 from typing import Any
@@ -107,6 +108,8 @@ def momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
     several runs it is the only one shown.
     """
     components = {i: run[names.ANGULAR_MOMENTUM(axis=i)] for i in "123"}
+    if _is_loaded_at_end(run):  # then it changes, and the tolerance says nothing
+        look = replace(look, tolerance=None, relative_tolerance=None)
     largest = max(float(np.nanmax(np.abs(values))) for values in components.values())
     for axis, color in zip("123", PALETTE, strict=False):
         if look.alone or axis == "2":
@@ -117,6 +120,13 @@ def momentum_steps(axes: Any, run: TimeSeries, look: Look) -> None:
             draw_dots(axes, run, change, look, largest, "N m s", **how)
     shown = "i" if look.alone else "2"
     axes.set(title="Change per step", ylabel=rf"$|\Delta L_{shown}|$ [N m s]")
+
+
+def _is_loaded_at_end(run: TimeSeries) -> bool:
+    """Whether forces still do work in the last of the rows, as wind and generators do."""
+    work = run[names.EXTERNAL_WORK]
+    change, largest = np.abs(np.diff(work)[-1:]), np.nanmax(np.abs(work), initial=0.0)
+    return bool(np.any(change > ROUND_OFF * largest))
 
 
 def other_joints(run: TimeSeries) -> list[str]:

@@ -189,7 +189,8 @@ def add_run_legend(figure: Any, runs: Sequence[TimeSeries], looks: Sequence[Look
     names = [run.name for run in runs]
     shown_lines = [line.get_label() for axes in figure.axes for line in axes.get_lines()]
     by_color = all(label in names or label.startswith("_") for label in shown_lines)
-    marked = any(shown.get_label() in names for axes in figure.axes for shown in axes.get_lines())
+    lines_of_runs = (x for axes in figure.axes for x in axes.get_lines() if x.get_label() in names)
+    marked = any(line.get_marker() not in ("", "None") for line in lines_of_runs)
     lines = [
         Line2D(
             [],

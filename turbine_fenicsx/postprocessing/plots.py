@@ -8,6 +8,7 @@ pyplot, so that nothing global changes and no display is needed.
 import os
 import warnings
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,9 @@ def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
     if some(names.DISPLACEMENT):
         found["displacements"] = (p.displacements,)
     if any(power_balance.has_power_balance(run) for run in runs):
-        found["power_balance"] = (power_balance.powers, power_balance.works)
+        terms = power_balance.choose_terms(runs)
+        charts = (power_balance.powers, power_balance.works)
+        found["power_balance"] = tuple(partial(chart, terms=terms) for chart in charts)
     found["energy"] = (p.energies, p.small_energies, p.energy_steps, p.energy_error)
     found["angular_momentum"] = (p.angular_momentum, p.momentum_steps)
     return found

@@ -10,6 +10,7 @@ from outputs import ANGLES, history, write
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing import plots
+from turbine_fenicsx.postprocessing.panels import energy_error, energy_steps
 from turbine_fenicsx.postprocessing.split_panels import split_panels
 from turbine_fenicsx.records.output_folder import read_histories, read_history
 from turbine_fenicsx.turbine.blades.rotor_plan import PITCH_SIGNS
@@ -125,6 +126,25 @@ def test_changes_per_step_are_shown_with_a_tolerance(tmp_path, drawn):
     (level, said), momenta = (dashed(drawn[2], title) for title in titles)
     assert level == pytest.approx(1e-12 * energy, rel=0.05) and said == words
     assert momenta == (pytest.approx(1e-12 * momentum), words)
+
+
+def test_momentum_that_loads_change_to_the_end_has_no_tolerance(tmp_path, drawn):
+    columns = history()
+    columns["external_work_[J]"] = 1e3 * columns["time_[s]"]
+    draw_all([read_history(write(tmp_path / "history.csv", columns))], tmp_path, tolerance=1.0)
+    assert dashed(drawn[0], "Energy error per step") is not None
+    assert dashed(drawn[0], "Change per step") is None
+
+
+def test_legends_of_runs_have_markers_only_where_lines_have(tmp_path, drawn):
+    for name in ("stiff", "soft"):
+        write(tmp_path / name / "history.csv", history())
+    runs = read_histories([tmp_path / "stiff", tmp_path / "soft"])
+    for panel in (energy_error, energy_steps):
+        plots.draw(runs, [panel], [tmp_path / "a.png"])
+    plain, dots = (figure.legends[0].get_lines() for figure in drawn)
+    assert {line.get_marker() for line in plain} == {""}
+    assert len({line.get_marker() for line in dots}) == 2
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from turbine_fenicsx.foundation.diagram_style import STYLE
 from turbine_fenicsx.postprocessing import plots
 from turbine_fenicsx.postprocessing.panels import energy_steps, find_energy_steps
 from turbine_fenicsx.postprocessing.plot_style import Look
-from turbine_fenicsx.postprocessing.power_balance import powers, works
+from turbine_fenicsx.postprocessing.power_balance import choose_terms, powers, works
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.output_folder import TimeSeries
 
@@ -33,7 +33,7 @@ def turbine():
 
 def test_areas_above_and_below_zero_are_equal_and_each_as_large_as_its_energy(turbine):
     axes = Figure().subplots()
-    powers(axes, turbine, Look())
+    powers(axes, turbine, Look(), choose_terms([turbine]))
     areas = []
     for shown in axes.collections:
         x, y = shown.get_paths()[0].vertices.T
@@ -48,7 +48,7 @@ def test_areas_above_and_below_zero_are_equal_and_each_as_large_as_its_energy(tu
 
 def test_works_have_the_sign_of_what_comes_in(turbine):
     axes = Figure().subplots()
-    works(axes, turbine, Look())
+    works(axes, turbine, Look(), choose_terms([turbine]))
     found = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
     assert np.allclose(found["wind"], WIND) and np.allclose(found["brake"], -FRICTION)
     assert np.allclose(sum(found.values()), 0.0, atol=1e-6)
@@ -67,7 +67,8 @@ def test_what_a_brake_takes_out_is_no_error_of_a_step(turbine):
 def test_a_legend_of_several_rows_leaves_the_title_its_place(turbine):
     shown = run(wind=WIND, generator=0.3 * GENERATOR, motion_of_all_pitches=0.24 * WIND)
     with matplotlib.rc_context(STYLE):
-        figure = plots._compose(Figure, [shown], [powers, works], [Look()])
+        charts = plots.choose_figures([shown])["power_balance"]
+        figure = plots._compose(Figure, [shown], charts, [Look()])
         figure.draw_without_rendering()
     for axes in figure.axes:
         legend = axes.get_legend()
@@ -78,9 +79,23 @@ def test_a_legend_of_several_rows_leaves_the_title_its_place(turbine):
 def test_small_terms_are_one(turbine):
     many = {f"w{i}": 1e6 * T * (1 + i) for i in range(4)}
     axes = Figure().subplots()
-    works(axes, run(wind=WIND, generator=GENERATOR, **many), Look())
+    shown = run(wind=WIND, generator=GENERATOR, **many)
+    works(axes, shown, Look(), choose_terms([shown]))
     assert [line.get_label() for line in axes.get_lines()][-1] == "other"
     assert len(axes.get_lines()) == 5
+
+
+def test_all_runs_show_the_terms_that_are_large_in_one_of_them(turbine):
+    other = run(wind=WIND, generator=GENERATOR, motion_of_pitch_1=0.5 * WIND)
+    terms = choose_terms([turbine, other])
+    assert "motion of pitch 1" in terms and "motion of pitch 1" not in choose_terms([turbine])
+    calm = run(wind=WIND, generator=GENERATOR)
+    for each, expected in ((turbine, TINY), (other, 0.5 * WIND), (calm, 0.0 * T)):
+        axes = Figure().subplots()
+        works(axes, each, Look(), terms)
+        found = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+        assert list(found) == list(terms)
+        assert np.allclose(found["motion of pitch 1"], expected)
 
 
 def test_a_run_with_one_way_in_has_no_chart(turbine):
