@@ -40,7 +40,7 @@ def test_a_basis_is_kept_beside_the_case_with_its_verdict_and_picture(made):
     assert {file.stem for file in files} == {files[0].stem}
     text = files[2].read_text()
     assert text.startswith("basis of 'blade': 6 functions, ")
-    assert "8 m/s, 1 of the air" in text
+    assert "wind of 8 m/s" in text
     assert files[1].stat().st_size > 10_000
 
 
@@ -63,7 +63,7 @@ def test_check_says_what_a_basis_costs_and_how_good_it_is(path, capfd):
 def test_progress_and_verdict_are_printed_and_a_basis_that_is_there_is_taken(path, capfd):
     assert main(["reduce", str(path), "--set", *SMALL]) == 0
     printed = capfd.readouterr()
-    assert "load path 5 of 5, '13 m/s, 0.4 of the air'" in printed.err
+    assert "load path 5 of 5, 'wind of 13 m/s, 0.4 times its loads'" in printed.err
     assert "making the basis" not in printed.err
     assert printed.out.startswith("basis of 'blade': 6 functions, ")
     assert printed.out.splitlines()[-1].count("bases/blade-") == 2

@@ -49,8 +49,8 @@ def draw_basis(
             }
             for axes, values in zip((middle, right), pair, strict=True):
                 axes.plot(stations, values, label=name, **look)
-        middle.set(title="Error of the displacement", ylabel="of that of the tip [%]")
-        right.set(title="Error of the twist", ylabel="[deg]")
+        middle.set(title="Error of the displacement", ylabel="error, of the tip's way [%]")
+        right.set(title="Error of the twist", ylabel="error [deg]")
         for axes in (middle, right):
             axes.set(xlabel="place along the span", xlim=(0.0, 1.0))
             axes.set_ylim(bottom=0.0)
@@ -202,7 +202,7 @@ class Verdict:
         return found
 
     def draw(self, path: str | os.PathLike[str]) -> None:
-        """Draw singular values, and errors along the span.
+        """Draw singular values, and errors along the span: of each load path the worst state.
 
         Args:
             path: Picture to write, such as ``.png``.
@@ -210,12 +210,15 @@ class Verdict:
         Raises:
             ImportError: if Matplotlib is missing.
         """
+        worst: dict[str, StateVerdict] = {}
+        for s in self._found:
+            worst[s.path] = max(worst.get(s.path, s), s, key=lambda state: state.tip_error)
         errors = {
-            f"{s.path}, {s.time:g} s": (
+            f"{s.path}, at {s.time:g} s": (
                 100.0 * s.displacement_errors / s.tip,
                 np.abs(s.twist_errors),
             )
-            for s in self._found
+            for s in worst.values()
         }
         draw_basis(path, self.singular_values, self.stations, errors)
 
@@ -240,11 +243,14 @@ class Verdict:
         places = list(LARGEST_TWIST_ERRORS)
         if self.states:
             head = "".join(f"   twist at {p:g} [deg], error" for p in places)
-            lines += ["", f"{'equilibrium':53} tip [m], error [%]{head}   residual [%]"]
+            path = f"{'load path and time on it':53}"
+            lines += ["", f"{path} tip [m], error [%]{head}   residual [%]"]
         for s in self.states:
             line = f"{s.path[:45]:45} {s.time:5.3g} s {s.tip:9.3f} {100.0 * s.tip_error:8.3f}"
             for k in map(self.at, places):
                 line += f" {s.twists[k]:15.3f} {s.twist_errors[k]:9.3f}"
             lines.append(f"{line} {100.0 * s.residual:14.2f}")
+        if self.states:
+            lines.append("residual: error of the strains in the norm of their energy, without a bound")
         lines += ["", *(f"warning: {warning}" for warning in self.warnings)]
         return "\n".join(lines).rstrip()

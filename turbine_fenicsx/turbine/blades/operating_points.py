@@ -100,7 +100,8 @@ class OperatingPoint:
 
     def __str__(self) -> str:
         """Its name."""
-        return f"{self.wind:g} m/s, {self.air:g} of the air"
+        factor = "" if self.air == 1.0 else f", {self.air:g} times its loads"
+        return f"wind of {self.wind:g} m/s{factor}"
 
 
 TRAINING = (
