@@ -251,6 +251,6 @@ class Verdict:
                 line += f" {s.twists[k]:15.3f} {s.twist_errors[k]:9.3f}"
             lines.append(f"{line} {100.0 * s.residual:14.2f}")
         if self.states:
-            lines.append("residual: error of the strains in the norm of their energy, without a bound")
+            lines.append("residual: error of the strains by their energy; it has no bound")
         lines += ["", *(f"warning: {warning}" for warning in self.warnings)]
         return "\n".join(lines).rstrip()

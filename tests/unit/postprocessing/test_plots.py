@@ -137,9 +137,8 @@ def test_momentum_that_loads_change_to_the_end_has_no_tolerance(tmp_path, drawn)
 
 
 def test_legends_of_runs_have_markers_only_where_lines_have(tmp_path, drawn):
-    for name in ("stiff", "soft"):
-        write(tmp_path / name / "history.csv", history())
-    runs = read_histories([tmp_path / "stiff", tmp_path / "soft"])
+    write(tmp_path / "history.csv", history())
+    runs = 2 * [read_history(tmp_path / "history.csv")]
     for panel in (energy_error, energy_steps):
         plots.draw(runs, [panel], [tmp_path / "a.png"])
     plain, dots = (figure.legends[0].get_lines() for figure in drawn)

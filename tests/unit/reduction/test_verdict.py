@@ -22,4 +22,4 @@ def test_the_picture_shows_the_worst_state_of_each_path(monkeypatch, tmp_path):
     verdict.draw(tmp_path / "basis.png")
     assert list(drawn) == ["gust, at 1 s", "storm, at 1 s"]
     assert drawn["gust, at 1 s"][0][-1] == 15.0
-    assert "residual: error of the strains in the norm of their energy" in str(verdict)
+    assert "residual: error of the strains by their energy" in str(verdict)

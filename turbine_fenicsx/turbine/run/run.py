@@ -266,8 +266,9 @@ def _write_bases(turbine: Turbine, folder: Path, resumed: Case | None) -> None:
         resumed: The case of a resumed run, which has taken its bases from the folder unless they
             were missing or damaged.
     """
-    tables = [resumed.blade, resumed.tower] if resumed else []
-    taken = [table.reduction.file for table in tables]
+    taken: tuple[str | None, ...] = ()
+    if resumed is not None:
+        taken = (resumed.blade.reduction.file, resumed.tower.reduction.file)
     for body in turbine.system.flexible_bodies:
         path = folder / f"basis_{body.name}.npz"
         if isinstance(body, ReducedBody) and str(path) not in taken:
