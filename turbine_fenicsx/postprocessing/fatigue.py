@@ -25,6 +25,9 @@ from turbine_fenicsx.records.output_folder import TimeSeries
 GLASS_SLOPE, STEEL_SLOPE, FREQUENCY = 10.0, 4.0, 1.0
 """Slopes for laminates with glass fibres and for steel [-]; frequency of equivalent cycles [Hz]."""
 
+ROUND_OFF = 1e-12
+"""Smaller ranges are none, as a part of the largest value."""
+
 STEEL = ("tower", "Twr", "YawBr", "LSS", "HSS", "Rot")
 """Beginnings of columns of parts that are of steel: tower, bearings and shafts."""
 
@@ -51,6 +54,8 @@ def count_cycles(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Ranges of the cycles of a series, and how much each counts, 1 or 1/2; shapes (n,).
 
+    Constant series have none, nor does round-off.
+
     Raises:
         ImportError: with a sentence, if the library is missing.
     """
@@ -60,7 +65,8 @@ def count_cycles(
         raise ImportError("counting cycles needs rainflow: pip install rainflow") from None
     found = [(size, count) for size, _, count, _, _ in rainflow.extract_cycles(values.tolist())]
     ranges, counts = np.array(found, dtype=float).reshape(-1, 2).T
-    return ranges, counts
+    are_cycles = ranges > ROUND_OFF * np.max(np.abs(values), initial=0.0)
+    return ranges[are_cycles], counts[are_cycles]
 
 
 def equivalent_range(

@@ -184,7 +184,8 @@ def check_motions(system: MultibodySystem, state: State | None) -> None:
         if abs(p - rate) > LARGEST_GAP * max(1.0, abs(p)) and system.comm.rank == 0:
             log.warning(
                 "%r begins with the rate %.6g, but the bodies start with %.6g; velocities will "
-                "alternate from step to step: start from initial_motion(system, rates)",
+                "alternate from step to step: let the motion begin with the rate of the bodies, or "
+                "let them start with its rate (initial_motion)",
                 relation.name,
                 p,
                 rate,

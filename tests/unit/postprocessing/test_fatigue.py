@@ -43,6 +43,14 @@ def test_points_between_the_turning_points_do_not_count():
     assert add_up(*count_cycles(dense)) == COUNTS
 
 
+@pytest.mark.parametrize("swing", [0.0, 1e-8])
+def test_a_constant_and_round_off_about_it_have_no_cycles(swing):
+    run = sine(swing)
+    run = TimeSeries("run", dict(run.columns) | {MOMENT: 3e6 + run[MOMENT]})
+    (found,) = find_fatigue(run, [MOMENT], [4.0])
+    assert (found.cycles, found.largest, found.equivalent) == (0.0, 0.0, {4.0: 0.0})
+
+
 def test_equivalent_range_of_the_standard():
     ranges, counts = count_cycles(np.array(STANDARD, dtype=float))
     damage = sum(n * size**3 for size, n in COUNTS.items())

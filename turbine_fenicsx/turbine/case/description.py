@@ -103,7 +103,9 @@ def _describe_dropped(case: Tables, key: str, damping: DampingCase) -> str:
 
 def _describe_pitch(case: Tables) -> str:
     """Motion of the pitch bearings."""
-    pitch, start = case.pitch, f"{degrees(case.pitch.initial):.3g} deg"
+    pitch = case.pitch
+    angles = [f"{degrees(angle):.3g}" for angle in pitch.initial]
+    start = f"{', '.join(angles if len(set(angles)) > 1 else angles[:1])} deg"
     if not case.has_pitch_bearings:
         return "blades fixed to the hub without pitch bearings"
     if pitch.drive == "prescribed" and pitch.file is None:

@@ -89,8 +89,7 @@ def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Co
     case, comm = turbine.case, turbine.comm
     c = case.control
     if c.kind == "none":
-        pitch = case.pitch.initial
-        return FixedCommands(0.0, (pitch, pitch, pitch))
+        return FixedCommands(0.0, case.pitch.initial)
     if c.kind == "pi":
         torque, law = c.torque.make(), c.pitch.make()
         return PIController(torque, law, c.filter_frequency, c.torque.rate)

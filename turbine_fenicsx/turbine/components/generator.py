@@ -76,7 +76,7 @@ def find_steady_loads(case: Case) -> Performance:
     operation = Operation(
         w.speed * float(np.cos(w.inclination)),
         t.rotor_speed,
-        pitch=case.pitch.initial if case.has_pitch_bearings else 0.0,
+        pitch=float(np.mean(case.pitch.initial)) if case.has_pitch_bearings else 0.0,
         yaw=w.direction,
         shear=w.shear,
         density=w.density,

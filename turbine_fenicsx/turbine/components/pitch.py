@@ -126,15 +126,16 @@ def make_pitch_drive(pitch: PitchCase, comm: MPI.Intracomm = MPI.COMM_SELF) -> l
     if pitch.drive == "prescribed" and pitch.file is not None:
         return _follow_table(pitch.file, comm)
     parts: list[Any] = []
-    for name, sign in ((bearing, OPENFAST_SIGNS[bearing]) for bearing in BEARINGS):
-        rest = sign * pitch.initial
+    for name, initial in zip(BEARINGS, pitch.initial, strict=True):
+        sign = OPENFAST_SIGNS[name]
+        rest = sign * initial
         if pitch.drive == "lock":
             parts.append(PrescribedMotion(name, Constant(rest)))
         elif pitch.drive == "prescribed":
             turn = Ramp(sign * pitch.angle, pitch.duration, pitch.start, smooth=True)
             parts.append(PrescribedMotion(name, Sum(turn, Constant(rest)) if rest else turn))
         elif pitch.drive == "actuator":
-            drive = PitchDrive(sign, pitch.frequency, pitch.damping_ratio, pitch.initial)
+            drive = PitchDrive(sign, pitch.frequency, pitch.damping_ratio, initial)
             parts.append(PrescribedMotion(name, drive))
         elif pitch.drive == "spring":
             if pitch.stiffness > 0.0:

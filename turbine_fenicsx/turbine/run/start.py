@@ -58,7 +58,7 @@ def make_start(case: Case, system: MultibodySystem) -> State | None:
         Collective.
     """
     kind, speed, azimuth = case.time.start, case.turbine.rotor_speed, case.turbine.azimuth
-    if kind == "undeformed" and speed == azimuth == case.pitch.initial == 0.0:
+    if kind == "undeformed" and speed == azimuth == 0.0 and not any(case.pitch.initial):
         return None
     state = system.initial_state()
     turn_blades(case, system, state)
@@ -89,14 +89,13 @@ def turn_blades(case: Case, system: MultibodySystem, state: State) -> None:
         system: The system of its turbine.
         state: Its initial state, which is changed.
     """
-    pitch = case.pitch.initial
-    if not case.has_pitch_bearings or pitch == 0.0:
+    if not case.has_pitch_bearings or not any(case.pitch.initial):
         return
     layout, names = plan_layout(case.turbine), system.joint_coordinate_names
     joints = {joint.name: joint for joint in system.joints}
     spans = np.array([layout.frame(k)[0] for k in range(1, layout.n_blades + 1)])
     centre = np.asarray(layout.centre, dtype=float)
-    for k, name in enumerate(BEARINGS):
+    for k, (name, pitch) in enumerate(zip(BEARINGS, case.pitch.initial, strict=True)):
         state.joint_coordinates[names.index(name)] = OPENFAST_SIGNS[name] * pitch
         # pitch counts about the span from tip to root
         R = rotation_about(-spans[k], pitch)

@@ -87,7 +87,7 @@ class AeroCase(Section):
         if self.dynamic_stall != "none" or wind.speed is None or case.turbine.model == "rigid":
             return
         tips = abs(case.turbine.rotor_speed) * (case.blade.hub_radius + case.blade.length)
-        feathered = case.has_pitch_bearings and abs(pitch.initial) > MIN_FEATHER
+        feathered = case.has_pitch_bearings and min(map(abs, pitch.initial)) > MIN_FEATHER
         turned = abs(wind.direction) > MAX_YAW_ERROR or wind.gust in ("EDC", "ECD")
         if wind.speed < STORM or tips >= wind.speed or (feathered and not turned):
             return

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import degrees, pi
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
 
 from turbine_fenicsx.case.checks import check
 from turbine_fenicsx.case.files import DataFile, read_if_changed
@@ -17,8 +19,10 @@ from turbine_fenicsx.case.quantities import (
     Seconds,
     TorsionalDamping,
     TorsionalStiffness,
+    Unit,
 )
 from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
+from turbine_fenicsx.case.schema import Also
 from turbine_fenicsx.case.section import Flag, Moment, NotNegative, Positive, Section
 from turbine_fenicsx.case.time_table import Column, TimeTable, read_time_table
 from turbine_fenicsx.foundation.errors import InputError
@@ -45,6 +49,19 @@ _RINGS = Only(
 )
 _MOTION = (Only("drive", "prescribed"), Beside("file"))
 _COLUMNS = {name: Column("rad", -MAX_ANGLE, MAX_ANGLE) for name in ("pitch", *BLADES)}
+
+
+def _take_one_for_all(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+    """Three angles, or one that all blades have."""
+    if isinstance(value, list | tuple):
+        return check(value)
+    try:
+        return check((value,) * len(BLADES))
+    except ValidationError as error:
+        raise ValueError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+
+
+_Angle = Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi)]
 
 
 @read_if_changed("table")
@@ -75,7 +92,7 @@ class PitchCase(Section):
     """Pitch bearings: what turns the blades about their spans.
 
     The rigid turbine has pitch bearings always; in the hybrid turbine ``bearings`` puts a rigid
-    ring between hub and root of each blade. All blades start at the pitch ``initial``. With the
+    ring between hub and root of each blade. Blades start at the pitch ``initial``. With the
     drive ``"prescribed"`` they turn from there by ``angle`` in ``duration``, smoothly, or follow
     the columns of a ``file`` of comma-separated values. With ``"actuator"`` they follow commands of
     the controller like an oscillator of ``frequency`` and ``damping_ratio``.
@@ -93,8 +110,14 @@ class PitchCase(Section):
     drive: Literal["free", "lock", "spring", "prescribed", "actuator"] = "free"
     """Drive of the blades: none, a lock, spring and damper, a motion in time, or an actuator that
     follows commands, see howto/control."""
-    initial: Annotated[Radians, Field(ge=-0.75 * pi, le=0.75 * pi), _PITCH] = 0.0
-    """Pitch at t = 0, positive to feather."""
+    initial: Annotated[
+        tuple[_Angle, _Angle, _Angle],
+        WrapValidator(_take_one_for_all),
+        Also("number", "string"),
+        Unit("rad"),
+        _PITCH,
+    ] = (0.0, 0.0, 0.0)
+    """Pitch at t = 0, positive to feather: one for all blades, or a list of three."""
     stiffness: Annotated[TorsionalStiffness, NotNegative, Only("drive", "spring")] = 0.0
     """With ``drive = "spring"``: torsional spring on the pitch angle, from its initial value."""
     damping: Annotated[TorsionalDamping, NotNegative, Only("drive", "spring")] = 0.0
@@ -114,6 +137,20 @@ class PitchCase(Section):
     file: Annotated[str | None, DataFile("pitch file"), Only("drive", "prescribed")] = None
     """With ``drive = "prescribed"``: CSV file with ``time`` and ``pitch``, or ``pitch_1`` to
     ``pitch_3``, relative to the case file, see howto/tables."""
+
+    def find_doubts(self, case: Any) -> Iterator[str]:
+        """Blades start at rest in their bearings."""
+        if self.file is None or self.drive != "prescribed" or not case.has_pitch_bearings:
+            return
+        for table, name in dict.fromkeys(load_pitch(self.file)):
+            times, angles = table.times, table.columns[name]
+            k = int(np.searchsorted(times, 0.0, side="right"))
+            if 0 < k < len(times) and angles[k] != angles[k - 1]:
+                rate = degrees((angles[k] - angles[k - 1]) / (times[k] - times[k - 1]))
+                yield (
+                    f"pitch.file: {name} begins with {rate:.3g} deg/s, but blades start at rest: "
+                    "let it begin with two equal lines, or velocities alternate from step to step"
+                )
 
     @check("drive", "stiffness", "damping")
     def _check_spring(self, case: Any) -> str:
@@ -137,11 +174,11 @@ class PitchCase(Section):
             return f"pitch.file: {gap}"
         from turbine_fenicsx.forces.time_functions import Table  # not needed to read other cases
 
-        for table, name in blades:
+        for (table, name), initial in zip(blades, self.initial, strict=True):
             first = Table(table.times.tolist(), table.columns[name].tolist())(0.0)
-            if abs(first - self.initial) > START_TOLERANCE:
+            if abs(first - initial) > START_TOLERANCE:
                 return (
-                    f"pitch.initial = {degrees(self.initial):g} deg: expected {degrees(first):g} "
+                    f"pitch.initial = {degrees(initial):g} deg: expected {degrees(first):g} "
                     f"deg, the value of {name} at t = 0 in pitch.file"
                 )
         return ""

@@ -236,7 +236,7 @@ class WindCase(Section):
                 yield f"{words}: the controller works on"
             return
         moves = pitch.drive == "prescribed" and (pitch.angle or pitch.file)
-        angle = pitch.initial if case.has_pitch_bearings else 0.0
+        angle = min(pitch.initial, key=abs) if case.has_pitch_bearings else 0.0
         if abs(angle) < LEAST_FEATHER and not moves:
             yield (
                 f"{words} with their blades at some 90 deg of pitch; here they have "

@@ -23,6 +23,10 @@ BEARINGS = {"bearings": True}
             "pitch locked at 20 deg",
         ),
         (
+            {"pitch": BEARINGS | {"drive": "lock", "initial": ["20 deg", "90 deg", "20 deg"]}},
+            "pitch locked at 20, 90, 20 deg",
+        ),
+        (
             {"pitch": BEARINGS | {"drive": "prescribed", "angle": "90 deg", "start": 2.0}},
             "pitch from 0 deg by 90 deg within 5 s from 2 s on",
         ),

@@ -164,8 +164,8 @@ def test_torques_of_a_file_set_in_with_the_ramp(comm, write, tmp_path_factory):
 
 
 def test_blades_follow_the_pitch_of_a_file(comm, write, tmp_path_factory):
-    file = write("time [s],pitch_1 [deg],pitch_2 [deg],pitch_3 [deg]\n0,5,5,5\n1,6,7,8\n")
-    pitch = {"drive": "prescribed", "file": file, "initial": "5 deg"}
+    file = write("time [s],pitch_1 [deg],pitch_2 [deg],pitch_3 [deg]\n0,5,-5,0\n1,6,-3,3\n")
+    pitch = {"drive": "prescribed", "file": file, "initial": ["5 deg", "-5 deg", 0.0]}
     given = {**RIGID, "pitch": pitch, "time": {"step": 0.02, "end": 0.4}}
     folder = on_rank0(comm, lambda: tmp_path_factory.mktemp("run"))
     summary = run_case(Case.parse(given), folder, comm, progress="none")
@@ -173,7 +173,14 @@ def test_blades_follow_the_pitch_of_a_file(comm, write, tmp_path_factory):
     lines = [x.split() for x in (folder / "history.out").read_text().splitlines()]
     names = next(x for x in lines if x[:1] == ["Time"])
     angles = [float(lines[-1][names.index(f"BldPitch{k}")]) for k in (1, 2, 3)]
-    assert angles == pytest.approx([5.4, 5.8, 6.2])
+    assert angles == pytest.approx([5.4, -4.2, 1.2])
+
+
+def test_pitch_that_does_not_begin_at_rest_is_warned_of(write):
+    file = write("time [s],pitch_1 [deg],pitch_2 [deg],pitch_3 [deg]\n0,9,9,9\n2,9,7,9\n20,0,0,0\n")
+    pitch = {"drive": "prescribed", "file": file, "initial": "9 deg"}
+    (said,) = (x for x in Case.parse({**RIGID, "pitch": pitch}).warnings if "pitch.file" in x)
+    assert said.startswith("pitch.file: pitch_2 begins with -1 deg/s, but blades start at rest")
 
 
 def test_pitch_turns_the_short_way(write):
@@ -188,6 +195,8 @@ def test_the_pitch_of_a_file_begins_where_the_blades_do(write):
     assert mistakes(wrong) == [
         "pitch.initial = 0 deg: expected 5 deg, the value of pitch at t = 0 in pitch.file"
     ]
+    wrong["pitch"]["initial"] = ["5 deg", "5 deg", "4 deg"]
+    assert mistakes(wrong)[0].startswith("pitch.initial = 4 deg: expected 5 deg")
     unused = Case.parse({**RIGID, "pitch": {"file": file}})
     assert 'pitch.file has no effect with pitch.drive = "free"' in unused.warnings
     short = write("time,pitch_1,pitch_2\n0,0,0\n20,0,0\n", "pitch.csv")

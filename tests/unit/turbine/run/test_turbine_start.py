@@ -14,6 +14,7 @@ from turbine_fenicsx.forces.time_functions import Hat, Product, Ramp
 from turbine_fenicsx.foundation.errors import ModelError, NoEquilibrium, StepFailure
 from turbine_fenicsx.foundation.interrupts import catch_signals
 from turbine_fenicsx.joints.relation import gear_pair
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.records.output_folder import holds_run
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
@@ -116,6 +117,18 @@ def test_the_azimuth_is_the_angle_of_the_rotor(comm, start):
     if start == "undeformed":  # what is turned back stands as it was made
         assert np.allclose(state.q, turbine.system.initial_state().q, rtol=0, atol=1e-12)
         assert state.u[0].norm() <= 1e-10
+
+
+@pytest.mark.parametrize("model", ["rigid", "hybrid"])
+def test_each_blade_starts_at_the_pitch_of_its_entry(comm, model):
+    angles = np.radians([10.0, -5.0, 40.0])
+    bearings = {"bearings": True} if model == "hybrid" else {}
+    pitch = bearings | {"drive": "lock", "initial": angles.tolist()}
+    _, turbine, state = started(comm, {"model": model}, pitch=pitch)
+    names = turbine.system.joint_coordinate_names
+    found = [state.joint_coordinates[names.index(f"pitch_{k}")] for k in (1, 2, 3)]
+    assert found == pytest.approx([OPENFAST_SIGNS[f"pitch_{k + 1}"] * angles[k] for k in range(3)])
+    assert turbine.system.constraint_error(state) <= 1e-12
 
 
 # --- equilibrium
