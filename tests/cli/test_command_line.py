@@ -1,5 +1,6 @@
 """Commands, options and exit codes of the command line."""
 
+import argparse
 import csv
 import json
 import re
@@ -14,8 +15,10 @@ import pytest
 from patience import patience
 
 import turbine_fenicsx
+from turbine_fenicsx.cli.commands import _running
 from turbine_fenicsx.cli.commands._common import fail
 from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.turbine.case.case import Case
 
 
 def rows(folder):
@@ -193,6 +196,14 @@ def test_a_run_whose_energy_balance_is_wrong_says_so_and_has_an_exit_code(demo, 
     (kept,) = json.loads((tmp_path / "loose" / "summary.json").read_text())["warnings"]
     assert error == f"error: {kept}"
     assert kept in (tmp_path / "loose" / "run.log").read_text()
+
+
+def test_plies_that_fail_are_a_warning_of_a_run_that_is_done(monkeypatch, capfd, comm):
+    monkeypatch.setattr(_running, "_draw_history", lambda *_: [])
+    result = {"interrupted": False, "warnings": ["plies fail: here"]}
+    options = argparse.Namespace(out="out", quiet=True)
+    assert _running.carry_out(options, comm, lambda _: (Case(), result)) == 0
+    assert capfd.readouterr().err == ("warning: plies fail: here\n" if comm.rank == 0 else "")
 
 
 def test_errors_are_red_on_a_terminal_only(monkeypatch, capfd, comm):

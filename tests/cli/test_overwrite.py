@@ -2,10 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 
+from turbine_fenicsx import ReducedBasis, write_basis
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run.run import run_case
 
@@ -122,3 +125,50 @@ def test_a_study_replaces_results_of_other_cases_only_if_asked(demo, tmp_path, c
     assert main(command) == 0  # finished runs of the same case are read
     assert main([*other, "--overwrite"]) == 0
     assert len((first / "history.csv").read_text().splitlines()) == 4
+
+
+PRECIOUS = b"years of work\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (["mesh", "CASE", "-o"], "notes.msh"),
+        (["mesh", "CASE", "-o"], "notes.txt"),
+        (["demo", "rigid", "-o"], "notes.toml"),
+        (["reduce", "CASE", "-o"], "notes.npz"),
+        (["report", "OUT", "-o"], "notes.txt"),
+        (["render", "OUT", "--movie"], "notes.txt"),
+        (["run", "CASE", "-o"], "notes.txt"),
+        (["modes", "CASE", "-o"], "notes.txt"),
+        (["plot", "OUT", "-o"], "notes.txt"),
+    ],
+)
+def test_no_command_replaces_a_file_of_another_kind(finished, demo, tmp_path, capfd, command, name):
+    kept = tmp_path / name
+    kept.write_bytes(PRECIOUS)
+    places = {"CASE": str(demo("hybrid_stiff.toml")), "OUT": str(tmp_path / "out")}
+    assert main([*(places.get(word, word) for word in command), str(kept)]) == 2
+    assert capfd.readouterr().err.splitlines()[-1].startswith("error: ")
+    assert kept.read_bytes() == PRECIOUS
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "arrays.npz"])
+def test_a_basis_does_not_replace_a_file_of_another_kind(tmp_path, name):
+    path, ones = tmp_path / name, np.ones(1)
+    np.savez(tmp_path / "arrays.npz", measured=ones)
+    (tmp_path / "notes.txt").write_bytes(PRECIOUS)
+    before = path.read_bytes()
+    point, vertical = np.zeros((1, 3)), np.zeros((6, 1))
+    basis = ReducedBasis(
+        points=point, functions=np.ones((1, 4)), masses=ones, origins=point,
+        surface_of=np.zeros(1, dtype=int), mass=np.eye(4), strain_factor=vertical,
+        viscosity=np.zeros(0), cells=np.zeros((1, 7)), singular_values=np.zeros(0),
+    )  # fmt: skip
+    with pytest.raises(InputError, match=rf"{name}.*: expected a name|{name}' holds other arrays"):
+        write_basis(path, basis)
+    assert path.read_bytes() == before
+    for content in (b"", PRECIOUS):  # damaged
+        (tmp_path / "basis.npz").write_bytes(content)
+        write_basis(tmp_path / "basis.npz", basis)
+        assert read_sizes(tmp_path / "basis.npz").nodes == 1

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import zipfile
+from contextlib import suppress
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -25,7 +27,7 @@ ARRAYS = tuple(field.name for field in fields(ReducedBasis))
 
 
 def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
-    """Write a basis to a file, whole or not at all; an old one is replaced.
+    """Write a basis to a file, whole or not at all; an old or damaged one is replaced.
 
     Several ranks have the same basis: let one of them write.
 
@@ -34,8 +36,16 @@ def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
         basis: The basis.
 
     Raises:
+        InputError: for another ending, or a file with other arrays.
         FileError: if it cannot be written.
     """
+    name = os.fspath(path)
+    if not name.endswith(".npz"):
+        raise InputError(f"cannot write a basis to {name!r}: expected a name that ends with .npz")
+    with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
+        there = {member.removesuffix(".npy") for member in archive.namelist()}
+        if not set(ARRAYS) <= there:
+            raise InputError(f"{name!r} holds other arrays, which a basis does not replace")
     arrays = {name: getattr(basis, name) for name in ARRAYS}
     write_arrays(path, {"version": np.array(VERSION), **arrays})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 OK, WRONG_INPUT, NOT_CONVERGED, UNBALANCED, INTERRUPTED = 0, 2, 3, 4, 130
@@ -51,10 +52,14 @@ def load_case(options: argparse.Namespace, comm: Any) -> Any:
     from turbine_fenicsx.turbine.case.case import Case
 
     case = on_rank0(comm, lambda: Case.load(options.case, options.overrides))
-    warnings = on_rank0(comm, lambda: case.warnings)
-    if comm.rank == 0:
-        print(*(f"warning: {w}\n" for w in warnings), sep="", end="", file=sys.stderr)
+    warn(comm, on_rank0(comm, lambda: case.warnings))
     return case
+
+
+def warn(comm: Any, sentences: Iterable[str]) -> None:
+    """Print warnings on one rank."""
+    if comm.rank == 0:
+        print(*(f"warning: {w}\n" for w in sentences), sep="", end="", file=sys.stderr, flush=True)
 
 
 def need_dolfinx() -> None:
