@@ -244,8 +244,7 @@ def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
     made = assert_type(
         tfx.reduce_body(held, body, modes=2, functions=9, loads=loads), tfx.ReducedBasis
     )
-    rotation = tfx.SteadyRotation(1.0, point=(0.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0))
-    said = assert_type(tfx.judge(held, body, made, loads, count=1, rotation=rotation), tfx.Verdict)
+    said = assert_type(tfx.judge(held, body, made, loads, count=1), tfx.Verdict)
     assert_type(said.warnings, list[str])
     tfx.write_basis(file, made)
     basis = assert_type(tfx.read_basis(file, body), tfx.ReducedBasis)

@@ -83,7 +83,6 @@ from turbine_fenicsx.meshing.load import load_msh as load_msh
 from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
 from turbine_fenicsx.reduction.basis_file import read_basis as read_basis
 from turbine_fenicsx.reduction.basis_file import write_basis as write_basis
-from turbine_fenicsx.reduction.judge import SteadyRotation as SteadyRotation
 from turbine_fenicsx.reduction.judge import judge as judge
 from turbine_fenicsx.reduction.load_path import LoadPath as LoadPath
 from turbine_fenicsx.reduction.reduce_body import reduce_body as reduce_body

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -38,7 +37,6 @@ def reduce_body(
     functions: int = 48,
     strains: int = 25,
     loads: Sequence[LoadPath] | None = None,
-    keep: str | os.PathLike[str] | None = None,
 ) -> ReducedBasis:
     """The basis of a flexible body as the couplings of a system hold it.
 
@@ -59,13 +57,10 @@ def reduce_body(
         loads: Load paths of the equilibria, such as the body will see and somewhat beyond; those of
             `smooth_loads` if None. Without any there are no equilibria, and all scalar products
             make strain coordinates: that is made in seconds, but slow and too stiff.
-        keep: File in which finished load paths are kept. A later call with the same file takes them
-            from there, so that an interrupt loses none.
 
     Raises:
         ModelError: for a body that is not a part of the system or whose law is not quadratic in the
             strain, and for numbers or loads that do not fit.
-        InputError, FileError: if ``keep`` is no such file of this mesh, or not read or written.
 
     Note:
         Collective; gathers matrices of the body on one rank. Progress is logged as INFO.
@@ -81,7 +76,7 @@ def reduce_body(
     origins = on_rank0(model.comm, lambda: find_origins(whole, surfaces))
     fields = BasisFunctions(whole, surfaces, origins, functions)
     on_rank0(model.comm, lambda: fields.add_linear(modes, not loads))
-    states = _learn(fields, system, body, loads, keep)
+    states = _learn(fields, system, body, loads)
     shape = on_rank0(model.comm, fields.collect)
     F = shape["functions"]
     _warn_of_few(body, F.shape[1] - 4 * len(origins), functions)
@@ -123,7 +118,6 @@ def _learn(
     system: MultibodySystem,
     body: FlexibleBody,
     loads: Sequence[LoadPath],
-    keep: str | os.PathLike[str] | None,
 ) -> Array:
     """Add what equilibria have to the fields. Collective.
 
@@ -131,7 +125,7 @@ def _learn(
         Displacements in all of them, shape (states, N, 3) [m].
     """
     X: Array = fields.positions
-    found = find_states(system, body, loads, X, keep)
+    found = find_states(system, body, loads)
     states = np.concatenate([np.zeros((0, *X.shape)), *(path.displacements for path in found)])
     if len(states):
         on_rank0(system.comm, lambda: fields.add_states(states))

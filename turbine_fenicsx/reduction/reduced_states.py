@@ -12,8 +12,8 @@ from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.span_meter import SpanMeter
-from turbine_fenicsx.reduction.state_file import PathStates
 from turbine_fenicsx.reduction.static_body import StaticBody
+from turbine_fenicsx.reduction.static_states import PathStates
 from turbine_fenicsx.reduction.verdict import StateVerdict
 from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.system.system import MultibodySystem

@@ -160,18 +160,6 @@ class StaticBody:
         """Sum of the products of values of the owned nodes, shape (3 n_owned,) each."""
         return float(sum_over_ranks(self.system.comm, np.array([a @ b]))[0])
 
-    def find_lack(self, time: float, displacements: Array) -> float:
-        """Forces that free nodes lack for equilibrium, as a part of those at time [-].
-
-        Args:
-            time: Time of the forces [s].
-            displacements: Of all nodes, shape (N, 3) [m].
-        """
-        lack, load = self.find_forces(displacements, time), self.forces_at_rest(time)
-        lack[self.system.coupling_blocks[0].dofs] = 0.0
-        lacking, applied = self.multiply(lack, lack), self.multiply(load, load)
-        return float(np.sqrt(lacking / applied)) if applied else np.inf
-
     def forces_at_rest(self, time: float) -> Array:
         """Applied forces on the owned nodes of the undeformed body, shape (3 n_owned,) [N]."""
         return -self.find_forces(np.zeros((self.model.size_global, 3)), time)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
-from turbine_fenicsx.reduction.state_file import PathStates, StateFile
 from turbine_fenicsx.reduction.static_body import StaticBody, check_held
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -25,12 +24,24 @@ STRAIGHT = 0.8
 """Minimum cosine between two increments of the loads for which the motion is extrapolated."""
 
 
+class PathStates(NamedTuple):
+    """Equilibria along a path.
+
+    Attributes:
+        name: Name of the path.
+        times: Times of the equilibria, shape (states,) [s].
+        displacements: Of all nodes in the order of their numbers, shape (states, N, 3) [m].
+        given_up: Whether the path ends before its last time.
+    """
+
+    name: str
+    times: Array
+    displacements: Array
+    given_up: bool
+
+
 def find_states(
-    held: MultibodySystem,
-    body: FlexibleBody,
-    paths: Sequence[LoadPath],
-    positions: Array,
-    keep: str | os.PathLike[str] | None = None,
+    held: MultibodySystem, body: FlexibleBody, paths: Sequence[LoadPath]
 ) -> list[PathStates]:
     """Equilibria of a body along load paths. Collective.
 
@@ -40,24 +51,17 @@ def find_states(
         held: A system with all couplings of the body.
         body: The body.
         paths: The paths.
-        positions: X of all nodes in the order of their numbers, shape (N, 3) [m].
-        keep: File that finished paths are kept in, and taken from; None for none.
 
     Raises:
         ModelError: for loads of a body that nothing holds.
-        InputError: if it is another file.
-        FileError: if it cannot be read or written.
     """
     if paths:
         check_held(held, body)
-    file, found, factors = StateFile(held.comm, keep, positions), [], 0
+    found, factors = list[PathStates](), 0
     for k, path in enumerate(paths):
         loaded = StaticBody(held, body, body, path.forces)
         try:
-            states = file.find(path, loaded.find_lack)
-            if states is None:
-                states = _follow(path, loaded)
-                file.add(path, states, loaded.find_lack)
+            states = _follow(path, loaded)
             factors += loaded.factors
         finally:
             loaded.destroy()

@@ -115,7 +115,6 @@ class Verdict:
         strains: Number of strain coordinates.
         frequencies: Of the full and the reduced body with all interfaces at rest, shape (2, modes)
             [Hz].
-        turning_frequencies: The same in a steady rotation; None if none was given.
         compliances: Largest error of the compliance by kind of smooth load, relative to the largest
             compliance of that kind [-].
         stations: Places along the span, from 0 to 1.
@@ -127,7 +126,6 @@ class Verdict:
     functions: int
     strains: int
     frequencies: Array
-    turning_frequencies: Array | None
     compliances: dict[str, float]
     stations: Array
     states: tuple[StateVerdict, ...]
@@ -164,17 +162,14 @@ class Verdict:
         enlarge = f"take functions = {more} instead of {self.functions}"
         nearer = f"{enlarge}, or loads for training that are nearer to what the body will see"
         found = []
-        for f, what in ((self.frequencies, ""), (self.turning_frequencies, " in rotation")):
-            if f is None:
-                continue
-            errors = np.abs(f[1] / f[0] - 1.0)
-            wrong = np.flatnonzero(errors > LARGEST_FREQUENCY_ERROR)
-            if wrong.size:
-                k = wrong[0]
-                found.append(
-                    f"frequency {k + 1}{what} is wrong by {100.0 * errors[k]:.2g} %: take modes = "
-                    f"{f.shape[1]}, or functions = {more} instead of {self.functions}"
-                )
+        errors = np.abs(self.frequencies[1] / self.frequencies[0] - 1.0)
+        wrong = np.flatnonzero(errors > LARGEST_FREQUENCY_ERROR)
+        if wrong.size:
+            k = wrong[0]
+            found.append(
+                f"frequency {k + 1} is wrong by {100.0 * errors[k]:.2g} %: take modes = "
+                f"{len(errors)}, or functions = {more} instead of {self.functions}"
+            )
         for kind, error in self.compliances.items():
             if error > LARGEST_COMPLIANCE_ERROR:
                 found.append(
@@ -229,13 +224,11 @@ class Verdict:
             "coordinates",
             "",
         ]
-        for f, what in ((self.frequencies, "at rest"), (self.turning_frequencies, "turning")):
-            if f is not None:
-                lines += [f"frequencies {what} [Hz]      full   reduced   error [%]"]
-                for k, (full, reduced) in enumerate(f.T):
-                    error = 100.0 * (reduced / full - 1.0)
-                    lines.append(f"{k + 1:24d} {full:9.4f} {reduced:9.4f} {error:11.4f}")
-                lines.append("")
+        lines.append("frequencies at rest [Hz]      full   reduced   error [%]")
+        for k, (full, reduced) in enumerate(self.frequencies.T):
+            error = 100.0 * (reduced / full - 1.0)
+            lines.append(f"{k + 1:24d} {full:9.4f} {reduced:9.4f} {error:11.4f}")
+        lines.append("")
         if self.compliances:
             lines.append("compliance, smooth loads        largest error [%]")
         for kind, error in self.compliances.items():

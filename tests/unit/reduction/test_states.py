@@ -1,12 +1,10 @@
-"""Claims about load paths, the equilibria along them, and the file that keeps these."""
+"""Claims about load paths and the equilibria along them."""
 
 import numpy as np
 import pytest
-from hollow_blade import COMM, GEOMETRY, blade, clamped
+from hollow_blade import COMM, blade, clamped
 
 from turbine_fenicsx import BodyForce, Gravity, LoadPath, NodeForce, Ramp, equilibrium, smooth_loads
-from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
-from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction import static_states
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.smooth_loads import PROFILES, LineLoads
@@ -38,12 +36,12 @@ def path(name="up", field=uniform, times=(0.5, 1.0)):
     return LoadPath(name, [force], times)
 
 
-def states(paths, positions, keep=None):
-    return find_states(clamped(), blade()[0], paths, positions, keep)
+def states(paths):
+    return find_states(clamped(), blade()[0], paths)
 
 
 def test_states_are_equilibria_under_the_loads_of_their_times(positions):
-    (found,) = states([path()], positions)
+    (found,) = states([path()])
     assert np.array_equal(found.times, [0.5, 1.0]) and not found.given_up
     body = blade()[0]
     system = MultibodySystem(COMM, [body, *clamped().couplings, *path().forces])
@@ -56,7 +54,7 @@ def test_states_are_equilibria_under_the_loads_of_their_times(positions):
 
 def test_gravity_and_forces_on_nodes_may_be_loads(positions):
     tip = NodeForce("tip", blade()[0], point=(21.0, 0.0, 0.0), force=(0.0, 0.0, 2e3))
-    (found,) = states([LoadPath("both", [tip, Gravity((0.0, 0.0, -9.81))], [1.0])], positions)
+    (found,) = states([LoadPath("both", [tip, Gravity((0.0, 0.0, -9.81))], [1.0])])
     assert 0.1 < np.max(np.abs(found.displacements)) < 1.0
 
 
@@ -68,92 +66,11 @@ def test_a_path_that_snaps_is_given_up_after_three_halvings(positions, monkeypat
         return time < 0.66
 
     monkeypatch.setattr(StaticBody, "solve", solve)
-    (found,) = states([path(times=(0.4, 0.8))], positions)
+    (found,) = states([path(times=(0.4, 0.8))])
     assert found.given_up
     assert np.allclose(found.times, [0.4, 0.6, 0.65])
     assert len(reached) == 7
     assert static_states.HALVINGS == 3
-
-
-class Ended(BaseException):
-    """Someone has pressed Ctrl-C."""
-
-
-def interrupt(self, time, load=None):
-    raise Ended
-
-
-def test_an_interrupt_loses_no_finished_path(positions, folder, monkeypatch):
-    file = folder / "states.npz"
-    first, second = path("first"), path("second", lambda X: -uniform(X))
-    (whole,) = states([first], positions, file)
-    with monkeypatch.context() as m:
-        m.setattr(StaticBody, "solve", interrupt)
-        with pytest.raises(Ended):
-            states([first, second], positions, file)
-        (again,) = states([first], positions, file)
-    assert np.array_equal(again.displacements, whole.displacements)
-    assert np.array_equal(again.times, whole.times) and not again.given_up
-    both = states([first, second], positions, file)
-    assert np.array_equal(both[0].displacements, whole.displacements)
-    assert np.sum(both[0].displacements * both[1].displacements) < 0.0
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        lambda: path("first", lambda X: 1.01 * uniform(X)),
-        lambda: path("first", times=(0.25, 1.0)),
-        lambda: path("other"),
-    ],
-    ids=["loads", "times", "name"],
-)
-def test_states_of_other_loads_are_not_taken_from_a_file(positions, folder, monkeypatch, other):
-    file = folder / "states.npz"
-    states([path("first")], positions, file)
-    monkeypatch.setattr(StaticBody, "solve", interrupt)
-    with pytest.raises(Ended):
-        states([other()], positions, file)
-
-
-def test_a_file_of_another_mesh_is_refused_and_stays_as_it_is(positions, folder):
-    file = folder / "states.npz"
-    states([path("first")], positions, file)
-    before = file.read_bytes()
-    for other in (positions + 1e-3 * GEOMETRY.length, positions[:-1]):
-        with pytest.raises(ValueError, match=r"states.npz' has equilibria of another mesh: give"):
-            states([path("first")], other, file)
-    assert file.read_bytes() == before
-
-
-def test_nodes_of_a_file_may_stand_in_another_order(positions, folder, monkeypatch):
-    file = folder / "states.npz"
-    (whole,) = states([path("first")], positions, file)
-    order = np.random.default_rng(0).permutation(len(positions))
-    arrays = read_arrays(file, "")
-    arrays["points"] = positions[order]
-    arrays["first displacements"] = whole.displacements[:, order]
-    on_rank0(COMM, lambda: write_arrays(file, arrays))
-    monkeypatch.setattr(StaticBody, "solve", interrupt)
-    (again,) = states([path("first")], positions, file)
-    assert np.array_equal(again.displacements, whole.displacements)
-
-
-def test_a_folder_that_is_not_there_is_heard_of_before_the_work(positions, folder, monkeypatch):
-    monkeypatch.setattr(StaticBody, "solve", interrupt)
-    with pytest.raises(OSError, match=r"cannot write .*states.npz"):
-        states([path()], positions, folder / "nowhere" / "states.npz")
-
-
-def test_a_damaged_file_is_refused_and_nonsense_in_it_is_not_taken(positions, folder):
-    file = folder / "states.npz"
-    on_rank0(COMM, lambda: file.write_bytes(b"nothing"))
-    with pytest.raises(ValueError, match=r"states.npz' is not a file of equilibria, or damaged"):
-        states([path()], positions, file)
-    wrong = {"up wanted": [0.5, 1.0], "up times": [1.0], "up displacements": [[[0.0]]]}
-    on_rank0(COMM, lambda: np.savez(file, points=positions, **wrong))
-    (found,) = states([path()], positions, file)
-    assert len(found.times) == 2
 
 
 def test_smooth_loads_bend_and_twist_by_their_size():

@@ -14,7 +14,7 @@ def state(path, time, error):
 def test_the_picture_shows_the_worst_state_of_each_path(monkeypatch, tmp_path):
     states = (state("gust", 0.5, 0.1), state("gust", 1.0, 0.3), state("gust", 2.0, 0.2))
     verdict = Verdict(
-        "blade", 6, 3, np.ones((2, 1)), None, {}, np.linspace(0.0, 1.0, 5),
+        "blade", 6, 3, np.ones((2, 1)), {}, np.linspace(0.0, 1.0, 5),
         (*states, state("storm", 1.0, 0.4)), np.ones(3),
     )  # fmt: skip
     drawn = {}

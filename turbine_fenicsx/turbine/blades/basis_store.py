@@ -22,11 +22,10 @@ from turbine_fenicsx.turbine.tables.reduction import FOLDER
 
 log = logging.getLogger(__name__)
 
-Maker = Callable[[Path | None], ReducedBasis]
-"""Makes a basis; gets a file for finished load paths, None for none."""
 
-
-def take_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBasis:
+def take_basis(
+    path: Path | None, body: FlexibleBody, make: Callable[[], ReducedBasis]
+) -> ReducedBasis:
     """A basis from a file if it is there and fits; else one that is made and kept there.
 
     Args:
@@ -49,16 +48,16 @@ def take_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBas
     return keep_basis(path, body, make)
 
 
-def keep_basis(path: Path | None, body: FlexibleBody, make: Maker) -> ReducedBasis:
+def keep_basis(
+    path: Path | None, body: FlexibleBody, make: Callable[[], ReducedBasis]
+) -> ReducedBasis:
     """Make a basis and keep it in a file; arguments as of `take_basis`. Collective."""
-    comm, paths = body.mesh.comm, None
+    comm = body.mesh.comm
     if path is not None:
-        paths = path.with_suffix(".paths.npz")
         on_rank0(comm, partial(_make_folder, path.parent))
-    basis = make(paths)
-    if path is not None and paths is not None:
+    basis = make()
+    if path is not None:
         on_rank0(comm, partial(write_basis, path, basis))
-        on_rank0(comm, partial(paths.unlink, missing_ok=True))
         log.info("the basis is kept in %s", path)
     return basis
 

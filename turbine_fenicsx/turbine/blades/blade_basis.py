@@ -69,11 +69,11 @@ def make_basis(case: Case, blade: ClampedBlade, path: Path) -> ReducedBasis:
     return keep_basis(path, blade.body, partial(_make, case, blade))
 
 
-def _make(case: Case, blade: ClampedBlade, keep: Path | None) -> ReducedBasis:
-    """Make the basis; finished load paths are kept in a file."""
+def _make(case: Case, blade: ClampedBlade) -> ReducedBasis:
+    """Make the basis."""
     r, loads = case.blade.reduction, list_loads(case, blade, TRAINING)
     log.info("making the basis of the blades, %s", describe_training(loads))
-    return reduce_body(blade.system, blade.body, r.modes, r.functions, r.strains, loads, keep=keep)
+    return reduce_body(blade.system, blade.body, r.modes, r.functions, r.strains, loads)
 
 
 def name_basis(case: Case) -> Path | None:

@@ -130,10 +130,10 @@ def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> Reduce
     if r.file is not None:
         return read_basis(r.file, body)
 
-    def make(keep: Path | None) -> ReducedBasis:
+    def make() -> ReducedBasis:
         log.info("making the basis of the tower, from smooth loads along its height")
         loads = smooth_loads(held, body, LARGEST_DEFLECTION)
-        return reduce_body(held, body, r.modes, r.functions, r.strains, loads, keep=keep)
+        return reduce_body(held, body, r.modes, r.functions, r.strains, loads)
 
     def name() -> Path | None:
         tower = case.tower.model_dump(mode="json", exclude={"damping", "model"})
