@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.mesh import Mesh
 from ufl.core.expr import Expr
@@ -89,11 +87,3 @@ class FlexibleBody:
                 f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
                 f"got {cell} cells in {dims[1]} dimensions"
             )
-
-    def find_bounds(self) -> tuple[Array, Array]:
-        """Least and largest coordinates of the mesh, shape (3,) each [m]. Collective."""
-        x, comm = np.asarray(self.mesh.geometry.x), self.mesh.comm
-        low, high = np.min(x, axis=0, initial=np.inf), np.max(x, axis=0, initial=-np.inf)
-        comm.Allreduce(MPI.IN_PLACE, low, MPI.MIN)
-        comm.Allreduce(MPI.IN_PLACE, high, MPI.MAX)
-        return low, high

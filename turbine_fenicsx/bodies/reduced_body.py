@@ -267,8 +267,3 @@ class ReducedBody:
                 for p in self.placements
             ]
         )
-
-    def find_bounds(self) -> tuple[Array, Array]:
-        """Least and largest coordinates of all copies, shape (3,) each [m]."""
-        points = self.points.reshape(-1, 3)
-        return points.min(axis=0), points.max(axis=0)

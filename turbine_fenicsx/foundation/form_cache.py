@@ -12,7 +12,6 @@ import functools
 import hashlib
 import logging
 import os
-import platform
 import re
 import shlex
 import shutil
@@ -22,7 +21,6 @@ from collections.abc import Callable
 from contextlib import closing, suppress
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from mpi4py import MPI
@@ -36,7 +34,7 @@ from turbine_fenicsx.foundation.own_folder import describe_stranger
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 
 PATIENCE = 900
-"""Time after which another process will not finish a form any more [s]."""
+"""Time after which DOLFINx does not wait for a form any more, in a folder without a claim [s]."""
 
 WORTH_SAYING = 1.0
 """Waiting time after which a message appears; loading a compiled form takes a small part of it
@@ -89,7 +87,7 @@ def compile_on_all(
 
     Raises:
         CompilationError: on every rank, if there is no C compiler, it fails, the folder cannot be
-            written to or others may write to it, or another process does not finish.
+            written to, has no locks, or others may write to it.
         KeyboardInterrupt: on every rank, if rank 0 was interrupted.
 
     Note:
@@ -130,18 +128,6 @@ def _compile_alone(folder: Path, compile_here: Callable[[Path, Claim], T]) -> T:
             made = _compile(folder, compile_here, claim)  # cut short when the computer went down
             claim.seal()
             return made
-        except _OwnerStopped as stopped:
-            log.warning("%s: this run compiles the form for itself", stopped)
-    _of_this_process.append(TemporaryDirectory(prefix="turbine_fenicsx_"))
-    return _compile_alone(Path(_of_this_process[-1].name), compile_here)
-
-
-class _OwnerStopped(Exception):
-    """The process that compiles a form was stopped, by Ctrl-Z for example."""
-
-
-_of_this_process: list[TemporaryDirectory[str]] = []
-"""Folders with forms that others were to compile; they go when the process ends."""
 
 
 class Claim:
@@ -165,7 +151,7 @@ class Claim:
         """Wait until the form is compiled, or until this process alone may compile it.
 
         Raises:
-            CompilationError: if others may have written its code, or do not finish it.
+            CompilationError: if others may have written its code, or the folder has no locks.
         """
         self.name = name
         self._check_code()
@@ -180,21 +166,15 @@ class Claim:
             all_files: Whether finished forms are removed too.
 
         Returns:
-            Whether the file system has locks.
+            Whether there is a lock, which a folder that is not writable has not.
         """
-        alone = self._wait()
-        damaged = not self._is_whole()
-        try:
-            names = {name for name in os.listdir(self._folder) if name.startswith(f"{self.name}.")}
-        except OSError:
-            return alone
-        if all_files or damaged:
-            files = [self._folder / name for name in names]
-            age = time.time() - max((_time_of(file) for file in files), default=0.0)
-            if alone or age >= PATIENCE:
-                for file in sorted(files, key=lambda file: file.suffix != ".cached"):
-                    file.unlink(missing_ok=True)
-        return alone
+        if not self._wait():
+            return False
+        if all_files or not self._is_whole():
+            files = self._folder.glob(f"{self.name}.*")
+            for file in sorted(files, key=lambda file: file.suffix != ".cached"):
+                file.unlink(missing_ok=True)
+        return True
 
     def _check_code(self) -> None:
         """Refuse code that others may have written."""
@@ -204,11 +184,9 @@ class Claim:
     def seal(self) -> None:
         """Write a checksum of the code that was compiled here; a computer may go down meanwhile.
 
-        Code that was cut off later can be loaded, and then ends the process when it is run. Without
-        locks, code that has no checksum is sealed when it has been loaded.
+        Code that was cut off later can be loaded, and then ends the process when it is run.
         """
-        alone = self._lock is not None or not self._seal.exists()
-        if alone and not self._is_whole() and (digest := self._digest()):
+        if self._lock is not None and not self._is_whole() and (digest := self._digest()):
             with suppress(OSError):
                 replace_file(self._seal, digest)
 
@@ -248,7 +226,7 @@ class Claim:
         return self._folder / f".{self.name}.lock"
 
     def _wait(self) -> bool:
-        """Wait for the lock; return whether the file system supports it."""
+        """Wait for the lock; False in a folder that is not writable."""
         if self._lock is not None:
             return True
         try:
@@ -256,46 +234,26 @@ class Claim:
             self._lock = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         except OSError:  # what is compiled already can be used all the same
             return False
-        begin = time.monotonic()
-        while True:
-            try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                os.ftruncate(self._lock, 0)
-                os.pwrite(self._lock, f"{os.getpid()} {platform.node()}".encode(), 0)
-                return True
-            except BlockingIOError:
-                self._look_at_owner(time.monotonic() - begin)
-                time.sleep(0.1)
-            except OSError as error:
-                _say_once(
-                    f"the file system of {str(self._folder)!r} has no locks ({error.strerror}): if "
-                    f"a compilation is killed there, runs of the next {PATIENCE // 60} minutes "
-                    "fail; XDG_CACHE_HOME names another place"
-                )
-                self.close()
-                return False
+        try:
+            self._lock_file()
+        except OSError as error:
+            raise CompilationError(
+                f"the file system of {str(self._folder)!r} has no locks ({error.strerror}); "
+                "XDG_CACHE_HOME names another place"
+            ) from None
+        return True
 
-    def _look_at_owner(self, waited: float) -> None:
-        """Raise if the process that has the lock is stopped, or takes longer than `PATIENCE`."""
+    def _lock_file(self) -> None:
+        """Wait until no other process has the lock, and say so if it takes longer."""
         assert self._lock is not None
-        number, _, node = os.pread(self._lock, 1000, 0).decode("utf-8", "replace").partition(" ")
-        if number.isdecimal() and node == platform.node() and _is_stopped(int(number)):
-            raise _OwnerStopped(
-                f"process {number}, which compiles a form into {str(self._folder)!r}, is stopped"
-            )
-        if waited > PATIENCE:
-            raise CompilationError(_describe_wait(self._folder))
-        if waited > WORTH_SAYING:
-            _say_once(f"waiting for another process to compile into {str(self._folder)!r}")
-
-
-def _is_stopped(process: int) -> bool:
-    """Whether a process of this computer waits for a signal to continue."""
-    try:
-        text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return False
-    return text.rpartition(")")[2].split()[:1] in (["T"], ["t"])
+        begin = time.monotonic()
+        while time.monotonic() < begin + WORTH_SAYING:
+            try:
+                return fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                time.sleep(0.1)
+        _say_once(f"waiting for another process to compile into {str(self._folder)!r}")
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
 
 
 def _check_trust(path: Path) -> None:
@@ -306,14 +264,6 @@ def _check_trust(path: Path) -> None:
             f"the cache of compiled forms {str(path)!r} {wrong}; or set XDG_CACHE_HOME to a folder "
             "of your own"
         )
-
-
-def _time_of(file: Path) -> float:
-    """Time at which a file was written; 0 if it has gone."""
-    try:
-        return file.stat().st_mtime
-    except OSError:
-        return 0.0
 
 
 @functools.cache
@@ -327,7 +277,10 @@ def _compile(folder: Path, compile_here: Callable[[Path, Claim], T], claim: Clai
     try:
         return compile_here(folder, claim)
     except TimeoutError:
-        raise CompilationError(_describe_wait(folder)) from None
+        raise CompilationError(
+            f"another process has not finished compiling into {str(folder)!r} within "
+            f"{PATIENCE // 60} minutes; end it, or set XDG_CACHE_HOME to another place"
+        ) from None
     except OSError as error:
         reason = error.strerror or error
         if error.errno in (errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT):
@@ -335,14 +288,6 @@ def _compile(folder: Path, compile_here: Callable[[Path, Claim], T], claim: Clai
         raise CompilationError(f"cannot compile a form into {str(folder)!r}: {reason}") from error
     except VerificationError as error:
         raise CompilationError(f"cannot compile a form: {_describe_fault(error)}") from error
-
-
-def _describe_wait(folder: Path) -> str:
-    """The sentence about a process that takes too long."""
-    return (
-        f"another process has not finished compiling into {str(folder)!r} within "
-        f"{PATIENCE // 60} minutes; end it, or set XDG_CACHE_HOME to another place"
-    )
 
 
 def _describe_fault(error: Exception) -> str:

@@ -27,7 +27,6 @@ from turbine_fenicsx.foundation.parallel import largest_of_ranks, raise_together
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.check import check_material
 from turbine_fenicsx.system.coupling_block import CouplingBlock
-from turbine_fenicsx.system.far_points import find_far_points
 from turbine_fenicsx.system.initial_fields import initial_displacement, initial_velocity
 from turbine_fenicsx.system.make_model import make_model
 from turbine_fenicsx.system.numbering import number_parts
@@ -116,9 +115,8 @@ class MultibodySystem:
         self.paths = numbering.paths
         self.joint_rows, self.redundant = numbering.joint_rows, numbering.redundant
         self.constraint_owners = numbering.constraint_owners
-        sentences = [*numbering.warnings, *find_far_points(found)]
         if comm.rank == 0:
-            for sentence in sentences:
+            for sentence in numbering.warnings:
                 log.warning(sentence)
         for body in self.flexible_bodies:
             _check_law(body)

@@ -5,10 +5,8 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from contextlib import closing
 from importlib.machinery import EXTENSION_SUFFIXES
-from pathlib import Path
 
 import pytest
 from cffi import VerificationError
@@ -25,7 +23,6 @@ HOLDER = """
 import fcntl, os, sys
 lock = os.open(sys.argv[1], os.O_RDWR | os.O_CREAT, 0o666)
 fcntl.flock(lock, fcntl.LOCK_EX)
-os.write(lock, f"{os.getpid()} {os.uname().nodename}".encode())
 print("mine", flush=True)
 sys.stdin.read()
 """
@@ -132,50 +129,21 @@ def test_another_process_is_waited_for_and_that_is_said_once(
 
 
 def test_what_is_compiled_waits_for_nobody(comm, folder, holder, monkeypatch):
-    monkeypatch.setattr(form_cache, "PATIENCE", 0.0)
+    monkeypatch.setattr(form_cache, "WORTH_SAYING", 0.0)
     if comm.rank == 0:
         sealed(folder)
     comm.barrier()
     assert compile_on_all(comm, folder, compiled)[0] == "code"
 
 
-def test_a_stopped_process_is_not_waited_for(comm, folder, holder, caplog, monkeypatch):
-    """The form is compiled into a folder of this run, on all ranks the same."""
-    monkeypatch.setattr(form_cache, "PATIENCE", 5.0)
-    if comm.rank == 0:
-        holder.send_signal(signal.SIGSTOP)
-        os.waitid(os.P_PID, holder.pid, os.WSTOPPED)
-    comm.barrier()
-    place = Path(compile_on_all(comm, folder, compiled)[1].__file__).parent
-    assert place != folder and len(set(comm.allgather(place))) == 1
-    if comm.rank == 0:
-        assert files(folder) == [f".{FORM}.lock"]
-        sentence = f"process {holder.pid}, which compiles a form into {str(folder)!r}, is stopped"
-        assert caplog.messages == [f"{sentence}: this run compiles the form for itself"]
-
-
-def test_patience_has_an_end_on_all_ranks(comm, folder, holder, monkeypatch):
-    monkeypatch.setattr(form_cache, "PATIENCE", 0.2)
-    with pytest.raises(CompilationError, match="another process has not finished compiling"):
-        compile_on_all(comm, folder, compiled)
-
-
-@pytest.mark.parametrize("age", [60, form_cache.PATIENCE])
-def test_without_locks_only_old_leavings_go(comm, folder, monkeypatch, caplog, age):
-    """They may belong to a process that is at work."""
+def test_a_folder_without_locks_is_a_sentence_unless_all_is_there(comm, folder, monkeypatch):
     monkeypatch.setattr(form_cache.fcntl, "flock", no_locks)
+    with pytest.raises(CompilationError, match=r"has no locks \(Operation not supported\); XDG_CA"):
+        compile_on_all(comm, folder, compiled)
     if comm.rank == 0:
-        folder.mkdir()
-        (folder / f"{FORM}.o").touch()
-        os.utime(folder / f"{FORM}.o", 2 * (time.time() - age,))
-        for _ in range(2):
-            with closing(form_cache.Claim(folder)) as claim:
-                claim(FORM)
-        assert (f"{FORM}.o" in files(folder)) == (age == 60)
-        assert len(caplog.messages) == 1
-        assert "has no locks (Operation not supported)" in caplog.messages[0]
+        sealed(folder)
     comm.barrier()
-    compile_on_all(comm, folder, compiled)
+    assert compile_on_all(comm, folder, compiled)[0] == "code"
 
 
 def test_a_folder_that_everybody_may_write_to_is_refused(comm, folder):

@@ -5,9 +5,8 @@ import subprocess
 import sys
 
 import pytest
-from fake_forms import FORM, compiled, no_locks, sealed
+from fake_forms import FORM, compiled, sealed
 
-from turbine_fenicsx.foundation import form_cache
 from turbine_fenicsx.foundation.errors import CompilationError
 from turbine_fenicsx.foundation.form_cache import compile_on_all
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
@@ -49,22 +48,6 @@ def test_code_that_was_damaged_since_is_compiled_again(comm, folder):
         compile_on_all(comm, folder, compile_here)
         assert seen == [comm.rank > 0]
         assert code.read_bytes() == b""
-
-
-def test_without_locks_a_form_is_compiled_once(comm, folder, monkeypatch):
-    """Also where it is older than another process would take."""
-    monkeypatch.setattr(form_cache.fcntl, "flock", no_locks)
-    monkeypatch.setattr(form_cache, "PATIENCE", 0.0)
-    seen = []
-
-    def compile_here(place, claim):
-        claim(FORM)
-        seen.append((folder / f"{FORM}.so").exists())
-        return "code", compiled(place)[1], ()
-
-    for _ in range(2):
-        compile_on_all(comm, folder, compile_here)
-    assert seen == [comm.rank > 0, True]
 
 
 LOOK = """
