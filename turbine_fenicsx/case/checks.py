@@ -91,9 +91,3 @@ def find_contradictions(
         if sentence:
             yield Mistake(keys[0], sentence)
             wrong = wrong | {keys[0]}
-
-
-def check_tables(case: BaseModel, names: Iterable[str]) -> list[str]:
-    """Sentences of the checks of some of the outermost tables."""
-    checks = [c for c in list_checks(case) if c.keys[0].split(".")[0] in set(names)]
-    return [mistake.sentence for mistake in find_contradictions(case, checks, set())]

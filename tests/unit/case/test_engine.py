@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import pytest
 
-from turbine_fenicsx.case.checks import check, check_tables, find_contradictions, list_checks
+from turbine_fenicsx.case.checks import check, find_contradictions, list_checks
 from turbine_fenicsx.case.files import (
     DataFile,
     change_files,
@@ -155,8 +155,6 @@ def test_checks_of_all_tables_are_found_also_of_those_with_names_of_the_user():
     assert contradictions(gate={"a": {"width": 9.0}, "b": {"width": 9.0}}) == 2 * [
         "door.width: too wide"
     ]
-    assert check_tables(Village(gate={"a": {"width": 9.0}}), ("door",)) == []
-    assert check_tables(Village(door={"width": 9.0}), ("door",)) == ["door.width: too wide"]
 
 
 @pytest.mark.parametrize(

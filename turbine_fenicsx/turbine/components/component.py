@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from mpi4py import MPI
 
@@ -14,7 +14,6 @@ import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
-from turbine_fenicsx.case.checks import check_tables
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import LoadedMesh, load_arrays
@@ -158,15 +157,12 @@ class Component(Protocol):
     Components are built from the ground up, each on what stands already.
     """
 
-    made_from: ClassVar[tuple[str, ...]] = ()
-    """Tables of a case that it is made from, whose checks must find nothing."""
-
     def mistakes(self, case: Case) -> Iterable[str]:
         """One sentence for everything in a case or in itself that keeps it from being built.
 
         Called on rank 0, which reads files, before anything is built.
         """
-        return check_tables(case, self.made_from)
+        return ()
 
     @abstractmethod
     def parts(self, assembly: Assembly) -> Iterable[Any]:

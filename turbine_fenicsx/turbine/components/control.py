@@ -40,8 +40,6 @@ class Control(Component):
     The torque acts between generator and nacelle.
     """
 
-    made_from = ("control", "event")
-
     def parts(self, assembly: Assembly) -> list[Any]:
         """The torque ``generator`` and, where it has a torque, the friction ``brake``."""
         case = assembly.case

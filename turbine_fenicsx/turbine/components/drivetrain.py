@@ -39,8 +39,6 @@ DRUM = 0.35
 class Drivetrain(Component):
     """A generator that turns with the hub, or at the end of a shaft that twists."""
 
-    made_from = ("drivetrain",)
-
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body `GENERATOR`, joint `SHAFT` with spring and damper, friction of the bearing."""
         d, layout, hub = assembly.case.drivetrain, assembly.rotor.layout, assembly.part(HUB)

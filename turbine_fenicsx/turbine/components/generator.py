@@ -41,8 +41,6 @@ class SteadyTurn:
 class Generator(Component):
     """A prescribed rotation of the rotor, or a constant torque between rotor and nacelle."""
 
-    made_from = ("generator",)
-
     def parts(self, assembly: Assembly) -> list[Any]:
         """The motion of the rotor, or the torque named ``generator``."""
         case, turbine = assembly.case, assembly.case.turbine

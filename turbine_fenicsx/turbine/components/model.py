@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from mpi4py import MPI
 
+from turbine_fenicsx.case.checks import find_contradictions, list_checks
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import NACELLE, PART_NUMBERS
@@ -63,13 +64,21 @@ def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -
     for c in components:
         if isinstance(c, type) or not isinstance(c, Component):
             raise ModelError(f"a component of a turbine needs the methods of Component, got {c!r}")
-    mistakes = on_rank0(comm, lambda: [text for c in components for text in c.mistakes(case)])
+    mistakes = on_rank0(comm, lambda: [*_find_mistakes(case, components)])
     if mistakes:
         raise ModelError("\n".join(mistakes))
     assembly = Assembly(case, comm, plan_rotor(case, comm), inflow=make_inflow(case, comm))
     for component in components:
         assembly.parts.extend(component.parts(assembly))
     return assembly
+
+
+def _find_mistakes(case: Case, components: Iterable[Component]) -> Iterator[str]:
+    """What is wrong in a case, which may have changed since it was read, and in components."""
+    for mistake in find_contradictions(case, list_checks(case), set()):
+        yield mistake.sentence
+    for component in components:
+        yield from component.mistakes(case)
 
 
 def build_turbine(

@@ -47,8 +47,6 @@ RINGS = ("ring_1", "ring_2", "ring_3")
 class Pitch(Component):
     """Pitch bearings, their rings, torques and drives; nothing where the blades are fixed."""
 
-    made_from = ("pitch",)
-
     def parts(self, assembly: Assembly) -> list[Any]:
         """Joints ``pitch_1`` ... between the hub and the rigid blades, or rings ``ring_1`` ..."""
         case, hub, rotor = assembly.case, assembly.part(HUB), assembly.rotor

@@ -66,8 +66,6 @@ def tower_geometry(tower: TowerCase) -> TowerGeometry:
 class Tower(Component):
     """The tube, the rigid body at its top, and a coupling at each end."""
 
-    made_from = ("tower",)
-
     def parts(self, assembly: Assembly) -> list[Any]:
         """Cells are curved if the displacement is quadratic."""
         t = assembly.case.tower

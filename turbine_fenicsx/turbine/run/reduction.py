@@ -9,8 +9,6 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-import numpy as np
-
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
@@ -25,17 +23,11 @@ from turbine_fenicsx.turbine.blades.blade_basis import (
     name_basis,
 )
 from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh
-from turbine_fenicsx.turbine.blades.operating_points import TRAINING, UNSEEN
+from turbine_fenicsx.turbine.blades.operating_points import UNSEEN
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
 
 log = logging.getLogger(__name__)
-
-FACTORS = 50
-"""Factors that an operating point takes, in the mean of the IEA 15 and 22 MW turbines."""
-
-UNKNOWNS, SECONDS, GROWTH = 21_537, 0.5, 1.15
-"""Displacements of a blade whose factor takes this time on one core, and how it grows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,11 +139,10 @@ def describe_reduction(case: Case, nodes: int) -> list[str]:
                 f"nodes, and that of the basis {found.nodes}: reduce the blades again"
             )
         return [*lines, _describe_verdict(name_verdict(path))]
-    minutes = _estimate_seconds(3 * nodes) / 60.0
     return [
         f"reduced blades: {r.functions} functions in place of {3 * nodes} displacements each; "
-        f"their basis is not made yet, which takes about {max(1, round(minutes))} min at the start "
-        "of a run, or ahead by the command reduce"
+        "their basis is not made yet: a run makes it at the start, in some minutes, or the command "
+        "reduce ahead of it"
     ]
 
 
@@ -163,8 +154,3 @@ def _describe_verdict(path: Path) -> str:
         return "the basis is not judged yet: the command reduce does that"
     warnings = [line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")]
     return f"the basis is judged: {'; '.join(warnings) or 'no warnings'}"
-
-
-def _estimate_seconds(unknowns: int) -> float:
-    """Time that a basis takes on one core, roughly [s]."""
-    return float(FACTORS * len(TRAINING) * SECONDS * np.power(unknowns / UNKNOWNS, GROWTH))

@@ -176,7 +176,7 @@ def test_cases_made_without_reading_are_checked_too(comm):
     with pytest.raises(ModelError) as error:
         build_turbine(case, comm)
     starts = [line.split(":")[0] for line in str(error.value).splitlines()]
-    assert starts == ["tower.wall = 5", "tower.elements = [2, 1, 2]", 'pitch.drive = "spring"']
+    assert starts == ['pitch.drive = "spring"', "tower.wall = 5", "tower.elements = [2, 1, 2]"]
 
 
 @pytest.mark.parametrize("wrong", [Disc, "Disc", None])
