@@ -28,7 +28,7 @@ demo-reduced: setup ## run ten minutes of turbulence with reduced blades into ou
 	$(VENV)/bin/python demos/turbulence/draw.py $(OUT)/turbulence/run
 
 # The tests of formulas, without those that compile the forms of every material and cell.
-FORMULAS = tests/test_layers.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \
+FORMULAS = tests/test_layers.py tests/test_language.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \
     --ignore-glob='*/test_flexible_*.py' --ignore-glob='*/test_cell_fields.py'
 quick: lint ## before every commit: ruff, mypy, tests of formulas on one rank; below two minutes
 	$(VENV)/bin/python -m pytest -q -n 2 --dist worksteal $(FORMULAS)

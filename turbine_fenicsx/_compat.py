@@ -134,7 +134,6 @@ def shape_functions(cell: str, degree: int, points: npt.NDArray[np.float64]) -> 
     """Lagrange shape functions at points of the reference cell.
 
     Args:
-        cell: "hexahedron" or "tetrahedron".
         degree: Of the shape functions.
         points: Shape (points, 3).
 
@@ -204,9 +203,6 @@ def mesh_of_arrays(
     """Distributed mesh of the nodes and cells that the ranks hold, in gmsh's order of nodes.
 
     Args:
-        comm: Communicator.
-        cell: Name of the cell type.
-        degree: Of the geometry.
         points: Coordinates of the nodes of this rank, shape (n, 3).
         cells: Nodes of its cells, counted over the ranks, shape (m, nodes per cell).
         ranks: Ranks of each of these cells and its neighbours, its own first, and where those of
@@ -228,8 +224,6 @@ def tags_of_entities(mesh: Any, entity: str, nodes: Any, values: npt.NDArray[np.
     """Tags of the cells or facets of a mesh made by `mesh_of_arrays`.
 
     Args:
-        mesh: The mesh.
-        entity: Name of their cell type.
         nodes: Their nodes in gmsh's order as they were handed to the mesh, on any rank.
         values: Number of each.
     """
@@ -301,12 +295,7 @@ def compile_c(comm: Any, declaration: str, source: str) -> Any:
 
 
 def coefficients_in_order(form: Any, compiled: Any) -> list[Any]:
-    """Coefficients of a form in the order of its kernels.
-
-    Args:
-        form: The UFL form.
-        compiled: The same as `compile_form` returns it.
-    """
+    """Coefficients of a form in the order of its kernels."""
     code, given = compiled.ufcx_form, form.coefficients()
     name = "original_coefficient_position"
     places = getattr(code, name if hasattr(code, name) else f"{name}s")
@@ -348,7 +337,6 @@ def cells_at(mesh: Any, point: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]
     """Cells that this rank owns and that hold a point, its surface included.
 
     Args:
-        mesh: The mesh.
         point: Shape (3,).
     """
     points, dim = point.reshape(1, 3), mesh.topology.dim
@@ -371,7 +359,6 @@ def facet_measure(mesh: Any, facets: npt.NDArray[np.int32], tags: npt.NDArray[np
     """Measure of the surface with numbered parts.
 
     Args:
-        mesh: The mesh.
         facets: Facets of this rank, sorted, shape (n,).
         tags: Number of the part of each, shape (n,).
     """

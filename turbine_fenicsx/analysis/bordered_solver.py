@@ -31,9 +31,6 @@ from turbine_fenicsx.system.system import MultibodySystem
 class FlatVectors:
     """Flat vectors of a system's small motions.
 
-    Args:
-        system: The system.
-
     Attributes:
         n_y: Number of coordinates (q, T) of the rigid part.
         local_size: Length of a vector on this rank.

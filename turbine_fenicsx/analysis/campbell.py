@@ -129,11 +129,7 @@ def campbell(
 
 
 class ModeFollower:
-    """Finds modes at one speed after the other.
-
-    Args:
-        system, joint, count, blades, state, held: As of `campbell`.
-    """
+    """Finds modes at one speed after the other."""
 
     def __init__(
         self,
@@ -244,8 +240,6 @@ def _match(
 
     Args:
         criteria: MAC, shape (modes before, modes after).
-        before: The modes before.
-        after: The modes after.
         change: Difference of the speeds [rad/s].
 
     Returns:

@@ -24,10 +24,6 @@ EQUAL_TOLERANCE = 1e-6
 def choose_basis(flat: FlatVectors, vectors: Sequence[PETSc.Vec]) -> None:
     """Turn orthonormal vectors into the basis of their space that is described above.
 
-    Args:
-        flat: What the vectors belong to.
-        vectors: Overwritten.
-
     Note:
         Collective.
     """
@@ -41,16 +37,7 @@ def choose_basis(flat: FlatVectors, vectors: Sequence[PETSc.Vec]) -> None:
 
 
 def choose_phase(flat: FlatVectors, a: PETSc.Vec, b: PETSc.Vec) -> None:
-    """Turn a + i b so that it is real and positive where it is largest.
-
-    Args:
-        flat: What the vectors belong to.
-        a: Overwritten.
-        b: Overwritten.
-
-    Note:
-        Collective.
-    """
+    """Turn a + i b so that it is real and positive where it is largest. Collective."""
     real, imaginary = _largest_row(flat, np.column_stack([a.array_r, b.array_r]))
     turned = (a.array_r + 1j * b.array_r) * np.exp(-1j * np.arctan2(imaginary, real))
     a.array[:], b.array[:] = turned.real, turned.imag

@@ -84,7 +84,6 @@ def complex_modes(
     """The modes with the lowest eigenvalues. Collective.
 
     Args:
-        problem: The problem.
         count: How many; at most the degrees of freedom.
         shift: First guess of the size of the lowest frequency [rad/s]; None makes one.
         meter: Measures how the rotor whirls; None for modes without.
@@ -92,9 +91,6 @@ def complex_modes(
     Returns:
         The modes by rising frequency, rigid ones first, and the lowest frequency for the next guess
         [rad/s].
-
-    Raises:
-        StepFailure: if the iteration does not converge.
     """
     free = problem.linear.degrees_of_freedom
     number = min(2 * count + ADDITIONAL_EIGENVALUES, 2 * free)
@@ -188,7 +184,6 @@ def _is_slow(problem: QuadraticProblem, pair: Pair, slow: float, round_off: floa
     other.
 
     Args:
-        problem: The problem.
         pair: The eigenvalue and the motion, of unit modal mass.
         slow: Any eigenvalue below this is zero [rad/s].
         round_off: Round-off of y* . K y [rad^2/s^2].

@@ -28,9 +28,6 @@ class CrossSections:
     """Stations along a piece.
 
     Args:
-        system: The system.
-        state: Where the motions start from.
-        piece: The piece.
         axes: Its axes x, y, z in that state as rows, z along its length, shape (3, 3).
         along: The direction of z in the initial configuration, shape (3,).
 

@@ -47,7 +47,6 @@ class CyclicShift:
     """C and J of all that turns, zero on what does not turn.
 
     Args:
-        blades: N.
         bodies: C of each flexible body; None for those that do not turn.
         body_generators: J of each flexible body; None for those that do not turn.
         rigid: C of the coordinates of the rigid bodies, shape (n_q, n_q).
@@ -118,10 +117,7 @@ def _shift_body(model: BodyModel, arms: Array, R: Array, blades: int) -> PETSc.M
     """C of a flexible body.
 
     Args:
-        model: The body.
         arms: Positions of its owned nodes from a point of the axis, shape (n_owned, 3) [m].
-        R: The rotation.
-        blades: N.
     """
     comm = on_mesh(model, "multiblade coordinates").comm
     everywhere = np.concatenate(comm.allgather(arms))

@@ -42,7 +42,6 @@ def separate_equal_modes(
     """Modes that are the same on any number of ranks. Collective.
 
     Args:
-        modes: The modes; they are destroyed.
         features: Features of a mode, the most significant one first.
         inner_product: a . M b of two motions.
 

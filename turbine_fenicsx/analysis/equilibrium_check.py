@@ -60,15 +60,7 @@ def imbalance(system: MultibodySystem, state: State) -> Imbalance:
 
 
 def check_equilibrium(system: MultibodySystem, state: State) -> None:
-    """Check that a state is in equilibrium.
-
-    Raises:
-        TypeError: if the state is not a `State`.
-        ModelError: for a state of another system, or one that is not in equilibrium; on all ranks.
-
-    Note:
-        Collective.
-    """
+    """Check that a state is in equilibrium. Collective."""
     check_start(system, state)
     found = imbalance(system, state)
     if not found.is_equilibrium:

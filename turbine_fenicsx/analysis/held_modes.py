@@ -63,8 +63,6 @@ class Rider:
         """The rider with mass, first and second moments about a point.
 
         Args:
-            nodes: As of the class.
-            point: As of the class.
             inertia: Sums of m, m r and m r r^T over all that sits there, r from the point, as the
                 matrix [[m, m r^T], [m r, m r r^T]], shape (4, 4).
             gravity: Acceleration, shape (3,) [m/s^2].
@@ -105,10 +103,9 @@ def held_modes(
     spin: Array | None = None,
     rider: Rider | None = None,
 ) -> list[HeldMode]:
-    """Modes of a part of a flexible body, the lowest first, without damping.
+    """Modes of a part of a flexible body, the lowest first, without damping. Collective.
 
     Args:
-        model: The body.
         nodes: Owned nodes of the part, shape (n,).
         held: Those of them that do not move.
         count: Number of modes; fewer come if the part has not as many.
@@ -116,13 +113,6 @@ def held_modes(
         displacement: In place of a load, displacements of all owned nodes of the body in an
             equilibrium, shape (n_owned, 3) [m].
         spin: Matrix S of a rotation omega x, which adds M S^2 to the stiffness, shape (3, 3).
-        rider: What sits at its end.
-
-    Raises:
-        ModelError: if no node of the part can move.
-
-    Note:
-        Collective.
     """
     part = _Part(model, nodes, held, rider)
     u = model.new_vector()

@@ -23,7 +23,6 @@ class Piece:
     """Some nodes of a flexible body.
 
     Args:
-        name: What it is called.
         body: Number of the flexible body in the system.
         nodes: Owned nodes, shape (n,).
     """
@@ -37,8 +36,6 @@ class ModalSums:
     """Quadratic forms of small motions about a state, part by part.
 
     Args:
-        system: The system.
-        state: Where it is linearised.
         pieces: Pieces of the flexible bodies that are distinguished.
 
     Note:

@@ -127,7 +127,6 @@ class _Pairs:
         mass: M, in whose inner product vectors of one eigenvalue are normal to each other.
 
     Attributes:
-        pairs: The pairs.
         has_repeated: Whether there are two of one eigenvalue.
     """
 
@@ -145,7 +144,6 @@ class _Pairs:
         """Add a pair, or destroy it if its vector is none but a combination of those before.
 
         Args:
-            pair: The pair.
             size: Eigenvalues closer than `EQUAL_TOLERANCE` times this are one.
         """
         others = [
@@ -185,7 +183,6 @@ class _ShiftedProblem:
     """The problem in mu, in units of sigma.
 
     Args:
-        problem: The problem.
         sigma: The shift [rad/s].
     """
 

@@ -15,11 +15,7 @@ from turbine_fenicsx.foundation.errors import InputError
 
 
 def import_slepc() -> Any:
-    """The module `slepc4py.SLEPc`.
-
-    Raises:
-        InputError: if it is not installed, with what brings it.
-    """
+    """The module `slepc4py.SLEPc`."""
     try:
         from slepc4py import SLEPc
     except ImportError as error:

@@ -28,8 +28,6 @@ def solve_small(
     """All eigenvalues by rising size, with vectors that the next one overwrites. Collective.
 
     Args:
-        linear: The system.
-        products: Products with A_0, A_1 and A_2.
         allow: Turns any vector into a motion that the constraints allow.
     """
     comm, free = linear.system.comm, linear.degrees_of_freedom

@@ -54,7 +54,6 @@ class SquaredFrequencies:
     """Iterations for the eigenvalues w^2 nearest to zero, and their vectors.
 
     Args:
-        SLEPc: The module.
         linear: Mass and stiffness. The shift is added to the stiffness.
         shift: s [rad^2/s^2]; None chooses it.
 
@@ -83,9 +82,6 @@ class SquaredFrequencies:
         Args:
             count: Number of pairs, at most that of degrees of freedom.
             tolerance: Of the iteration, relative.
-
-        Raises:
-            StepFailure: if fewer are found, or they do not fulfil the equations; on all ranks.
         """
         self._solver.factorise()
         pairs = self._iterate(count, tolerance, [])

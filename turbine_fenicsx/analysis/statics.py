@@ -127,11 +127,7 @@ def equilibrium(
 
 
 def at_rest(system: MultibodySystem, state: State | None) -> State:
-    """A copy of a state, the initial one if None, with zero velocities. Collective.
-
-    Raises:
-        TypeError, ModelError: if it is not a state of this system.
-    """
+    """A copy of a state, the initial one if None, with zero velocities. Collective."""
     if state is not None:
         check_start(system, state)
     state = (system.initial_state() if state is None else state).copy()
@@ -143,11 +139,7 @@ def at_rest(system: MultibodySystem, state: State | None) -> State:
 
 
 def number_held(system: MultibodySystem, names: Iterable[str]) -> list[int]:
-    """Numbers of joint coordinates that must be held; a prescribed motion holds some already.
-
-    Raises:
-        ModelError: for an unknown name.
-    """
+    """Numbers of joint coordinates that must be held; a prescribed motion holds some already."""
     known = system.joint_coordinate_names
     for name in names:
         if name not in known:
@@ -160,13 +152,11 @@ class EquilibriumBlocks(NestedBlocks):
     """Residual and tangent of static equilibrium at a state.
 
     Args:
-        system: The system.
         state: The state, whose displacements, coordinates and multipliers are the unknowns.
         held: Numbers of the joint coordinates that stay as they are.
 
     Attributes:
         time: Time of all forces and motions [s].
-        residual_vector: Nested vector of the residual.
         mass: Factor of the mass matrix that is added to the stiffness [1/s^2].
     """
 
@@ -265,20 +255,13 @@ def solve_load_step(
     """Newton's method for one load step, changing the state of the blocks.
 
     Args:
-        blocks: Residual and tangent.
-        solver: Their linear solver.
         time: Time of all forces and motions [s].
-        tolerance: As in `equilibrium`.
-        max_iterations: As in `equilibrium`.
         is_close: Whether the equilibrium is close, so that the tangent is kept as long as
             increments become smaller fast. Else it is kept only where convergence is linear.
         astray: Part of the displacements above which no increment after the third may grow.
 
     Returns:
         The number of iterations.
-
-    Raises:
-        StepFailure: as in `equilibrium`.
     """
     state = blocks.state
     start = state.joint_coordinates.copy()

@@ -40,14 +40,7 @@ MAX_BALANCED = 30.0
 
 
 class StrainMeter:
-    """Says whether motions strain some flexible body.
-
-    Args:
-        linear: The system about a state.
-
-    Note:
-        Collective.
-    """
+    """Says whether motions strain some flexible body. Collective."""
 
     def __init__(self, linear: LinearSystem) -> None:
         self._vectors = linear.vectors
@@ -86,7 +79,6 @@ def warn_of_round_off(comm: MPI.Comm, squares: Iterable[tuple[float, float]]) ->
     """Warn of frequencies that the last digits of the stiffness change.
 
     Args:
-        comm: Communicator.
         squares: Squared frequencies and their errors [rad^2/s^2].
     """
     wrong = [(w2, error) for w2, error in squares if error > MAX_ERROR * w2]

@@ -24,7 +24,6 @@ class TurningBlocks(EquilibriumBlocks):
         held: Numbers of the joint coordinates that stay as they are.
 
     Attributes:
-        frame: The frame of the last residual.
         part: Part of the loads on sections that acts.
     """
 

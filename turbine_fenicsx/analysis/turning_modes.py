@@ -78,13 +78,6 @@ def turning_modes_near(
     """`turning_modes` with some more modes, if there are any, and the lowest frequency.
 
     Args:
-        system: As there.
-        joint: As there.
-        speed: As there.
-        count: As there.
-        blades: As there.
-        state: As there.
-        held: As there.
         shift: First guess of the lowest frequency [rad/s].
         more: Number of additional modes.
     """

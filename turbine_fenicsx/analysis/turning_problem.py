@@ -62,11 +62,7 @@ def turning_problem(
 
 
 def check_rotation_is_free(frame: TurningFrame, linear: LinearSystem) -> None:
-    """Check that no force resists the rotation itself, except dampers in its joint. Collective.
-
-    Raises:
-        ModelError: if one does: neither the steady state nor the motions about it know it.
-    """
+    """Check that no force resists the rotation itself, except dampers in its joint. Collective."""
     if linear.damping is None or not frame.speed:
         return
     *flexible, rigid = blocks_of(linear.damping)

@@ -24,8 +24,6 @@ class WhirlMeter:
     """Measures how motions whirl.
 
     Args:
-        linear: The system.
-        shift: Its cyclic shift.
         speed: Speed of the rotation, which says what is forward [rad/s].
     """
 

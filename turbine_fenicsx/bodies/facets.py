@@ -11,18 +11,10 @@ from turbine_fenicsx.foundation.parallel import raise_together
 
 
 def check_facets(name: str, mesh: Mesh, facets: npt.ArrayLike) -> npt.NDArray[np.int32]:
-    """Sorted numbers of facets of this rank, ghosts included, each once.
+    """Sorted numbers of facets of this rank, ghosts included, each once. Collective.
 
     Args:
         name: Name of the part that they were given to.
-        mesh: The mesh.
-        facets: What was given on this rank.
-
-    Raises:
-        ModelError: if they are not facet numbers of the mesh, on all ranks.
-
-    Note:
-        Collective.
     """
     mesh.topology.create_entities(2)
     index_map = mesh.topology.index_map(2)

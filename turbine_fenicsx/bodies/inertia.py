@@ -17,16 +17,11 @@ def principal_inertia(name: str, inertia: npt.ArrayLike) -> tuple[Array, Array]:
     """Euler values and principal axes of a tensor of inertia.
 
     Args:
-        name: Name of the body, for messages.
         inertia: J [kg m^2], principal moments of shape (3,), or a tensor of shape (3, 3).
 
     Returns:
         The Euler values E = tr(J)/2 - J of the principal moments, shape (3,), and the principal
         axes as columns, a rotation matrix of shape (3, 3).
-
-    Raises:
-        ModelError: for another shape, a tensor that is not symmetric, a principal moment that is
-            not positive, or one that is larger than the sum of the other two.
     """
     what = f"inertia of rigid body {name!r}"
     words = "three principal moments, or a tensor of shape (3, 3)"

@@ -26,7 +26,7 @@ class Surroundings(NamedTuple):
 
 
 def find_surroundings(space: Any, point: Array) -> Surroundings | None:
-    """The nodes around a point in the initial configuration, equal on all ranks.
+    """The nodes around a point in the initial configuration, equal on all ranks. Collective.
 
     Args:
         space: Space of the displacement of the body.
@@ -34,9 +34,6 @@ def find_surroundings(space: Any, point: Array) -> Surroundings | None:
 
     Returns:
         None for a point outside the body.
-
-    Note:
-        Collective.
     """
     function, cells = fem.Function(space), _compat.cells_at(space.mesh, point)
     found = _in_cell(function, int(cells[0]), point) if cells.size else None

@@ -14,7 +14,6 @@ def nearest_node(comm: MPI.Intracomm, positions: Array, point: npt.ArrayLike) ->
     """Number of the node nearest to a point, on the rank that owns it; None on all others.
 
     Args:
-        comm: Communicator.
         positions: Positions of the nodes that this rank owns, shape (n_owned, 3) [m].
         point: The point, shape (3,) [m].
 

@@ -16,7 +16,6 @@ def nodes_of_cells(space: Any, cells: npt.ArrayLike) -> IntArray:
     """Owned nodes in some local cells, sorted, shape (n,).
 
     Args:
-        space: Function space of the displacement.
         cells: Local cells.
     """
     dofs = _compat.dofs_of_cells(space)[np.asarray(cells, dtype=np.int64)]
@@ -27,7 +26,6 @@ def nodes_of_facets(space: Any, facets: npt.NDArray[np.int32]) -> IntArray:
     """Owned nodes on some local facets, sorted, shape (n,). Collective.
 
     Args:
-        space: Function space of the displacement.
         facets: Local facets, also those whose cells other ranks own.
     """
     space.mesh.topology.create_connectivity(2, 3)

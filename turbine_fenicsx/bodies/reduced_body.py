@@ -99,7 +99,7 @@ class ReducedBasis:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Hash of all arrays: runs go on with an equal basis only."""
+        """Hash of all arrays: a run resumes with an equal basis only."""
         digest = hashlib.sha256()
         for field in fields(self):
             digest.update(getattr(self, field.name).tobytes())

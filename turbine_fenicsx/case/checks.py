@@ -79,7 +79,6 @@ def find_contradictions(
 
     Args:
         case: The tables, with defaults in the place of what is wrong by itself.
-        checks: The checks.
         wrong: The keys that are wrong by themselves; nothing is said that depends on them.
     """
     for each in checks:

@@ -72,8 +72,6 @@ def change_files(
     """A copy of nested tables in which each name of a file is changed.
 
     Args:
-        data: The tables, which may hold mistakes.
-        model: Their model.
         change: Gives the new name for a mark and a name.
     """
     fields = model.model_fields
@@ -132,11 +130,7 @@ def make_absolute(data: Nested, model: type[BaseModel]) -> dict[str, Any]:
 
 
 def hash_files(data: Nested, model: type[BaseModel]) -> dict[str, str]:
-    """Hash of the contents of the files of each kind, by what they are.
-
-    Raises:
-        OSError: if a file cannot be read.
-    """
+    """Hash of the contents of the files of each kind, by what they are."""
     found: dict[str, str] = {}
     for mark, name in list_files(data, model):
         for part in (name, *mark.parts(name)):
@@ -173,7 +167,6 @@ def read_if_changed(
     Args:
         kind: What the file is to the user, for example "windIO file".
         size: Number of results that are kept.
-        parts: Further files that a file names.
     """
 
     def decorate(read: Callable[..., Result]) -> Callable[..., Result]:

@@ -22,7 +22,6 @@ class Mistake:
 
     Args:
         key: The key, or the table if its value is not a table; empty for the whole case.
-        sentence: What is wrong, for the user.
     """
 
     key: Key
@@ -46,13 +45,7 @@ _SIMILAR = 0.7
 
 
 def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:
-    """Mistakes that pydantic found.
-
-    Args:
-        error: Its report.
-        data: The tables it looked at.
-        tables: The model of all tables.
-    """
+    """Mistakes that pydantic found."""
     found: dict[tuple[Key, bool], Mistake] = {}
     for item in error.errors(include_url=False):
         names = tuple(str(name) for name in item["loc"])

@@ -16,7 +16,6 @@ def find_implausible_keys(case: BaseModel, skip: Collection[str] = ()) -> Iterat
     """A sentence for each key of a case that counts and has an unusual number.
 
     Args:
-        case: The tables.
         skip: Dotted names of keys that are not judged.
     """
     unused = {key.name for key in find_unused_keys(case)}

@@ -21,11 +21,9 @@ class Key:
     """One key of a table.
 
     Args:
-        name: As in the file.
         unit: SI unit of a number; empty for what has none, "-" for plain numbers.
         default: As TOML; empty for none.
         allowed: Choices, range, number of entries.
-        meaning: One sentence.
     """
 
     name: str

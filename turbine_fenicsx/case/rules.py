@@ -44,7 +44,6 @@ class Rule:
         """Why the key does not count, such as 'with pitch.drive = "free"'; empty if it does.
 
         Args:
-            case: The case.
             table: Name of the table of the key.
         """
         raise NotImplementedError
@@ -105,7 +104,6 @@ class NotBeside(Beside):
     """The key must not be set if another is given, which names a file.
 
     Args:
-        key: The other key.
         why: What the file has, for example "which has the shape of the blades".
     """
 
@@ -149,13 +147,7 @@ class If(Rule):
 
 @dataclass(frozen=True)
 class UnusedKey:
-    """A key, or a table, that does not count.
-
-    Args:
-        name: Its dotted name.
-        reason: Why it does not count.
-        is_set: Whether the case sets it.
-    """
+    """A key, or a table, that does not count."""
 
     name: str
     reason: str
@@ -194,12 +186,7 @@ def list_exclusions(case: BaseModel) -> Iterator[tuple[str, str, NotBeside]]:
 
 
 def remove_refused_keys(case: BaseModel, data: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of a case without the keys that must not be set, which are there as defaults.
-
-    Args:
-        case: A valid case.
-        data: Its tables.
-    """
+    """Tables of a case without the keys that must not be set, which are there as defaults."""
     refused = (
         resolve(key, name) for name, key, mark in list_exclusions(case) if mark.explain(case, name)
     )
@@ -212,9 +199,7 @@ def find_unused_keys(
     """Keys of a valid case that do not count, in their order.
 
     Args:
-        case: The case.
         section: The table in which they are looked for, and in those inside it; the case if None.
-        name: Its dotted name.
     """
     section = case if section is None else section
     whole: tuple[Rule, ...] = getattr(section, "rules", ())

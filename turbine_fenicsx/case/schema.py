@@ -14,11 +14,7 @@ _BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", 
 
 
 class Also:
-    """Marks a key that takes other kinds of values besides the one of its type.
-
-    Args:
-        kinds: Their JSON types, for example "number".
-    """
+    """Marks a key that takes other kinds of values besides the one of its type."""
 
     def __init__(self, *kinds: str) -> None:
         self._kinds = kinds
@@ -34,7 +30,6 @@ def make_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     """The JSON schema of all tables and keys of a model.
 
     Args:
-        model: The model.
         title: Name of the files that it describes.
     """
     schema: dict[str, Any] = _rename_bounds(model.model_json_schema())

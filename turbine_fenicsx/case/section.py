@@ -44,11 +44,7 @@ class Section(BaseModel):
     """New names of keys by their old ones."""
 
     def find_doubts(self, case: Any) -> Iterator[str]:
-        """Sentences about values that are allowed but probably not meant.
-
-        Args:
-            case: The whole case.
-        """
+        """Sentences about values that are allowed but probably not meant."""
         yield from ()
 
 

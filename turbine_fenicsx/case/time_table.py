@@ -25,8 +25,6 @@ class Column:
 
     Args:
         unit: SI unit, empty for none.
-        least: Smallest value.
-        most: Largest value.
     """
 
     unit: str
@@ -39,7 +37,6 @@ class TimeTable:
     """Columns over the time.
 
     Args:
-        name: Name of the file.
         times: Rising, shape (n,) [s].
         columns: Values in SI units by their names, each of shape (n,).
     """
@@ -70,14 +67,10 @@ def read_time_table(path: str, columns: Mapping[str, Column]) -> TimeTable:
     from 350 to 10 degrees by 20.
 
     Args:
-        path: The file.
         columns: Those that are known beside ``time``, by their names.
 
     Returns:
         The table, which has one or more of the known columns.
-
-    Raises:
-        InputError: with one sentence that names file and line, if it is none.
     """
     name, lines = Path(path).name, _split(read_text(path, "table"))
     if not lines:

@@ -19,11 +19,7 @@ def read_toml(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
     """Tables of a TOML file, with or without a byte order mark.
 
     Args:
-        path: The file.
         kind: What it is to the user, for example "case file".
-
-    Raises:
-        InputError: with one sentence if it cannot be read or is no TOML.
     """
     text = read_text(path, kind)
     try:
@@ -33,11 +29,7 @@ def read_toml(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Tables of a TOML text.
-
-    Raises:
-        ValueError: with one sentence if it is none.
-    """
+    """Tables of a TOML text."""
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError:

@@ -31,10 +31,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Args:
         arguments: Arguments without the program name; those of the process if None. Arguments after
-        ``--`` go to PETSc.
-
-    Returns:
-        The exit code.
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # one thread per rank; read when numpy is imported
@@ -103,10 +99,6 @@ def _check(arguments: list[str]) -> None:
 
 def _start(petsc_options: list[str], alone: bool) -> Any:
     """Start PETSc and MPI.
-
-    Args:
-        petsc_options: Options for PETSc.
-        alone: Whether it also goes without.
 
     Returns:
         The communicator of all ranks; None where there is no MPI.

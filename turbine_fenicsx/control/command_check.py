@@ -27,12 +27,7 @@ def check_commands(commands: Any, who: str, time: float) -> Commands:
     """Commands as finite numbers that some turbine could follow.
 
     Args:
-        commands: What a controller has returned.
-        who: Its name, for the message.
         time: When [s].
-
-    Raises:
-        ForeignError: if it is not a command.
     """
     at = f"at t = {time:g} s"
     try:

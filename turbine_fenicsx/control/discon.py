@@ -169,12 +169,7 @@ class Discon:
         return values
 
     def _receive(self, token: bytes) -> bytes:
-        """The reply to a request, without its token; other packets are none.
-
-        Raises:
-            TimeoutError: if it does not come.
-            EOFError: if there is nobody any more who could send it.
-        """
+        """The reply to a request, without its token; other packets are none."""
         deadline = time.monotonic() + PATIENCE
         while True:
             self._line.settimeout(max(deadline - time.monotonic(), 1e-3))

@@ -66,9 +66,6 @@ def supervise(
     """Orders that remain of a controller's commands.
 
     Args:
-        events: All events of the run.
-        measured: Measurements of the controller.
-        commands: What it wants.
         before: What was done in the last step; at the first call the pitch at the start.
 
     Returns:

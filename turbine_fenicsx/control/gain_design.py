@@ -79,16 +79,9 @@ def find_pitch_gains(
     """Gains of the pitch for the speed of the generator.
 
     Args:
-        rotor: The rotor.
-        rated: Where it runs.
         inertia: Of all that turns, about the shaft [kg m^2].
         ratio: Speed of the generator over that of the rotor.
         frequency: Natural frequency of the speed [rad/s].
-        damping: Its damping ratio.
-
-    Raises:
-        ModelError: if the rotor does not reach its power below 25 m/s, or more pitch does not take
-            some away.
     """
     theta, slope = find_sensitivity(rotor, rated)
     if not np.all(slope < 0.0):
@@ -105,15 +98,8 @@ def find_pitch_gains(
 def find_sensitivity(rotor: Rotor, rated: RatedPoint) -> tuple[Array, Array]:
     """Pitch angles at winds above rated, and change of power with the pitch there.
 
-    Args:
-        rotor: The rotor.
-        rated: Where it runs.
-
     Returns:
         The angles, shape (n,) [rad], and dP/dtheta with a frozen wake, shape (n,) [W/rad].
-
-    Raises:
-        ModelError: if the rotor does not reach its power below 25 m/s.
     """
     from scipy.optimize import brentq
 

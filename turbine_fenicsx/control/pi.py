@@ -33,9 +33,6 @@ class PitchLaw:
         largest: Largest pitch [rad].
         rate: Largest rate [rad/s].
         rated_margin: Power is kept constant from this pitch above the fine one on [rad].
-
-    Raises:
-        ModelError: for values out of range.
     """
 
     speed: float = 122.9096

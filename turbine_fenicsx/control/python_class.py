@@ -132,12 +132,7 @@ def copy_plain(value: Any, where: str = "", depth: int = 0) -> Any:
     """A copy of numbers, text, None, lists and dictionaries; tuples become lists.
 
     Args:
-        value: The data.
         where: What they are called in the message, as in ``["gains"][0]``.
-        depth: How deep they lie.
-
-    Raises:
-        TypeError: for anything else; the message says where it is.
     """
     if depth > DEPTH:
         raise TypeError(f"{where} is deeper than {DEPTH} lists, or contains itself")

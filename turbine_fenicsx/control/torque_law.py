@@ -27,9 +27,6 @@ class TorqueLaw:
         rated_power: Mechanical power of the generator in region 3 [W].
         slip: Of region 2 1/2: its line is zero at rated_speed/(1 + slip) [-].
         largest: Largest torque [N m].
-
-    Raises:
-        ModelError: for a value that is not positive, or regions that do not follow each other.
     """
 
     cut_in_speed: float = 70.16224

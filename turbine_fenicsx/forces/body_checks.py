@@ -16,12 +16,7 @@ def check_body(name: str, body: Any) -> None:
 
 
 def check_ends(name: str, first: Any, second: Any) -> None:
-    """Raise an error unless two ends are on different rigid bodies, one of which may be the ground.
-
-    Raises:
-        TypeError: if one is neither a rigid body nor None.
-        ModelError: if both are the same.
-    """
+    """Raise unless two ends are on different rigid bodies, one of which may be the ground."""
     for body in (first, second):
         if body is not None:
             check_body(name, body)

@@ -73,12 +73,7 @@ class BoundForce(Protocol):
 
 
 def evaluate_force(force: BoundForce, y0: Array, y1: Array, step: StepTimes) -> tuple[Array, Array]:
-    """The generalised force of a step and its derivative, see `BoundForce.force`.
-
-    Raises:
-        ForeignError: if the force fails.
-        ModelError: if it returns something of another shape.
-    """
+    """The generalised force of a step and its derivative, see `BoundForce.force`."""
     with name_errors(f"force() of {describe(force)}"):
         F, K = force.force(y0, y1, step)
     m = y0.size
@@ -95,7 +90,6 @@ class Layout:
     """Numbers of the coordinates of a system.
 
     Args:
-        bodies: First coordinate of each rigid body.
         coordinates: Number of each joint coordinate in (q, Theta) by name.
     """
 
@@ -103,11 +97,7 @@ class Layout:
     coordinates: Mapping[str, int]
 
     def coordinate(self, name: str) -> int:
-        """Number of a joint coordinate.
-
-        Raises:
-            ModelError: if there is none of that name.
-        """
+        """Number of a joint coordinate."""
         if name not in self.coordinates:
             known = sorted(self.coordinates)
             raise ModelError(f"no joint coordinate {name!r}; there are {known}")
@@ -123,9 +113,6 @@ class Layout:
 
         Returns:
             A frame for each, and the coordinates that the frames count from zero, shape (m,).
-
-        Raises:
-            ModelError: if a body is not part of the system.
         """
         frames, index = [], [np.zeros(0, np.int64)]
         for body in bodies:
@@ -168,7 +155,6 @@ class DistanceForce:
     Args:
         gap: v in the coordinates counted from zero.
         index: Their numbers in the system, shape (m,).
-        law: h.
         energy: Potential energy as a function of f; zero if None.
     """
 

@@ -24,7 +24,6 @@ class StepLoads(NamedTuple):
         motion: How the sections move in its middle.
         force: Forces on them, shape (n, 3) [N].
         moment: Moments about their centres, shape (n, 3) [N m].
-        times: The step.
     """
 
     motion: SectionMotion
@@ -39,12 +38,9 @@ class LineSource:
     They also move on when data are saved. A step that is repeated leaves no trace.
 
     Args:
-        name: Name of the loads, for messages.
         stations: Number of stations.
-        source: What knows the loads.
 
     Attributes:
-        name: The name.
         last: Loads in the last step that was done; None before the first.
     """
 
@@ -64,11 +60,7 @@ class LineSource:
         self._source.start_step(times)
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
-        """Forces and moments on the sections.
-
-        Raises:
-            ModelError: if they are not one for each station.
-        """
+        """Forces and moments on the sections."""
         F, M = self._source.loads(motion, time)
         for what, values in (("forces", F), ("moments", M)):
             if np.shape(values) != self._shape:

@@ -109,11 +109,7 @@ class SurfacePotential(SurfaceForce, Protocol):
 
 
 def has_energy(force: SurfaceForce) -> bool:
-    """Whether the work of a force on a surface is that of an energy.
-
-    Raises:
-        ModelError: for a conservative force without an energy, or another kind of force.
-    """
+    """Whether the work of a force on a surface is that of an energy."""
     kind = getattr(force, "kind", "external")
     if kind not in ("external", "conservative"):
         raise ModelError(

@@ -97,11 +97,7 @@ class BoundRigidLoads(LineSource):
     """Loads on stations as generalised forces on the coordinates of rigid bodies.
 
     Args:
-        loads: The loads.
         index: Numbers of the coordinates of the bodies in the system, shape (12 bodies,).
-
-    Attributes:
-        index: The same.
     """
 
     def __init__(self, loads: RigidSectionLoads, index: npt.NDArray[np.int64]) -> None:

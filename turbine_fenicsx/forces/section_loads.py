@@ -86,7 +86,6 @@ class SlopedLoad(LineLoad, Protocol):
 
         Args:
             motion: How the sections move in the middle of the step.
-            times: The step.
 
         Returns:
             Derivatives of force and moment on each section by its translation and rotation, shape

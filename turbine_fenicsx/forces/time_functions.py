@@ -96,12 +96,7 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Product:
-    """The product of two functions of time, for example of a load and a ramp.
-
-    Args:
-        first: A function of time.
-        second: Another.
-    """
+    """The product of two functions of time, for example of a load and a ramp."""
 
     first: Callable[[float], float]
     second: Callable[[float], float]
@@ -113,12 +108,7 @@ class Product:
 
 @dataclass(frozen=True)
 class Sum:
-    """The sum of two functions of time, for example of a ramp and a constant.
-
-    Args:
-        first: A function of time.
-        second: Another.
-    """
+    """The sum of two functions of time, for example of a ramp and a constant."""
 
     first: Callable[[float], float]
     second: Callable[[float], float]

@@ -15,11 +15,7 @@ from turbine_fenicsx.foundation.types import Array
 
 
 def write_arrays(path: str | os.PathLike[str], arrays: Mapping[str, Array]) -> None:
-    """Write arrays to a file, whole or not at all; an old one is replaced.
-
-    Raises:
-        FileError: if it cannot be written.
-    """
+    """Write arrays to a file, whole or not at all; an old one is replaced."""
     content = io.BytesIO()
     np.savez(content, **{name: np.asarray(values) for name, values in arrays.items()})
     with content.getbuffer() as whole:
@@ -27,16 +23,7 @@ def write_arrays(path: str | os.PathLike[str], arrays: Mapping[str, Array]) -> N
 
 
 def read_arrays(path: str | os.PathLike[str], what: str) -> dict[str, Array]:
-    """Arrays of a file of `write_arrays`.
-
-    Args:
-        path: The file.
-        what: What it should be, for errors.
-
-    Raises:
-        InputError: for another file, or a damaged one.
-        FileError: if it cannot be read.
-    """
+    """Arrays of a file of `write_arrays`."""
     name = os.fspath(path)
     with name_file_in_errors("read", name), open_regular(name) as file:
         try:

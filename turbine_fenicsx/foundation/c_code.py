@@ -25,14 +25,8 @@ def compile_c(
     """A Python module with the functions of C code as members of `lib`. Collective.
 
     Args:
-        comm: Communicator.
-        folder: Where compiled code is kept.
-        declaration: The functions, as for `cffi.FFI.cdef`.
         source: The code, which must be the same on all ranks.
         flags: Flags for the compiler; ranks with other flags have separate code.
-
-    Raises:
-        CompilationError: on every rank, as `compile_on_all` does.
     """
     suffix = importlib.machinery.EXTENSION_SUFFIXES[0]
     key = "\n".join([declaration, source, *flags, cffi.__version__, suffix])

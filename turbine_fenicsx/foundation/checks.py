@@ -15,16 +15,10 @@ def check_array(what: str, value: Any, shape: tuple[int, ...], words: str) -> Ar
     """Finite numbers of a given shape.
 
     Args:
-        what: What they are, for the message.
-        value: What was given.
         shape: The shape they must have.
-        words: What is wanted, for the message.
 
     Returns:
         The numbers, of that shape.
-
-    Raises:
-        ModelError: if the shape differs, or an entry is not a finite number.
     """
     array = _as_floats(value)
     if array.shape != shape or not np.all(np.isfinite(array)):
@@ -54,7 +48,6 @@ def check_among_parts(what: str, part: Any, parts: Sequence[Any], of: str = "") 
 
     Args:
         what: What kind of part it is, for the message.
-        part: A body, joint or coupling.
         parts: Those of its kind in the system.
         of: What it belongs to, for the message.
     """

@@ -30,7 +30,6 @@ class NoEquilibrium(StepFailure):
     """An equilibrium that was not found.
 
     Args:
-        reason: What happened.
         advice: What may help, for who calls from Python.
     """
 

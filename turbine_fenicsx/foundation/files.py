@@ -18,15 +18,7 @@ from turbine_fenicsx.foundation.errors import FileError
 
 @contextmanager
 def name_file_in_errors(act: str, path: str | os.PathLike[str]) -> Iterator[None]:
-    """Let errors say what was tried with which file.
-
-    Args:
-        act: What is tried: "read" or "write".
-        path: The file.
-
-    Raises:
-        FileError: in the place of any other OSError.
-    """
+    """Let errors say what was tried with which file."""
     try:
         yield
     except FileError:
@@ -41,13 +33,6 @@ def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
     """Open a file from outside to read its bytes.
 
     Pipes and devices are refused: to read them would not end.
-
-    Args:
-        path: The file.
-
-    Raises:
-        OSError: with the reason in words, if it cannot be read, is no regular file, or its name is
-            not valid.
     """
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -77,13 +62,6 @@ def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> N
 
     Nothing is written through a symbolic link, neither where the file is nor beside it, and no
     device or pipe is replaced.
-
-    Args:
-        path: The file; its folder exists.
-        content: All of it.
-
-    Raises:
-        FileError: if it cannot be written; an old file is then as it was.
     """
     path = Path(path)
     temporary = path.with_name(f"{path.name}.tmp")
@@ -105,11 +83,7 @@ def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> N
 
 
 def sync_file(path: str | os.PathLike[str]) -> None:
-    """Bring what was written to a file to the disk, and wait for it.
-
-    Raises:
-        FileError: if it is not there or the disk refuses.
-    """
+    """Bring what was written to a file to the disk, and wait for it."""
     with name_file_in_errors("write", path):
         descriptor = os.open(path, os.O_RDONLY)
         try:

@@ -53,9 +53,6 @@ def read_extra_flags() -> list[str]:
 
     Where code is made for this processor, a name of the processor is among them, so that another
     machine with the same cache compiles for itself.
-
-    Raises:
-        CompilationError: for a quotation without its end.
     """
     text = os.environ.get(EXTRA_FLAGS, "")
     try:
@@ -76,19 +73,10 @@ def compile_on_all(
     """Compile on rank 0, and load on the other ranks; those that see another folder compile too.
 
     Args:
-        comm: Communicator.
         folder: Where compiled code is kept, used in no other way than this; created if need be.
         compile_here: Compiles into a folder, or loads what is there, without communication. It
             calls the claim with the name of the form before it looks for its files, and its
             result holds the Python module with the code in second place.
-
-    Returns:
-        The result of this rank.
-
-    Raises:
-        CompilationError: on every rank, if there is no C compiler, it fails, the folder cannot be
-            written to, has no locks, or others may write to it.
-        KeyboardInterrupt: on every rank, if rank 0 was interrupted.
 
     Note:
         Collective over ``comm``.
@@ -135,9 +123,6 @@ class Claim:
 
     The system drops the lock when the process ends, however it ends.
 
-    Args:
-        folder: Where compiled code is kept.
-
     Attributes:
         name: Name of the form; empty until it is known.
     """
@@ -148,11 +133,7 @@ class Claim:
         self._lock: int | None = None
 
     def __call__(self, name: str) -> None:
-        """Wait until the form is compiled, or until this process alone may compile it.
-
-        Raises:
-            CompilationError: if others may have written its code, or the folder has no locks.
-        """
+        """Wait until the form is compiled, or until this process alone may compile it."""
         self.name = name
         self._check_code()
         if not self._is_whole():
@@ -161,9 +142,6 @@ class Claim:
 
     def take(self, all_files: bool = False) -> bool:
         """Take the lock of the form and remove what dead processes have left of it.
-
-        Args:
-            all_files: Whether finished forms are removed too.
 
         Returns:
             Whether there is a lock, which a folder that is not writable has not.

@@ -107,11 +107,7 @@ def _set_alarm() -> None:
 
 @contextmanager
 def end_if_stuck() -> Iterator[None]:
-    """Let a signal end what is done here, should it not end soon by itself.
-
-    Raises:
-        KeyboardInterrupt: where a signal has come, and `STUCK` later nothing has ended.
-    """
+    """Let a signal end what is done here, should it not end soon by itself."""
     interrupt = _catching[-1] if _catching else Interrupt()
     before, interrupt.may_hang = interrupt.may_hang, True
     try:
@@ -129,9 +125,6 @@ def end_immediately() -> Iterator[None]:
     """Let a signal end what is done here, also where signals are caught.
 
     For work without steps that is lost anyway unless it is finished.
-
-    Raises:
-        KeyboardInterrupt: when a signal comes, or has come already.
     """
     interrupt = _catching[-1] if _catching else Interrupt()
     before, interrupt.at_once = interrupt.at_once, True

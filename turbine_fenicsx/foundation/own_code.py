@@ -39,12 +39,7 @@ _MAX_LENGTH = 300
 
 
 def name_error(what: str, error: Exception) -> Exception:
-    """The error of some code with its name; an error that is a sentence of ours stays as it is.
-
-    Args:
-        what: What has failed, with its class.
-        error: What it has raised.
-    """
+    """The error of some code with its name; an error that is a sentence of ours stays as it is."""
     if isinstance(error, _SENTENCES):
         return error
     return ForeignError(f"{what} failed: {describe_error(error)}")
@@ -52,11 +47,7 @@ def name_error(what: str, error: Exception) -> Exception:
 
 @contextmanager
 def name_errors(what: str) -> Iterator[None]:
-    """Name the code inside if it raises an error, see `name_error`.
-
-    Raises:
-        ForeignError: for any other error than sentences of ours.
-    """
+    """Name the code inside if it raises an error, see `name_error`."""
     try:
         with name_exits(what):
             yield
@@ -66,11 +57,7 @@ def name_errors(what: str) -> Iterator[None]:
 
 @contextmanager
 def name_exits(what: str) -> Iterator[None]:
-    """Let code that ends the program raise an error instead: other ranks would wait for ever.
-
-    Raises:
-        ForeignError: in place of a SystemExit.
-    """
+    """Let code that ends the program raise an error instead: other ranks would wait for ever."""
     try:
         yield
     except SystemExit as end:
@@ -105,11 +92,6 @@ def is_of_package(thing: Any) -> bool:
 def on_rank0_if_own(comm: MPI.Intracomm, things: Any, evaluate: Callable[[], T]) -> T:
     """The result of a function, that of rank 0 on all ranks if code of a user takes part in it.
 
-    Args:
-        comm: Communicator.
-        things: Functions and objects that it calls.
-        evaluate: The function.
-
     Note:
         Collective.
     """
@@ -124,13 +106,7 @@ def evaluate_function(
     """The value of a function of time, the same on all ranks. Collective.
 
     Args:
-        comm: Communicator.
-        what: What it is, for the message.
-        function: The function.
         time: Time [s].
-
-    Raises:
-        ForeignError: if it fails, or gives something else than a number.
     """
 
     def evaluate() -> float:

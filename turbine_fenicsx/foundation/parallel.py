@@ -17,7 +17,6 @@ def sum_over_ranks(comm: MPI.Intracomm, values: Array) -> Array:
     """Sum of one array of each rank, on every rank; the array itself if there is only one rank.
 
     Args:
-        comm: Communicator.
         values: Contiguous, of the same shape on all ranks.
     """
     if comm.size == 1:
@@ -40,7 +39,6 @@ def from_rank0(comm: MPI.Intracomm, values: Array) -> Array:
     """Overwrite an array with that of rank 0, and return it.
 
     Args:
-        comm: Communicator.
         values: Contiguous, of the same shape on all ranks.
     """
     if comm.size > 1:
@@ -60,10 +58,6 @@ def on_rank0(comm: MPI.Intracomm, function: Callable[[], T]) -> T:
 
     Returns:
         The result of the function, on every rank.
-
-    Raises:
-        BaseException: whatever the function raised, on every rank. An exception that cannot be
-            pickled arrives on the other ranks as a RuntimeError with the same message.
 
     Note:
         Collective over ``comm``.

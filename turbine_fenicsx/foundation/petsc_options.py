@@ -14,7 +14,6 @@ def default_options(prefix: str | None, defaults: Mapping[str, str]) -> Iterator
 
     Args:
         prefix: Prefix of the object that reads them.
-        defaults: Values by name without the prefix.
     """
     options = PETSc.Options(prefix)
     mine = [key for key in defaults if not options.hasName(key)]

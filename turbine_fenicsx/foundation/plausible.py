@@ -18,8 +18,6 @@ class Plausible:
     """Marks the usual sizes of a number in the type of a key; zero is always usual.
 
     Args:
-        low: Smallest usual size, without a sign.
-        high: Largest one.
         whole: Whether of several numbers only the largest is judged, as of a curve.
     """
 
@@ -39,9 +37,6 @@ class Plausible:
 
         Args:
             name: What has it, a key for example.
-            value: The number.
-            unit: Its unit.
-            advice: What to look at.
         """
         shown, factor = _SHOWN.get(unit, (unit, 1.0))
         low, high, x = (number / factor for number in (self.low, self.high, value))

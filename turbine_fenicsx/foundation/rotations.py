@@ -22,9 +22,6 @@ def unit(vector: npt.ArrayLike) -> Array:
 
     Returns:
         Shape (3,).
-
-    Raises:
-        ModelError: if the vector is zero or does not have three entries.
     """
     v = np.asarray(vector, dtype=float)
     if v.shape != (3,) or not 0.0 < np.linalg.norm(v) < np.inf:
@@ -96,9 +93,6 @@ def frame_with_axis(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -
 
     Returns:
         Shape (3, 3), columns t1, t2, n.
-
-    Raises:
-        ModelError: if ``towards`` is parallel to ``axis``.
     """
     n = unit(axis)
     hint = np.eye(3)[np.argmin(np.abs(n))] if towards is None else np.asarray(towards, dtype=float)

@@ -19,11 +19,7 @@ def read_text(path: str | os.PathLike[str], kind: str) -> str:
     """Text of a file in UTF-8, with or without a byte order mark.
 
     Args:
-        path: The file.
         kind: What it is to the user, for example "case file".
-
-    Raises:
-        InputError: with one sentence if it cannot be read.
     """
     name = quote(str(path))
     try:
@@ -51,12 +47,7 @@ def quote(value: Any) -> str:
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """The end of a sentence about an unknown name: "; did you mean 'NeoHooke'?", or nothing.
-
-    Args:
-        name: What somebody wrote.
-        known: The names that there are.
-    """
+    """The end of a sentence about an unknown name: "; did you mean 'NeoHooke'?", or nothing."""
     by_lower = {other.lower(): other for other in known}
     nearest = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
     return f"; did you mean {by_lower[nearest[0]]!r}?" if nearest else ""

@@ -12,11 +12,7 @@ EVENTS = ("residual", "linear set-up", "linear solve", "balance", "output")
 
 @functools.cache
 def event(name: str) -> PETSc.Log.Event:
-    """The event of a part, a context manager.
-
-    Args:
-        name: One of `EVENTS`.
-    """
+    """The event of a part, a context manager."""
     return PETSc.Log.Event(f"turbine {name}")
 
 

@@ -12,11 +12,7 @@ _WORDS = {(): "a scalar", (3,): "a vector of shape (3,)", (3, 3): "a tensor of s
 
 
 def check_ufl_shape(what: str, found: Any, shape: tuple[int, ...]) -> Any:
-    """An expression, or a number, of a given shape: that of a scalar, a vector or a tensor.
-
-    Raises:
-        ModelError: if it has another shape.
-    """
+    """An expression, or a number, of a given shape: that of a scalar, a vector or a tensor."""
     expression = ufl.as_ufl(found)
     if expression.ufl_shape != shape:
         raise ModelError(

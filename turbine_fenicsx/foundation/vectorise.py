@@ -38,7 +38,6 @@ class Registers:
     """Registers of a processor.
 
     Args:
-        lanes: Numbers in one of them.
         target: Instructions that the compiler may use besides those that every processor has.
         flags: What Linux calls them; a processor must have all of them.
     """
@@ -69,12 +68,7 @@ def find_registers(processors: str) -> int:
 
 @dataclass(frozen=True)
 class Field:
-    """A field as cells see it.
-
-    Args:
-        nodes: Nodes of a cell.
-        block: Numbers at a node.
-    """
+    """A field as cells see it."""
 
     nodes: int
     block: int
@@ -98,12 +92,7 @@ def assembly_code(ffcx: str, geometry: Field, coefficients: Sequence[Field], vec
 
     Args:
         ffcx: C code of FFCx with the kernel of one integral over cells of a linear form.
-        geometry: The positions.
         coefficients: The coefficients in the order of the kernel.
-        vector: The vector of the form.
-
-    Raises:
-        NotVectorised: for a kernel that is not understood.
     """
     kernels = list(find_kernels(ffcx))
     if len(kernels) != 1:
@@ -139,11 +128,7 @@ def find_kernels(ffcx: str) -> Iterator[str]:
 
 
 def vectorise_kernel(body: str) -> str:
-    """The body of a kernel, in braces, with V for double.
-
-    Raises:
-        NotVectorised: for a statement that is not understood.
-    """
+    """The body of a kernel, in braces, with V for double."""
     text = re.sub(r"//[^\n]*", "", body)
     found = [m.group() for m in STATEMENT.finditer(text)]
     if "".join("".join(found).split()) != "".join(text.split()):

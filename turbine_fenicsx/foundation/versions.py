@@ -51,11 +51,7 @@ def name_stack() -> str:
 
 
 def how_to_install(reason: object) -> str:
-    """One sentence for who has no DOLFINx.
-
-    Args:
-        reason: The error of the import.
-    """
+    """One sentence for who has no DOLFINx."""
     if sys.version_info >= (3, 12):
         command = f"`{sys.executable} -m pip install dolfinx-solver-real` brings it"
     else:

@@ -42,7 +42,6 @@ def augmentation(form: AngleForm, is_angle: npt.NDArray[np.bool_]) -> AngleForm:
     """Constraint terms of all joint coordinates.
 
     Args:
-        form: Form of the angle constraints.
         is_angle: Which coordinates are angles, shape (n_T,); the others are displacements, for
             which c is the function f and s does not count.
     """

@@ -18,16 +18,7 @@ from turbine_fenicsx.joints.rheonomic import Rheonomic
 def find_functions(
     joint: Joint, a: BodyFrame, b: BodyFrame
 ) -> tuple[Sequence[Quadratic | Rheonomic], Mapping[str, JointCoordinate]]:
-    """The constraints and the joint coordinates of a joint.
-
-    Args:
-        joint: The joint.
-        a: Frame of its first partner.
-        b: Frame of the second one.
-
-    Raises:
-        ModelError: if the joint fails, or states something else than functions.
-    """
+    """The constraints and the joint coordinates of a joint."""
     who = describe(joint)
     with name_errors(f"constraints() of {who}"):
         constraints = list(joint.constraints(a, b))

@@ -56,16 +56,11 @@ class AxisJoint(TwoBodyJoint):
     """Base of joints with a common axis n and two directions t1, t2 normal to it.
 
     Args:
-        name: Unique name.
         first: First partner, None for the ground.
-        second: Second partner.
         point: Joint point in the initial configuration [m], shape (3,).
         axis: Joint axis in the initial configuration, shape (3,).
         reference: Direction of t1, shape (3,); any normal to the axis if None.
         with_coordinates: Whether the joint coordinates are coordinates of the system.
-
-    Raises:
-        ModelError: if the point or a direction is not three numbers, or a direction is zero.
     """
 
     _: KW_ONLY

@@ -22,7 +22,6 @@ def make_quasi_newton(
     Args:
         make_solver: A `SolverMaker` that takes the options prefix, too.
         step: The step whose tangent is solved with.
-        prefix: Options prefix.
     """
     if all(model.is_small for model in step.system.flexible_models):
         return Elimination(step, prefix)

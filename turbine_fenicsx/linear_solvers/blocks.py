@@ -17,7 +17,6 @@ class StepStart:
     """Where a step starts.
 
     Args:
-        state: State at t_n.
         dt: Length of the step [s].
     """
 
@@ -29,7 +28,6 @@ class StepBlocks(NestedBlocks):
     """The blocks of a step: where they are evaluated, and in which frames.
 
     Attributes:
-        x: Nested vector of the unknowns.
         start: Where the step starts, set by `start_step`.
         frames: The parts of the step after which the material has turned into the frames of the
             forces and of the unknowns.

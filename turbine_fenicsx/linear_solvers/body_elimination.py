@@ -29,15 +29,11 @@ class BodyElimination:
     """The elimination of one flexible body, for the values of its tangent at `factorise`.
 
     Args:
-        flexible: The flexible body.
-        tangent: A_uu.
-        coupling: Its couplings.
         make_solver: Makes the solver for A_II from the matrix and its free nodes.
 
     Attributes:
         columns: Columns of r that belong to the parent bodies.
         schur: P^T A_uu Z, shape (columns, columns), equal on all ranks.
-        solver: The solver for A_II.
     """
 
     def __init__(

@@ -88,8 +88,6 @@ class _Copy:
     """A diagonal block of the tangent.
 
     Args:
-        rows: Its rows.
-        columns: Columns of r that move it.
         contact: Those of them that couplings hold, counted from the first, shape (k,).
         held: Their numbers among all that couplings hold.
     """

@@ -48,10 +48,6 @@ class EliminatedBody(Protocol):
 class ReducedEquations:
     """The equations of the rigid part, and the bodies that follow from its motion.
 
-    Args:
-        blocks: The blocks of the tangent.
-        bodies: The flexible bodies.
-
     Attributes:
         matrix: K_r + P^T A_uu Z on rank 0, empty on the others, set by `update`.
     """

@@ -66,10 +66,7 @@ class SparseFactor(FreeSolver):
     """LU or Cholesky (L D L^T) factors of a distributed matrix that keeps its sparsity, by MUMPS.
 
     Args:
-        matrix: The matrix.
-        prefix: Options prefix.
         symmetric: Whether the matrix is symmetric, which halves work and memory.
-        package: Package of PETSc that factorises.
     """
 
     def __init__(

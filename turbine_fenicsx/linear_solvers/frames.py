@@ -21,9 +21,6 @@ class NodeFrames:
     follow bending and twist along a slender body, not only its motion as a whole. (The affine map
     nearest to the nodes of a cell would do as well in solids, but not in thin curved walls. There
     nodes differ along the normal mainly by curvature, and smooth motions look like strain.)
-
-    Args:
-        flexible: The flexible body.
     """
 
     def __init__(self, flexible: FlexibleModel) -> None:
@@ -45,19 +42,15 @@ class NodeFrames:
     def rotations(
         self, u: PETSc.Vec, du: PETSc.Vec | None = None, parts: tuple[float, ...] = (0.0,)
     ) -> list[Array]:
-        """Rotations at the owned nodes.
+        """Rotations at the owned nodes. Collective.
 
         Args:
             u: Displacements [m].
             du: Increments of which parts are added, if given.
-            parts: Those parts.
 
         Returns:
             For each part R, shape (3, 3, n_owned), the node last so that products run over long
             rows.
-
-        Note:
-            Collective.
         """
         F, *dF = self._gradients([u] if du is None else [u, du])
         F[::4] += 1.0
@@ -85,7 +78,6 @@ def mean_gradients(X: Array, cell: str, degree: int) -> Array:
 
     Args:
         X: Positions of the nodes, in the order of DOLFINx, shape (n_cells, nodes, 3) [m].
-        cell: "hexahedron" or "tetrahedron".
         degree: Of the shape functions.
 
     Returns:
@@ -139,7 +131,6 @@ def turn(R: Array, v: Array, inverse: bool = False) -> Array:
     Args:
         R: Shape (3, 3, n).
         v: One or several vectors, shape (..., 3 n), node by node.
-        inverse: Whether to multiply by the transpose.
 
     Returns:
         Shape (..., 3 n).

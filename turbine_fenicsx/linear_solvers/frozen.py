@@ -168,10 +168,8 @@ class _TurningBody:
     """The frozen elimination of one flexible body and its frames.
 
     Attributes:
-        coupling: The couplings of the body.
         columns: Columns of r that belong to the parent bodies.
         schur: The Schur complement, turned with the parent bodies.
-        solver: The solver for A_II.
     """
 
     schur: Array

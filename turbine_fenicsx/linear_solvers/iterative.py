@@ -92,11 +92,8 @@ class SectionMultigrid(FreeSolver):
     and soft. They do not need it either, as the factor of a wall grows hardly faster than its mesh.
 
     Args:
-        flexible: The body.
-        coupling: Its couplings.
         matrix: A_II, symmetric positive definite; destroyed in `update`, when it has been copied.
         free: Free degrees of freedom in global numbers.
-        prefix: Options prefix.
         tolerance: Relative error of each solve, in the norm of the energy; `QuasiNewton` needs no
             more.
     """
@@ -121,11 +118,7 @@ class SectionMultigrid(FreeSolver):
         self._name, self._tried = flexible.body.name, False
 
     def update(self) -> None:
-        """Project the present values of the matrix to the coarse space and factorise there.
-
-        Raises:
-            ModelError: if it does not converge for the first matrix.
-        """
+        """Project the present values of the matrix to the coarse space and factorise there."""
         self._free()
         self._assembled.setBlockSize(3)
         self._matrix = take_upper_triangle(self._assembled)

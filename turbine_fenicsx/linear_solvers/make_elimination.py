@@ -22,9 +22,6 @@ def make_elimination(
     """The elimination of a body from its tangent, dense if the tangent is.
 
     Args:
-        model: The body.
-        tangent: A_uu.
-        coupling: Its couplings.
         make_solver: Makes the solver for A_II of a sparse tangent from the matrix and its free
             nodes.
     """

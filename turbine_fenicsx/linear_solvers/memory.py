@@ -38,12 +38,7 @@ def check_memory(system: MultibodySystem, linear_solver: str, shared: bool) -> N
     count leaves out what several ranks add at their interfaces.
 
     Args:
-        system: The system.
-        linear_solver: A key of `FACTORS`.
         shared: Whether components of equal size share a factor, as undeformed ones do.
-
-    Raises:
-        InputError: on all ranks, if the memory is too small.
     """
     large = [model for model in system.flexible_models if not model.is_small]
     models = [on_mesh(model, "factors") for model in large]

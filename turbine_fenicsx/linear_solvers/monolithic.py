@@ -16,7 +16,6 @@ class MonolithicLU(DirectSolver):
 
     Args:
         step: The step whose tangent is solved with.
-        prefix: Options prefix of the factorisation.
     """
 
     def __init__(self, step: StepBlocks, prefix: str) -> None:

@@ -51,7 +51,6 @@ class QuasiNewton:
 
     Args:
         step: The step; all steps belong to its Newton iteration with full steps x += s.
-        solver: The approximate linear solver P.
     """
 
     def __init__(self, step: StepBlocks, solver: FrozenElimination) -> None:

@@ -95,7 +95,6 @@ def _number_by_owner(comm: MPI.Intracomm, near: Indices, n: int) -> tuple[Indice
     """Numbers of n sections, those of a rank next to each other, -1 where there are no nodes near.
 
     Args:
-        comm: Communicator.
         near: The section of each pair of an owned node with a section near.
         n: Number of sections.
 

@@ -53,12 +53,9 @@ class CongruentParts:
     solutions with the large factor are needed. W has a relative error of about `NEGLIGIBLE`.
 
     Args:
-        copies: The parts.
-        A_ii: Matrix of the first.
         A_iS: Its rows of the matrix, of all columns S.
         around: Nodes of S around each part in the order of those around the first, shape (n,) each.
         T_S: T at those nodes, shape (3, 3, n) each.
-        prefix: Options prefix of the factors.
 
     Attributes:
         copies: Number of parts.
@@ -87,11 +84,7 @@ class CongruentParts:
         self._factor = SymmetricFactor(self._matrix, prefix)
 
     def factorise(self) -> list[Array]:
-        """Factorise and find W; returns A_Si W of each part. To be called once.
-
-        Raises:
-            LinAlgError: if there is no factor.
-        """
+        """Factorise and find W; returns A_Si W of each part. To be called once."""
         self._factor.update()
         if self._sparse is None:
             return [np.zeros((0, 0))] * self.copies
@@ -198,9 +191,7 @@ def find_surroundings(
     """Nodes of S around each part of a group in the order of those around the first, and T there.
 
     Args:
-        group: Congruent parts.
         own: Nodes of this rank that are not in S.
-        S: Nodes of S.
         touched: Nodes of S around each part in any order.
 
     Returns:

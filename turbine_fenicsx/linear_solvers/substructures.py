@@ -58,7 +58,6 @@ class Substructures(FreeSolver):
         matrix: The matrix, three rows for each node.
         positions: Initial positions of the nodes of this rank, shape (n, 3) [m].
         shared: Which of them are in S, shape (n,).
-        prefix: Options prefix of the factors.
 
     Attributes:
         rotations: Rotations of the material since then, shape (3, 3, n); set before `update`.
@@ -217,15 +216,7 @@ class Substructures(FreeSolver):
 def free_factor(
     flexible: FlexibleModel, coupling: CouplingBlock, matrix: PETSc.Mat, free: PETSc.IS, prefix: str
 ) -> FreeSolver:
-    """`Substructures` of several components, or where ranks meet in few unknowns; else one factor.
-
-    Args:
-        flexible: The body.
-        coupling: Its couplings.
-        matrix: A_II.
-        free: Free degrees of freedom.
-        prefix: Options prefix of the factors.
-    """
+    """`Substructures` of several components, or if ranks meet in few unknowns; else one factor."""
     nodes = np.setdiff1d(np.arange(flexible.n_owned), coupling.nodes)
     shared = find_shared_nodes(flexible)[nodes]
     parts = Substructures(matrix, flexible.positions[nodes], shared, prefix)

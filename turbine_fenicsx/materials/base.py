@@ -80,7 +80,6 @@ def stress_at_rest(energy: Callable[[Expr], Expr], E: Expr, quadratic: bool = Fa
     """The linear stress D_0 : E, with the elasticity D_0 = 4 W''(I) of a material at rest.
 
     Args:
-        energy: W as a function of C.
         E: A symmetric strain, shape (3, 3).
         quadratic: Whether W is quadratic in C; its stress 2 W'(I + 2 E) is linear in E.
     """

@@ -81,10 +81,6 @@ def parameters_on(mesh: Mesh, name: str) -> Callable[[Any], Any]:
     """Function that turns numbers, arrays or cell fields into UFL coefficients on a mesh.
 
     It raises a ModelError for a field that belongs to the mesh of another body.
-
-    Args:
-        mesh: The mesh.
-        name: Name of the body.
     """
 
     def parameter(value: Any) -> Any:
@@ -107,10 +103,6 @@ def check_cells(
             for the value of that name.
         condition: Function of the values that returns whether they are valid.
         values: Numbers or cell fields, in the order of the arguments of ``condition``.
-
-    Raises:
-        ModelError: if the condition does not hold, on all ranks; for what is neither a number nor a
-            cell field.
     """
     arrays = [_take_numbers(name, value) for name, value in values.items()]
     comms = [value.function_space.mesh.comm for value in values.values() if is_field(value)]
@@ -131,9 +123,6 @@ def map_cells(function: Callable[..., Array], *values: Scalar) -> list[fem.Funct
 
     Returns:
         A cell field for each of the m results.
-
-    Raises:
-        Exception: what the function raises in any cell, on all ranks.
     """
     mesh = next(value.function_space.mesh for value in values if is_field(value))
     table = np.column_stack(np.broadcast_arrays(*(_take_numbers("value", v) for v in values)))

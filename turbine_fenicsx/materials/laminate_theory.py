@@ -29,7 +29,6 @@ def reduced_stiffness(material: PlyMaterial, angle: float = 0.0) -> Array:
     """Plane-stress stiffness Q of a ply in the axes of the wall.
 
     Args:
-        material: Of the ply.
         angle: From axis 1 of the wall to the fibre, positive from 1 to 2 [rad].
 
     Returns:

@@ -84,9 +84,6 @@ def stiffness_matrix(young: Triple, shear: Triple, poisson: Triple) -> Array:
 
     Returns:
         Shape (6, 6) [Pa], symmetric positive definite.
-
-    Raises:
-        ModelError: if it is not positive definite.
     """
     if not all(0.0 < modulus < np.inf for modulus in (*young, *shear)):
         raise ModelError(

@@ -24,16 +24,11 @@ Criterion: TypeAlias = Callable[["PlyTable", Array], Array]
 class PlyTable:
     """Plies of walls, one after the other, each wall from its outer to its inner face.
 
-    Args:
-        laminates: The plies of each wall.
-
     Attributes:
-        plies: The n plies.
         wall: Number of the wall of each, shape (n,).
         first: Number of the first ply of each wall, shape (walls,).
         stiffness: Plane-stress stiffness in the axes of the ply, shape (n, 3, 3) [Pa].
         tension: Strength along and across the fibre, shape (n, 2) [Pa].
-        compression: The same.
         shear: Strength against shear in the ply, shape (n,) [Pa].
     """
 
@@ -64,7 +59,6 @@ class PlyTable:
         Args:
             inner: Strains 11, 22, 12 (engineering) of the inner faces of the walls in their axes,
                 at p points of each, shape (walls, p, 3).
-            outer: Those of the outer faces.
 
         Returns:
             Along the fibre, across it, and shear, shape (n, 2, p, 3).

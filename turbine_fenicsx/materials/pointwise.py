@@ -79,7 +79,6 @@ class CellPoints:
     """The same point of some cells, where expressions are evaluated.
 
     Args:
-        mesh: The mesh.
         cells: Local cells, shape (n,).
         point: The point of the reference cell, shape (3,); its middle if None.
 
@@ -105,15 +104,11 @@ class CellPoints:
         """Values of scalar expressions.
 
         Args:
-            expressions: The expressions, as `write_out` returns them.
             given: Values of constants that count instead of those they have, shape (samples, ...)
                 each.
 
         Returns:
             Shape (cells, samples, expressions).
-
-        Raises:
-            UnknownExpression: for what has no value here.
         """
         found = []
         known: dict[Any, Any] = {}

@@ -19,9 +19,6 @@ def wall_frame(mesh: Mesh) -> tuple[Expr, Expr, Expr]:
 
     The normal is exactly that of the surface zeta = constant through the point, the first axis
     lies in that surface along the reference axis of the span.
-
-    Returns:
-        UFL vectors on the mesh.
     """
     J = ufl.Jacobian(mesh)
     along, around = J[:, 0], J[:, 1]

@@ -14,7 +14,6 @@ class BladeBlock:
     """Nodes, cells and boundary faces of one blade.
 
     Attributes:
-        reference: Element type of the cells.
         points: Coordinates along span (from the rotor centre), chord and thickness,
             shape (n_points, 3) [m].
         cells: Nodes of each cell in gmsh's order, shape (n_cells, n).

@@ -16,7 +16,6 @@ def write_cell_data(gmsh: Any, arrays: MeshArrays, path: str) -> None:
     Args:
         gmsh: The module, with the mesh as its current model.
         arrays: The mesh; its cells have the numbers that `MeshArrays.add_to` gives them.
-        path: The file.
     """
     tags = len(arrays.facets) + 1 + np.arange(len(arrays.cells))
     model = gmsh.model.getCurrent()

@@ -39,8 +39,6 @@ class ReferenceCell:
     """A hexahedron or tetrahedron of first or second order.
 
     Attributes:
-        cell: "hexahedron" or "tetrahedron".
-        degree: 1 or 2.
         gmsh_type: gmsh's number of the element type.
         gmsh_facet_type: gmsh's number of the type of its faces.
     """

@@ -24,7 +24,6 @@ def curve_tetrahedra(block: BladeBlock, blade: BladeGeometry) -> BladeBlock:
     """Add a node to each edge and move those on the skin to the ellipse of their section.
 
     Args:
-        block: First-order tetrahedra of a blade.
         blade: Shape of the blade.
 
     Returns:

@@ -23,7 +23,6 @@ def read_groups(gmsh: Any, path: str) -> dict[str, Any]:
 
     Args:
         gmsh: The module, initialised, with an empty model.
-        path: The file.
 
     Returns:
         ``tags`` and ``coordinates`` of all nodes. ``info``, a JSON text: the highest dimension of

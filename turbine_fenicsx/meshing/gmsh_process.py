@@ -32,8 +32,6 @@ class Group:
     """A physical group of a file: elements of one or more types.
 
     Attributes:
-        name: Its name.
-        tag: Its number.
         elements: gmsh's number of each element by element type.
         nodes: gmsh's numbers of the nodes of each element by element type.
     """
@@ -51,9 +49,6 @@ class MshContent:
     Attributes:
         tags: gmsh's number of each node, shape (n,).
         points: Coordinates of the nodes, shape (n, 3) [m].
-        solids: Physical volumes with elements.
-        shells: Physical surfaces with elements.
-        names: Name of each element type.
         highest: Highest dimension of an entity; -1 if there is none.
         has_cells: Whether there are volume elements, in a group or not.
         cell_data: Numbers of elements and a value of each, by name of the data.
@@ -76,9 +71,6 @@ def read_content(path: Path) -> MshContent:
 
     Args:
         path: A file that begins like an MSH file; anything else gmsh would run as a script.
-
-    Raises:
-        MeshError: if gmsh is not installed, reports an error, crashes or takes too long.
     """
     with tempfile.TemporaryDirectory(prefix="turbine_fenicsx_") as folder:
         Path(folder, "mesh.msh").symlink_to(path.resolve())

@@ -40,7 +40,6 @@ def mesh_blade(
     Args:
         blade: Its shape.
         elements: Numbers of elements along chord, thickness and span.
-        geometry_degree: 1 or 2.
 
     Returns:
         The mesh, with (p n_chord + 1)(p n_thickness + 1)(p n_span + 1) nodes for degree p.
@@ -106,7 +105,6 @@ def section_grid(n_chord: int, n_thickness: int, degree: int) -> Array:
     Args:
         n_chord: Number of elements along the chord.
         n_thickness: Number of elements along the thickness.
-        degree: 1 or 2.
 
     Returns:
         Coordinates along chord and thickness,

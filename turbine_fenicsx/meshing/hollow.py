@@ -47,14 +47,10 @@ def span_lines(shape: HollowShape, n_span: int) -> Array:
     enough. A blade that runs out into a point ends just before it, without slivers.
 
     Args:
-        shape: The blade.
         n_span: Number of elements along the span.
 
     Returns:
         Rising span fractions from 0, shape (n_span + 1,) [-].
-
-    Raises:
-        MeshError: if there are more ends of webs than lines.
     """
     end = _blunt_end(shape)
     ends = sorted(

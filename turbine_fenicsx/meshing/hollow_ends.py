@@ -82,7 +82,6 @@ def mesh_web(
     """Mesh one web.
 
     Args:
-        shape: The blade.
         web: Number of the web.
         lines: Span fractions of the lines along the span, shape (M + 1,) [-].
         points: Nodes so far, shape (n, 3) [m].
@@ -156,7 +155,6 @@ def mesh_tip(
     out, which meet at the edges.
 
     Args:
-        shape: The blade.
         part: Number of the plate among the parts.
         lines: Span fractions of the lines along the span, shape (M + 1,) [-].
         arcs: Contour fractions of the lines around the tip, shape (C + 1,) [-].

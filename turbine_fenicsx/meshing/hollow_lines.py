@@ -49,7 +49,6 @@ class _Mark:
 
     Attributes:
         at: Where it should be [-].
-        weight: How much it resists.
         half: Half of the width of the strip [-].
         gap: Its least distance from others [-].
         fixed: Whether it must not be left out.
@@ -68,14 +67,7 @@ def arrange_lines(contours: Contours, most: int) -> Lines:
     """Put bounds of panels and strips of webs in order.
 
     Args:
-        contours: The outlines.
         most: Greatest number of segments; bounds of the narrowest panels are left out before.
-
-    Returns:
-        The lines.
-
-    Raises:
-        MeshError: if webs cross, or if there are more strips and corners than segments.
     """
     bounds = contours.to_b(contours.shape.lines(contours.s))
     marks = _mark_panels(contours, bounds)
@@ -267,11 +259,7 @@ def divide_sections(contours: Contours, n_around: int) -> Columns:
     longest elements; only the strips under webs stay undivided.
 
     Args:
-        contours: The outlines.
         n_around: Number of elements around a section.
-
-    Returns:
-        The columns.
     """
     lines = arrange_lines(contours, n_around)
     x = lines.positions

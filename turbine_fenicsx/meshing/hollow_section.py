@@ -54,7 +54,6 @@ def build_wall(
     """Find the wall at the nodes of all sections.
 
     Args:
-        contours: The outlines.
         b: Coordinates of the nodes, shape (S, n) [-].
         inside: Coordinates where the thickness at the nodes is measured, shape (S, n) [-].
         outline: Closely spaced points of the outlines, shape (S, m, 3) [m].

@@ -24,7 +24,6 @@ class Web:
     """A shear web from the suction to the pressure side.
 
     Args:
-        name: Its name.
         start: Fraction of the span where it begins [-].
         end: Fraction of the span where it ends [-].
     """
@@ -115,10 +114,8 @@ class Contours:
     from 0 to 1 like the contour fraction and, where there is such a face, on from 1 to 2 across it.
 
     Attributes:
-        shape: The blade.
         s: Span fractions of the sections, shape (S,) [-].
         cut: Contour fraction cut off at either side of the trailing edge, shape (S,) [-].
-        closed: Whether there is no face.
     """
 
     shape: HollowShape

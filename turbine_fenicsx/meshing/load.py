@@ -30,11 +30,8 @@ class LoadedMesh:
     """A distributed mesh with the named groups of its file.
 
     Attributes:
-        mesh: The mesh.
         cell_tags: Number of the physical volume of each cell (mesh tags).
         facet_tags: Number of the physical surface of each grouped face (mesh tags).
-        cell_names: Numbers in ``cell_tags`` by name.
-        facet_names: Numbers in ``facet_tags`` by name.
         report: Numbers of nodes and cells, volumes and worst quality of the whole mesh.
         cell_data: What is known of each cell that this rank owns by name, shape (n,) each.
     """
@@ -55,19 +52,11 @@ class LoadedMesh:
         return np.asarray(topology.original_cell_index[:owned], dtype=np.int64)
 
     def cells(self, name: str) -> NDArray[np.int32]:
-        """Local cells of a physical volume, for example ``"blade_1"``, shape (n,).
-
-        Raises:
-            MeshError: if there is no such group.
-        """
+        """Local cells of a physical volume, for example ``"blade_1"``, shape (n,)."""
         return _find_entities("physical volume", self.cell_tags, self.cell_names, name)
 
     def facets(self, name: str) -> NDArray[np.int32]:
-        """Local facets of a physical surface, for example ``"root_1"``, shape (n,).
-
-        Raises:
-            MeshError: if there is no such group.
-        """
+        """Local facets of a physical surface, for example ``"root_1"``, shape (n,)."""
         return _find_entities("physical surface", self.facet_tags, self.facet_names, name)
 
 

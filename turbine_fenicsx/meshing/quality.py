@@ -27,8 +27,6 @@ class MeshReport:
     """Size of a mesh and quality of its elements.
 
     Attributes:
-        cell: "hexahedron" or "tetrahedron".
-        geometry_degree: 1 or 2.
         nodes: Number of nodes.
         cells: Number of cells.
         volumes: Volume of each physical volume by name [m^3].
@@ -100,7 +98,6 @@ def scaled_jacobian(points: Array, cells: IntArray, reference: ReferenceCell) ->
     Args:
         points: Node coordinates, shape (n_points, 3) [m].
         cells: Nodes of each cell in gmsh's order, shape (n_cells, n_nodes).
-        reference: Their element type.
 
     Returns:
         Values between -1 and 1, shape (n_cells,) [-].
@@ -166,12 +163,8 @@ def examine(
     Args:
         points: Node coordinates, shape (n_points, 3) [m].
         cells: Nodes of each cell in gmsh's order, shape (n_cells, n_nodes).
-        reference: Their element type.
         groups: Number of each physical volume by name.
         cell_groups: Number of the physical volume of each cell, shape (n_cells,).
-
-    Returns:
-        The report.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # such cells count as degenerate
         quality = scaled_jacobian(points, cells, reference)

@@ -54,16 +54,7 @@ def build_rotor(
 
 
 def write_rotor(make: Callable[[], MeshArrays], path: str | os.PathLike[str]) -> MeshReport:
-    """Mesh the blades of a rotor and write them to a file, see `build_rotor`.
-
-    Args:
-        make: Makes the mesh.
-        path: File to write.
-
-    Raises:
-        MeshError: if the file cannot be written, or a cell is inverted; and whatever ``make``
-            raises.
-    """
+    """Mesh the blades of a rotor and write them to a file, see `build_rotor`."""
     target = Path(path)
     _check_writable(target)
     arrays = make()

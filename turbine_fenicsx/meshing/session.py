@@ -19,15 +19,6 @@ def gmsh_session(options: Mapping[str, float] | None = None) -> Iterator[Any]:
 
     On leaving, gmsh is as it was before: closed if it was closed, else with the previous model
     and options. Configuration files of the user are not read.
-
-    Args:
-        options: gmsh options by name.
-
-    Yields:
-        The module ``gmsh``, initialised.
-
-    Raises:
-        MeshError: if gmsh is not installed or reports an error.
     """
     with keep_interrupts():
         gmsh = _import_gmsh()

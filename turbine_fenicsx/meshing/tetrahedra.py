@@ -34,12 +34,6 @@ def mesh_blade(blade: BladeGeometry, edge_lengths: list[float], geometry_degree:
         blade: Its shape.
         edge_lengths: Target edge length at each station, linear in between [m].
         geometry_degree: 1, or 2 for curved faces on the skin.
-
-    Returns:
-        The mesh.
-
-    Raises:
-        MeshError: if gmsh fails.
     """
     best, best_quality = None, -np.inf
     for factor, algorithm in _ATTEMPTS:

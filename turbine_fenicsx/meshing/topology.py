@@ -104,9 +104,6 @@ def count_nodes(elements: IntArray, reference: ReferenceCell, dimension: int, de
 
     Args:
         elements: Nodes of each cell, or of each face, in gmsh's order, shape (n, m).
-        reference: Element type of the cells.
-        dimension: 3 for cells, 2 for faces.
-        degree: 1 or 2.
     """
     hexahedral = reference.cell == "hexahedron"
     n_corners = {(True, 3): 8, (True, 2): 4, (False, 3): 4, (False, 2): 3}[hexahedral, dimension]

@@ -35,10 +35,6 @@ class TowerGeometry:
         stations: Fractions of the height, rising from 0 to 1 [-].
         diameters: Outer diameter at each station [m].
         walls: Thickness of the wall at each station, measured horizontally [m].
-
-    Raises:
-        ModelError: for a size that is not positive, stations that do not rise from 0 to 1, or a
-            wall that leaves no hollow.
     """
 
     height: float
@@ -157,9 +153,6 @@ def build_tower(
 
     Returns:
         Numbers of nodes and cells, volume and worst quality.
-
-    Raises:
-        MeshError: if gmsh fails, the file cannot be written, or a cell is inverted.
     """
     arrays = mesh_tower(tower, elements, geometry_degree)
     report = arrays.examine()

@@ -58,7 +58,6 @@ class Backdrop:
         """Add tower and ground of a turbine.
 
         Args:
-            plotter: PyVista's.
             nacelle: Present bounds of the nacelle [m].
         """
         if not self._turbine or nacelle is None:

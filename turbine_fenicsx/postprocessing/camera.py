@@ -38,9 +38,6 @@ def look_at(camera: Any, frame: Frame, view: str, size: tuple[int, int], legend:
     """Point a camera at a model.
 
     Args:
-        camera: PyVista's.
-        frame: What has to be inside.
-        view: One of `VIEWS`.
         size: Width and height of the picture [pixels].
         legend: Whether there is one on the right.
     """

@@ -25,19 +25,7 @@ _GAP = 0.031
 
 
 def plot_campbell(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
-    """Draw the Campbell diagram.
-
-    Args:
-        csv_path: ``campbell.csv``.
-        png: Picture to write.
-
-    Returns:
-        ``png``.
-
-    Raises:
-        ImportError: if Matplotlib is missing.
-        InputError: if a file cannot be read or written.
-    """
+    """Draw the Campbell diagram."""
     branches = read_campbell(csv_path)
     try:
         with warnings.catch_warnings():

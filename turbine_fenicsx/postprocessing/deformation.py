@@ -69,7 +69,6 @@ def exaggerate(
         u: Displacements, shape (n, 3) [m].
         coupling: Number of the coupling that holds a point, 0 for none, shape (n,).
         points_of: Which points a part has, by its number; shape (n,) of bool.
-        parts: The parts.
         scale: Factor of the deformation; 1 shows it as it is, 0 none.
 
     Returns:

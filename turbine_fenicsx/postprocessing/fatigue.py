@@ -26,7 +26,7 @@ GLASS_SLOPE, STEEL_SLOPE, FREQUENCY = 10.0, 4.0, 1.0
 """Slopes for laminates with glass fibres and for steel [-]; frequency of equivalent cycles [Hz]."""
 
 ROUND_OFF = 1e-12
-"""Smaller ranges are none, as a part of the largest value."""
+"""Smaller ranges count as zero, as a part of the largest value."""
 
 STEEL = ("tower", "Twr", "YawBr", "LSS", "HSS", "Rot")
 """Beginnings of columns of parts that are of steel: tower, bearings and shafts."""
@@ -37,9 +37,7 @@ class Fatigue:
     """Cycles of one column.
 
     Args:
-        column: Its name; ranges have its unit.
         cycles: Number of cycles, halves included.
-        largest: Largest range.
         equivalent: Equivalent range by the slope of the S-N curve.
     """
 
@@ -55,9 +53,6 @@ def count_cycles(
     """Ranges of the cycles of a series, and how much each counts, 1 or 1/2; shapes (n,).
 
     Constant series have none, nor does round-off.
-
-    Raises:
-        ImportError: with a sentence, if the library is missing.
     """
     try:
         import rainflow
@@ -90,16 +85,10 @@ def find_fatigue(
     """Cycles and equivalent ranges of columns of a run.
 
     Args:
-        series: The run.
         columns: Their names; empty for moments of roots and tower base, and strain gauges.
         slopes: Slopes of S-N curves [-]; empty for 4 of parts of steel and 10 of all others.
         frequency: Of the equivalent cycles [Hz].
         start: Time before which nothing counts [s].
-
-    Raises:
-        InputError: if the run has no such column, no step after the start, times that do not rise,
-            or a number that is not finite.
-        ImportError: with a sentence, if the library is missing.
     """
     chosen = list(columns) or list_loads(series)
     if not chosen:

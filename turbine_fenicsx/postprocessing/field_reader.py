@@ -88,11 +88,6 @@ class FieldReader:
 class ModeReader(FieldReader):
     """Reads the shapes of ``modes.xdmf``.
 
-    Args:
-        path: The file.
-        parts: What its parts are.
-        scale: Factor of the motion.
-
     Attributes:
         phase: Phase of the motion a cos(phase) - b sin(phase) that `grid` shows [rad].
     """

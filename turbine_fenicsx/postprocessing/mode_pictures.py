@@ -26,11 +26,7 @@ _TILE, _COLUMNS = (400, 480), 4
 
 
 def read_mode_titles(path: str | os.PathLike[str]) -> list[str]:
-    """Titles of the modes in ``modes.xdmf``, in their order.
-
-    Raises:
-        InputError: if the file is missing, incomplete, or holds something else.
-    """
+    """Titles of the modes in ``modes.xdmf``, in their order."""
     n = len(read_field_times(path))
     for item in ElementTree.fromstring(read_regular(path)).iter("Information"):
         if item.get("Name") == TITLES:
@@ -49,18 +45,9 @@ def render_modes(
     """Draw the shapes of modes, the shape at rest beside them in grey.
 
     Args:
-        path: ``modes.xdmf``.
         folder: Where to write ``mode_1.png`` and so on, and of several modes ``modes.png``, a sheet
             of all of them.
         numbers: Numbers of the modes from 1; all if None.
-        look: How they are drawn.
-        done: Called after each picture.
-
-    Returns:
-        The pictures.
-
-    Raises:
-        InputError: if there is no such mode or the pictures cannot be drawn.
     """
     titles = read_mode_titles(path)
     steps = [find_step(n, titles) for n in numbers or range(1, len(titles) + 1)]
@@ -81,17 +68,7 @@ def render_mode_movie(
     """Make a movie of some cycles of a mode.
 
     Args:
-        path: ``modes.xdmf``.
-        mp4: Movie to write.
         number: Number of the mode from 1.
-        look: How it is drawn.
-        done: Called after each frame.
-
-    Returns:
-        ``mp4``.
-
-    Raises:
-        InputError: if there is no such mode or the movie cannot be made.
     """
     titles = read_mode_titles(path)
     phases = 2.0 * np.pi * np.arange(count_movie_frames()) / _FRAMES
@@ -111,11 +88,7 @@ def count_movie_frames() -> int:
 
 
 def find_step(number: int, titles: Sequence[str]) -> int:
-    """Which time of the file a mode is.
-
-    Raises:
-        InputError: if there is no such mode.
-    """
+    """Which time of the file a mode is."""
     if not 1 <= number <= len(titles):
         raise InputError(f"there is no mode {number}, they are numbered from 1 to {len(titles)}")
     return number - 1

@@ -31,16 +31,8 @@ def report_modes(
     """Describe the modes in a folder.
 
     Args:
-        folder: Output folder of the command ``modes``.
         scale: Factor of the motion in the pictures.
-        pictures: Whether there are any.
         describe: Makes the tables of the page from those of ``case.json``.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if a file is broken.
     """
     folder = need_folder(folder)
     rows = read_table(folder / "modes.csv")

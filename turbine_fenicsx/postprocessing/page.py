@@ -16,8 +16,6 @@ def fill_page(title: str, subtitle: str, sections: Mapping[str, str]) -> str:
     """The page.
 
     Args:
-        title: Its title.
-        subtitle: A line below it.
         sections: HTML of the sections by their headings; empty ones are left out.
     """
     template = Template(Path(__file__).with_name("report.html").read_text(encoding="utf-8"))

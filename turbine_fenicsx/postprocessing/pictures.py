@@ -67,16 +67,7 @@ def render_turbine(
     """Draw the turbine at one time.
 
     Args:
-        fields_xdmf: Field output of a run.
-        png: Picture to write.
         time: Time [s], the nearest one written is drawn; the last one if None.
-        look: How it is drawn.
-
-    Returns:
-        ``png``.
-
-    Raises:
-        InputError: if the picture cannot be drawn.
     """
     times = read_field_times(fields_xdmf)
     step = len(times) - 1 if time is None else find_nearest_step(times, time)
@@ -119,9 +110,6 @@ def choose_movie_steps(times: Sequence[float], speed: float) -> tuple[list[int],
     Args:
         times: Times written [s].
         speed: Simulated seconds in a second of the movie.
-
-    Raises:
-        InputError: if there are less than two times.
     """
     if len(times) < 2:
         raise InputError("a movie needs fields at two times or more; set output.fields_every")
@@ -140,17 +128,7 @@ def render_movie(
     """Make a movie of all times written.
 
     Args:
-        fields_xdmf: Field output of a run.
-        mp4: Movie to write.
         speed: Simulated seconds in a second of the movie.
-        look: How it is drawn.
-        done: Called after each frame.
-
-    Returns:
-        ``mp4``.
-
-    Raises:
-        InputError: if the movie cannot be made.
     """
     steps, rate = choose_movie_steps(list(read_field_times(fields_xdmf)), speed)
     draw_scene(fields_xdmf, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
@@ -183,15 +161,8 @@ def draw_scene(
     """Let the child process draw.
 
     Args:
-        fields_xdmf: Fields of a run, or modes.
-        pictures: Step and file of each picture.
         movie: File, frames per second and steps of a movie, of modes also phases; None for none.
-        look: How it is drawn.
-        done: Called after each picture or frame.
         titles: What each step is called if they are modes.
-
-    Raises:
-        InputError: if it cannot.
     """
     if look.view not in VIEWS:
         raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")

@@ -65,13 +65,8 @@ def draw_dots(
     """Draw changes per step over many decades, and the tolerance; zeros are not shown.
 
     Args:
-        axes: The panel.
-        run: The run.
         values: Changes per step, shape (n_rows,).
-        look: How it appears.
         largest: Largest energy or momentum of the run.
-        unit: Unit of all these.
-        **how: For Matplotlib.
     """
     shown = np.where(values > 0.0, values, np.nan)
     axes.set_yscale("log")

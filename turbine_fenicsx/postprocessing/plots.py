@@ -180,18 +180,6 @@ def plot_summary(
 
     In wind these are the wind itself, root moments and tips or thrust and torque, power, rotor
     speed and pitch.
-
-    Args:
-        csv_path: The ``history.csv`` of the run.
-        png: Picture to write.
-        title: Title of the run.
-
-    Returns:
-        ``png``.
-
-    Raises:
-        ImportError: if Matplotlib is missing.
-        InputError: if a file cannot be read or written, holds no rows or lacks a column.
     """
     run = read_history(csv_path)
     loads: list[Panel] = [p.root_flap] if run.of(names.ROOT_MOMENT, axis="y") else []

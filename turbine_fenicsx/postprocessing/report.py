@@ -81,18 +81,9 @@ def report(
     """Describe a run.
 
     Args:
-        folder: Output folder.
         times: Times of the pictures [s]; four of the whole run if None.
         scale: Factor of the deformation in the pictures.
-        pictures: Whether there are any.
         describe: Makes the tables of the page from those of ``case.json``.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if there is no ``history.csv``, a file is broken, or a time is outside of the
-            run.
     """
     folder = need_folder(folder)
     (history,) = read_histories([folder])

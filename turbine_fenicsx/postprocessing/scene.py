@@ -43,9 +43,6 @@ class Scene:
             ``size``. ``scalar`` is None for plain colours; ``coloured`` has patterns of the names
             of parts and bodies, none for all; ``limits`` of the colours may be None, see `colours`.
         steps: Numbers of the times that will be drawn.
-
-    Raises:
-        InputError: if there is no such field or part.
     """
 
     def __init__(self, job: Mapping[str, Any], steps: Sequence[int]) -> None:
@@ -227,15 +224,10 @@ def colour_parts(
     """Which parts have colours, and which of them share a scale.
 
     Args:
-        parts: All parts.
         field: The field, None for none.
         patterns: What the name of a part or of its body must fit; none for all.
-        common: Whether all have the same scale.
 
     Returns: Number of the part to its body if each body has a separate scale, else to nothing.
-
-    Raises:
-        InputError: if a pattern fits no part.
     """
     if field is None:
         return {}

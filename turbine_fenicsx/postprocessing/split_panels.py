@@ -13,10 +13,6 @@ from turbine_fenicsx.records.output_folder import TimeSeries
 def split_panels(panels: Sequence[Panel], runs: Sequence[TimeSeries]) -> list[Panel]:
     """Panels that show one quantity each where there are several runs.
 
-    Args:
-        panels: Panels whose colours distinguish quantities.
-        runs: The runs.
-
     Returns:
         The panels themselves for a single run.
     """

@@ -44,16 +44,7 @@ def step_of(path: Path) -> int:
 
 
 def write_checkpoint(path: Path, head: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
-    """Write a file and wait until it is on the disk; an old one is replaced when it is.
-
-    Args:
-        path: The file; its folder exists.
-        head: What JSON can hold without loss.
-        arrays: Arrays by name, except "head".
-
-    Raises:
-        FileError: if it cannot be written.
-    """
+    """Write a file and wait until it is on the disk; an old one is replaced when it is."""
     content = io.BytesIO()
     np.savez(content, head=np.array(json.dumps(head)), **arrays)  # type: ignore[arg-type]
     with zipfile.ZipFile(content, "a") as archive:
@@ -65,11 +56,7 @@ def write_checkpoint(path: Path, head: Mapping[str, Any], arrays: Mapping[str, A
 
 
 def read_head(path: Path) -> dict[str, Any]:
-    """The head of a file, once its checksum has shown that nothing in it has changed.
-
-    Raises:
-        UnusableError: if it is damaged, of an earlier format, or cannot be read.
-    """
+    """The head of a file, once its checksum has shown that nothing in it has changed."""
     try:
         _check_seal(path)
         with np.load(path, allow_pickle=False) as file:

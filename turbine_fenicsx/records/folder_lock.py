@@ -20,13 +20,6 @@ def lock_folder(comm: MPI.Intracomm, folder: str | os.PathLike[str]) -> Iterator
     """Make a folder and keep other runs out of it.
 
     The system drops the lock when the program ends, however it ends.
-
-    Args:
-        comm: Communicator; rank 0 holds the lock.
-        folder: The folder.
-
-    Raises:
-        InputError: if it cannot be written to, or another run is using it.
     """
     path = Path(folder)
 

@@ -34,11 +34,7 @@ def format_rows(rows: Sequence[Row]) -> str:
 
 
 def read_table(path: str | os.PathLike[str]) -> list[dict[str, float | str]]:
-    """Read rows.
-
-    Raises:
-        InputError: if the file cannot be read or is no such table.
-    """
+    """Read rows."""
     path = Path(path)
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8", newline="") as file:
@@ -62,7 +58,6 @@ class Branch:
     """A mode that is followed over the speed.
 
     Args:
-        name: In words.
         speeds: Shape (n,) [rpm].
         frequencies: Shape (n,) [Hz].
         damping_ratios: Shape (n,).
@@ -75,11 +70,7 @@ class Branch:
 
 
 def read_campbell(path: str | os.PathLike[str]) -> list[Branch]:
-    """Read the modes of ``campbell.csv``.
-
-    Raises:
-        InputError: as in `read_table`.
-    """
+    """Read the modes of ``campbell.csv``."""
     columns = (names.SPEED, names.FREQUENCY, names.DAMPING_RATIO)
     found: dict[float, list[dict[str, float | str]]] = {}
     for row in read_table(path):

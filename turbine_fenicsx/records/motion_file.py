@@ -44,7 +44,6 @@ class MovedBody:
     """A reduced body whose motion is stored.
 
     Args:
-        name: Its name.
         copies: Number of copies.
         vectors: Number of vectors of a copy.
         meaning: Hash of the basis that the vectors belong to.
@@ -88,15 +87,7 @@ class MotionFile:
     """The files of a motion that grows, open only inside the calls; rank 0 writes.
 
     Args:
-        comm: Communicator.
-        path: ``motion.bin``; ``motion.json`` stands beside it.
-        rigid: Names of the rigid bodies.
-        bodies: The reduced bodies.
         keep: Time before which rows of existing files are kept [s]; None begins new files.
-
-    Raises:
-        FileError: if they cannot be written, on all ranks.
-        InputError: if existing files are not those of these bodies, on all ranks.
 
     Note:
         The constructor and all methods are collective.
@@ -182,7 +173,6 @@ def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:
     """Number of good rows before a time in files that may be missing.
 
     Args:
-        path: ``motion.bin``.
         before: The time [s].
         head: The contents of ``motion.json``, where that is missing.
     """
@@ -194,7 +184,7 @@ def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:
 
 
 def _count_good(rows: Array) -> int:
-    """Number of rows before the first with a value that is no number, or whose time does not grow.
+    """Number of rows before the first with a value that is not finite or a time that falls.
 
     Args:
         rows: Shape (rows, width).
@@ -222,7 +212,6 @@ def _read_rows(path: Path, head: dict[str, Any] | None = None) -> tuple[dict[str
     """Names and sizes of what is in a row, and the rows that are whole, shape (rows, width).
 
     Args:
-        path: ``motion.bin``.
         head: The contents of ``motion.json``, where that is missing.
     """
     name, opened = str(path), path

@@ -77,12 +77,7 @@ class Family:
         return self.pattern.format(**fields)
 
     def find(self, columns: Iterable[str], **fields: object) -> dict[str, str]:
-        """Columns of this family by the one field that is not given.
-
-        Args:
-            columns: Names to look through.
-            fields: All fields but one.
-        """
+        """Columns of this family by the one field that is not given."""
         text = _make_pattern(self.pattern, fields)
         matches = ((column, re.fullmatch(text, column)) for column in columns)
         return {match[1]: column for column, match in matches if match}

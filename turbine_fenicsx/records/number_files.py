@@ -32,7 +32,6 @@ class Rows(NamedTuple):
     """Rows of an array that is distributed over the ranks.
 
     Args:
-        values: Those of this rank.
         first: Number of the first of them.
         total: Number of all rows.
     """
@@ -46,13 +45,9 @@ class NumberFiles:
     """Files of raw numbers that grow, open only inside the calls.
 
     Args:
-        comm: Communicator.
         path: The XDMF file that they belong to; its name without suffix is theirs.
         place: Number of an existing file that is continued, and where [bytes]; None begins the
             first.
-
-    Raises:
-        FileError: if a new file cannot be made, on all ranks.
 
     Note:
         The constructor and all methods are collective; an error on one rank is raised on all.
@@ -66,14 +61,7 @@ class NumberFiles:
             on_rank0(comm, self._create)
 
     def append(self, arrays: Sequence[Rows]) -> list[str]:
-        """Write arrays one after another.
-
-        Returns:
-            Their ``DataItem`` elements.
-
-        Raises:
-            FileError: if they cannot be written.
-        """
+        """Write arrays one after another."""
         items = []
         places: dict[int, list[tuple[int, NDArray[Any]]]] = {}
         for values, first, total in arrays:
@@ -98,11 +86,7 @@ class NumberFiles:
         return items
 
     def sync(self) -> None:
-        """Wait until all numbers are on the disk.
-
-        Raises:
-            FileError: if the disk refuses, or a file was moved or deleted.
-        """
+        """Wait until all numbers are on the disk."""
         on_rank0(self._comm, self._sync)
         self._synced = self._number
 

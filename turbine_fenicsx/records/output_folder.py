@@ -112,12 +112,7 @@ def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeS
     """A run with columns of its ``history.out``, without the initial state.
 
     Args:
-        series: The run, from ``history.csv``.
-        path: ``history.out``.
         wanted: Names of columns of either file; those of ``history.out`` with or without the unit.
-
-    Raises:
-        InputError: if the files do not have the same times, or ``history.out`` cannot be read.
     """
     try:
         with TextIOWrapper(open_regular(path), encoding="utf-8") as file:
@@ -149,14 +144,7 @@ def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeS
 
 
 def read_histories(folders: Sequence[str | os.PathLike[str]]) -> list[TimeSeries]:
-    """Read the time series of several runs, under names that differ.
-
-    Args:
-        folders: Output folders.
-
-    Raises:
-        InputError: if a folder is given twice or has no readable ``history.csv``.
-    """
+    """Read the time series of several runs, under names that differ."""
     for folder in folders:
         need_folder(folder)
     parts = [Path(folder).resolve().parts for folder in folders]
@@ -193,11 +181,7 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, Any] | None:
 
 
 def read_solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
-    """Relative tolerance of the run in a folder; None if its ``case.json`` does not say.
-
-    Raises:
-        InputError: if the file is broken.
-    """
+    """Relative tolerance of the run in a folder; None if its ``case.json`` does not say."""
     solver = (read_tables(Path(folder) / "case.json") or {}).get("solver")
     tolerance = solver.get("tolerance") if isinstance(solver, dict) else None
     return tolerance if isinstance(tolerance, float) and 0.0 < tolerance < 1.0 else None
@@ -285,11 +269,7 @@ def holds_run(folder: str | os.PathLike[str]) -> bool:
 
 
 def remove_run(folder: str | os.PathLike[str]) -> None:
-    """Remove earlier results, so that nothing of them stands beside the new ones.
-
-    Raises:
-        FileError: if something cannot be removed.
-    """
+    """Remove earlier results, so that nothing of them stands beside the new ones."""
     _remove(folder, (*RESULTS, *MODE_RESULTS))
 
 
@@ -299,11 +279,7 @@ def holds_modes(folder: str | os.PathLike[str]) -> bool:
 
 
 def remove_modes(folder: str | os.PathLike[str]) -> None:
-    """Remove earlier modes.
-
-    Raises:
-        FileError: if something cannot be removed.
-    """
+    """Remove earlier modes."""
     _remove(folder, MODE_RESULTS)
 
 
@@ -316,11 +292,7 @@ def _remove(folder: str | os.PathLike[str], patterns: Sequence[str]) -> None:
 
 
 def need_folder(folder: str | os.PathLike[str]) -> Path:
-    """The output folder of a run as a path.
-
-    Raises:
-        InputError: if there is no such folder.
-    """
+    """The output folder of a run as a path."""
     if not Path(folder).is_dir():
         raise InputError(f"there is no output folder {os.fspath(folder)!r}")
     if (Path(folder) / STUDY).exists() and not (Path(folder) / "history.csv").exists():

@@ -17,7 +17,6 @@ class Part:
 
     Args:
         number: Its value of the cell field ``part``.
-        name: What it is called.
         body: Body that it is, or that it is a piece of; the pieces of a body share their colours.
         stands_on: For a rigid part, the number of the coupling by which a flexible body carries it,
             through any joints and rigid bodies in between; 0 for none. None for a flexible part.

@@ -25,13 +25,9 @@ class RowFile:
     """Rank 0 writes, and flushes after every line, so that other programs can follow.
 
     Args:
-        comm: Communicator.
         path: The file; it is replaced immediately, so that a crash here loses no rows of an old
             one.
         first: Returns the first lines; called on rank 0 before the old file is replaced.
-
-    Raises:
-        FileError: if the file cannot be written, on all ranks.
 
     Note:
         All methods except `close` are collective.
@@ -73,9 +69,6 @@ class RowFile:
 
         Returns:
             How many lines the file holds, on all ranks.
-
-        Raises:
-            FileError: if the disk refuses, or the file was moved or deleted.
         """
 
         def sync() -> int:
@@ -121,15 +114,6 @@ def read_rows(path: str | os.PathLike[str], head: int, width: int, separator: st
 
     Args:
         path: The file; a missing one has no rows.
-        head: Lines before the first row.
-        width: Numbers in a row.
-        separator: What stands between two numbers.
-
-    Returns:
-        The rows without line ends.
-
-    Raises:
-        FileError: if the file is there but cannot be read.
     """
     if not Path(path).exists():
         return []

@@ -20,7 +20,6 @@ class StoredGrid:
 
     Attributes:
         time: The time [s].
-        text: Its XML.
         place: Number of the last of its files with numbers, and where its arrays end there [bytes].
     """
 
@@ -34,9 +33,6 @@ def read_grids(path: str | os.PathLike[str]) -> list[StoredGrid]:
 
     Args:
         path: The XDMF file; a missing one holds no times.
-
-    Raises:
-        FileError: if it is there but cannot be read.
     """
     path = Path(path)
     if not path.exists():
@@ -60,13 +56,7 @@ def file_name(stem: str, number: int) -> str:
 
 
 def _parse(text: str, stem: str, sizes: dict[str, int]) -> StoredGrid:
-    """One grid.
-
-    Raises:
-        SyntaxError: if it is no XML.
-        ValueError: if something in it is no number, or its arrays are not all there.
-        LookupError: if something is missing.
-    """
+    """One grid."""
     node = ElementTree.fromstring(text)
     times = [float(time.attrib["Value"]) for time in node.iter("Time")]
     place = (0, 0)

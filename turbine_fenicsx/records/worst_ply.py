@@ -17,8 +17,6 @@ class WorstPly:
 
     Args:
         index: The failure index; a ply fails at 1 [-].
-        criterion: By which criterion, for example "tsai_wu".
-        panel: Panel or web of a blade.
         place: Distance from the root [m].
         time: When [s].
     """

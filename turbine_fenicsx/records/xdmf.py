@@ -49,11 +49,7 @@ of vertices, and their number."""
 
 
 def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
-    """Cells as XDMF wants a mixed topology: number of the kind, vertices, number of the kind, ...
-
-    Raises:
-        ModelError: if a kind is unknown, a shape is wrong or a point does not exist.
-    """
+    """Cells as XDMF wants a mixed topology: number of the kind, its vertices, and so on."""
     parts = [np.empty(0, dtype=np.int32)]
     for kind, block in cells:
         if kind not in CELL_KINDS:
@@ -124,10 +120,6 @@ class XdmfSeries:
             append: Continue the series in ``path``: times before this one [s] stay as far as the
                 files are intact, later ones are dropped. With None, or if there is no such file, a
                 new series begins.
-
-        Raises:
-            ModelError: if cells or fields do not fit together.
-            FileError: if the files cannot be written.
         """
         self._comm, self._path = comm, Path(path)
         self._dtype = np.dtype(precision)
@@ -178,10 +170,6 @@ class XdmfSeries:
             points: Current coordinates of the points of this rank, shape (n, 3) [m].
             point_data: Fields at the points of this rank, shapes (n,) or (n, 3).
             cell_data: Fields in the cells of this rank, shapes (m,) or (m, 3).
-
-        Raises:
-            ModelError: if a shape does not fit the grid, or the ranks name different fields.
-            FileError: if the files cannot be written; earlier times stay readable.
         """
         t = float(t)
         arrays = self._check_arrays(point_data or {}, cell_data or {}, points)
@@ -196,14 +184,7 @@ class XdmfSeries:
         self._times += 1
 
     def sync(self) -> int:
-        """Wait until all times are on the disk. Collective.
-
-        Returns:
-            How many there are.
-
-        Raises:
-            FileError: if the disk refuses, or a file was moved or deleted.
-        """
+        """Wait until all times are on the disk. Collective."""
         self._numbers.sync()
         if self._times:
             on_rank0(self._comm, lambda: sync_file(self._path))

@@ -95,12 +95,7 @@ class BasisSizes(NamedTuple):
 
 
 def read_sizes(path: str | os.PathLike[str]) -> BasisSizes:
-    """Sizes of a basis in a file, without its body; on one rank.
-
-    Raises:
-        InputError: for a file that is not a basis.
-        FileError: if it cannot be read.
-    """
+    """Sizes of a basis in a file, without its body; on one rank."""
     name = os.fspath(path)
     try:
         basis = ReducedBasis(**_read_arrays(name))

@@ -41,15 +41,12 @@ class BasisFunctions:
     """Functions of a body as they are added.
 
     Args:
-        whole: The body.
-        surfaces: Nodes of each interface.
         origins: X_s, shape (S, 3) [m].
         count: Number of functions wanted.
 
     Attributes:
         origins: X_s, shape (S, 3) [m].
         positions: X of all nodes, shape (N, 3) [m].
-        singular_values: As of `ReducedBasis`.
     """
 
     def __init__(
@@ -145,7 +142,6 @@ class BasisFunctions:
 
         Args:
             u: The field, shape (N, 3).
-            turn: What a rotation does to directors.
 
         Returns:
             Shapes (N, 3), zero if nothing but round-off is left, and (4 S, 3).

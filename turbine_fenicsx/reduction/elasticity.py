@@ -45,14 +45,7 @@ class Elasticity(NamedTuple):
 
 
 class Law:
-    """The law of a body, written out to be evaluated at points. Collective.
-
-    Args:
-        body: The body.
-
-    Raises:
-        ModelError: for a law that is not quadratic in the strain.
-    """
+    """The law of a body, written out to be evaluated at points. Collective."""
 
     def __init__(self, body: FlexibleBody) -> None:
         material, mesh = body.material, body.mesh
@@ -83,9 +76,6 @@ class Law:
         Args:
             cells: Local cells, shape (n,).
             point: The point of the reference cell, shape (3,).
-
-        Raises:
-            ModelError: for a stress at rest, and a viscosity that is not linear or symmetric.
         """
         at = CellPoints(self._mesh, cells, point)
         try:

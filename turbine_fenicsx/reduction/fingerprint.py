@@ -21,16 +21,8 @@ EQUAL = 1e-9
 def describe_cells(body: FlexibleBody, law: Law) -> Array:
     """Middle, volume, density, and sums of stiffness and viscosity of each cell. Collective.
 
-    Args:
-        body: The body.
-        law: Its law.
-
     Returns:
         Shape (cells, 7), of all ranks.
-
-    Raises:
-        ModelError: for a law that has a stress at rest or a viscosity that is not linear, on all
-            ranks.
     """
     rows, error = np.zeros((0, 7)), None
     try:
@@ -68,7 +60,6 @@ def find_difference(basis: ReducedBasis, cells: Array, nodes: int) -> str:
     """How a body differs from that of a basis, a clause; empty if it does not.
 
     Args:
-        basis: The basis.
         cells: Numbers of the cells of the body, as of `describe_cells`.
         nodes: Number of nodes of its displacement.
     """

@@ -27,7 +27,6 @@ def make_interface_functions(
 
     Args:
         whole: The body; its Laplacian counts from two surfaces on.
-        surfaces: Nodes of each surface.
         origins: X_s, shape (S, 3).
     """
     f = np.ones((len(whole.positions), 1))

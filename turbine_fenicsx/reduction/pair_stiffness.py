@@ -32,8 +32,6 @@ def sum_pair_stiffness(
     """K of all pairs of functions, and the same of the viscosity. Collective.
 
     Args:
-        model: The body.
-        law: Its law.
         functions: Values of the functions at the local nodes, ghosts included, shape (nodes, m).
         directors: Number of the first functions that are the coordinates X_1.. themselves, whose
             gradients are unit vectors.

@@ -30,12 +30,9 @@ class ReducedStates:
 
     Args:
         system: A system with all couplings of the full body.
-        full: The full body.
-        reduced: The reduced one.
 
     Attributes:
         points: X of all nodes in the order of their numbers, shape (N, 3) [m].
-        stations: Places along the span.
     """
 
     def __init__(self, system: MultibodySystem, full: FlexibleBody, reduced: ReducedBody) -> None:

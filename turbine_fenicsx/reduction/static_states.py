@@ -28,7 +28,6 @@ class PathStates(NamedTuple):
     """Equilibria along a path.
 
     Attributes:
-        name: Name of the path.
         times: Times of the equilibria, shape (states,) [s].
         displacements: Of all nodes in the order of their numbers, shape (states, N, 3) [m].
         given_up: Whether the path ends before its last time.
@@ -49,11 +48,6 @@ def find_states(
 
     Args:
         held: A system with all couplings of the body.
-        body: The body.
-        paths: The paths.
-
-    Raises:
-        ModelError: for loads of a body that nothing holds.
     """
     if paths:
         check_held(held, body)
@@ -95,11 +89,7 @@ def _follow(path: LoadPath, body: StaticBody) -> PathStates:
 
 
 class _Way:
-    """The way from one equilibrium to the next.
-
-    Args:
-        body: The body under its loads, undeformed.
-    """
+    """The way from one equilibrium to the next."""
 
     def __init__(self, body: StaticBody) -> None:
         self._body = body

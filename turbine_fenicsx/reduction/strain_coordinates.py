@@ -67,11 +67,7 @@ def keep_all_strains(K: Array, V: Array | None) -> tuple[Array, Array]:
     """W with K = W W^T of full rank, and the diagonal of Z, with V = W Z W^T.
 
     Args:
-        K: As of `choose_strains`.
         V: As of `choose_strains`, zero where K is.
-
-    Returns:
-        As of `choose_strains`.
     """
     scale = np.sqrt(np.maximum(np.diag(K), 0.0))
     scale[scale == 0.0] = 1.0

@@ -31,10 +31,8 @@ class HeldBody:
     """A body whose interfaces are at rest, on rank 0.
 
     Args:
-        whole: The body.
         surfaces: Nodes of each interface; without any the body is free.
         origins: X_s, shape (S, 3).
-        axis: Its long axis.
     """
 
     def __init__(

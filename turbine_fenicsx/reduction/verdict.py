@@ -21,14 +21,10 @@ def draw_basis(
     """Draw singular values and errors.
 
     Args:
-        path: Picture to write.
         singular_values: The largest first, shape (k,) [sqrt(J)].
         stations: Places along the span, shape (stations,).
         errors: Errors of displacement [% of that of the tip] and twist [deg] at the stations, of
             each state by its name.
-
-    Raises:
-        ImportError: if Matplotlib is missing.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -81,7 +77,6 @@ class StateVerdict:
     """One equilibrium of the full body beside that of the reduced one under the same forces.
 
     Args:
-        path: Name of its load path.
         time: Its time there [s].
         tip: Displacement of the tip [m].
         displacement_errors: Distances of the two at all stations, shape (stations,) [m].

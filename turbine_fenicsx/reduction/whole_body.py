@@ -34,12 +34,7 @@ class WholeBody:
 
 
 def gather_body(model: FlexibleModel, with_laplacian: bool) -> WholeBody:
-    """Gather a body. Collective.
-
-    Args:
-        model: The body, without forces.
-        with_laplacian: Whether the Laplacian is wanted.
-    """
+    """Gather a body. Collective."""
     u, K = model.new_vector(), model.new_stiffness()
     model.assemble_stiffness(u, 0.0, K)
     M = model.mass_matrix()

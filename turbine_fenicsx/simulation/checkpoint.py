@@ -245,11 +245,7 @@ class Checkpoints:
 def write_restart_data(
     path: Path, system: MultibodySystem, data: RestartData, labels: Mapping[str, str]
 ) -> None:
-    """Write one checkpoint. Collective.
-
-    Raises:
-        OSError: if it cannot be written, on all ranks.
-    """
+    """Write one checkpoint. Collective."""
     comm = system.comm
     head = {"labels": dict(labels), "numbers": data.numbers, "ranks": comm.size}
     arrays: dict[str, Any] = {f"array.{name}": values for name, values in data.arrays.items()}

@@ -72,7 +72,6 @@ class EnergyWatch:
         """Warn of a balance that is wrong. Collective.
 
         Args:
-            system: The system.
             stepper: What made the steps; one that is not `Conserving` promises nothing.
             steps: Number of steps since t = 0.
         """
@@ -97,7 +96,6 @@ def allowed_energy_error(energy: float, mass: float, steps: int, tolerance: floa
         energy: Largest energy of any kind in the run [J].
         mass: Mass of the lightest body [kg].
         steps: Number of steps.
-        tolerance: `SolverOptions.tolerance`.
     """
     share = min(max(ROUND_OFF, FACTOR * steps * tolerance), LARGEST_SHARE)
     return share * energy + mass * REST_SPEED**2
@@ -118,9 +116,6 @@ def judge_energy(summary: dict[str, Any]) -> str:
     """Complaint about the balance of a run, a sentence; empty if it is right.
 
     A scheme that does not conserve energy promises nothing.
-
-    Args:
-        summary: What `summary.json` holds.
     """
     if names.ALLOWED_ENERGY_ERROR not in summary:
         return ""

@@ -23,23 +23,11 @@ def write_mode_shapes(
     modes: Modes,
     information: Mapping[str, str] | None = None,
 ) -> None:
-    """Write the shapes of modes.
+    """Write the shapes of modes. Collective.
 
     The times are the numbers of the modes, from 1. The points are where the equilibrium has them;
     ``mode_real`` and ``mode_imaginary`` are the parts a and b of a motion a cos(phase) - b
     sin(phase), so large that a model as a whole shows them.
-
-    Args:
-        path: The XDMF file.
-        grid: Grid of the system.
-        modes: The modes.
-        information: Texts about the series.
-
-    Raises:
-        FileError: if the files cannot be written.
-
-    Note:
-        Collective.
     """
     state = modes.state
     displacement = grid.displacement(state.q, state.u)

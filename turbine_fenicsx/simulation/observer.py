@@ -85,10 +85,8 @@ def describe_shortfall(name: str, there: int, needed: int, what: str, time: floa
     """The clause of `SeriesObserver.find_shortfall`, None if there is enough.
 
     Args:
-        name: Name of the file.
         there: How many rows, or times, it holds up to the time.
         needed: How many it held when the checkpoint was written.
-        what: Their name in the plural.
         time: Time of the checkpoint [s].
     """
     if there >= needed:
@@ -97,12 +95,7 @@ def describe_shortfall(name: str, there: int, needed: int, what: str, time: floa
 
 
 def check_observers(observers: Iterable[Any]) -> None:
-    """Check that observers have what they need.
-
-    Raises:
-        TypeError: for an observer that lacks a method.
-        ModelError: for two of the same name.
-    """
+    """Check that observers have what they need."""
     names = []
     for observer in observers:
         check_methods("an observer", observer, ("start", "observe", "finish"))

@@ -30,7 +30,7 @@ MIN_ORDER = 1.0
 """Runs of a lower order are too coarse to point to a limit."""
 
 ROUND_OFF = 1e-12
-"""Smaller steps from one run to the next are none, as a part of the largest value."""
+"""Smaller steps from one run to the next count as zero, as a part of the largest value."""
 
 CLEAR_SPREAD = 0.01
 """Limits of series that differ by a larger part of themselves are worth a note."""
@@ -42,8 +42,6 @@ class Series:
 
     Attributes:
         label: What distinguishes the series from others, empty if there is one only.
-        quantity: Name of the quantity.
-        runs: Names of the runs.
         sizes: h, shape (n,).
         values: The quantity, shape (n,).
         reference: What it is compared with; NaN if there is none.
@@ -103,12 +101,7 @@ def make_series(
     """Compare the runs of one refinement with a reference and fit the order.
 
     Args:
-        label: Label of the series.
-        quantity: Name of the quantity.
-        runs: Names of the runs.
         refined: Value of the refined key in each run: sizes, or lists of numbers of elements.
-        values: The quantity in each run.
-        reference: "finest", "richardson", or the exact value.
         source: Series whose limit the value is, if it is one.
     """
     sizes = refinement_sizes(refined)

@@ -38,10 +38,6 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
     Args:
         path: CSV file whose head names its columns.
         x: Name of the column of the places.
-        y: Quantities, with or without unit.
-
-    Raises:
-        InputError: if it cannot be read, lacks a column, or an entry is not a number.
 
     Returns:
         By quantity, as `plot_curve` shows them: angles in degrees with the signs of OpenFAST.
@@ -103,14 +99,7 @@ def plot_curve(
     """Draw one panel per quantity: the runs as dots, the references as a line.
 
     Args:
-        study: A study with a curve.
-        runs: Its runs.
         results: Results of the finished ones by name.
-        path: Picture to write.
-
-    Raises:
-        ImportError: if Matplotlib is missing.
-        InputError: for a table of references that cannot be read.
     """
     import matplotlib
     from matplotlib.figure import Figure

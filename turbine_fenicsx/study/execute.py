@@ -43,7 +43,6 @@ class Outcome:
     """Outcome of a run.
 
     Attributes:
-        run: The run.
         reason: Why it failed, empty if it did not.
         seconds: Wall time [s]; None if it was finished before.
     """
@@ -54,11 +53,7 @@ class Outcome:
 
 
 def launcher_words(launcher: str, ranks: int) -> list[str]:
-    """The words of the command that starts several ranks, none for one rank.
-
-    Raises:
-        InputError: if it cannot be read or there is no such program.
-    """
+    """The words of the command that starts several ranks, none for one rank."""
     if ranks == 1:
         return []
     try:
@@ -80,14 +75,8 @@ def execute(
     """Run all runs that are not finished yet, each in its own folder with its own log.
 
     Args:
-        runs: The runs.
-        out: Folder of all runs.
-        processes: How many at a time.
         launcher: Words before the command of each run.
         report: Called with each outcome as it comes; an exception ends all runs.
-
-    Raises:
-        KeyboardInterrupt: after Ctrl-C or a request to terminate, when all children have ended.
     """
     waiting: deque[Run] = deque()
     for run in runs:

@@ -77,10 +77,7 @@ class Study(BaseModel):
     """A study; see `turbine_fenicsx.study.plan` for the runs it stands for.
 
     Attributes:
-        title: Title of the figure.
         case: Case file, relative to the study file.
-        processes: How many runs at a time.
-        ranks: MPI ranks of each run.
         launcher: Command that starts the ranks if there are several.
         quantities: Columns of the table, with or without their units; all if empty.
         set: Changes of all runs by dotted key.
@@ -88,7 +85,6 @@ class Study(BaseModel):
         run: Changes of single runs by dotted key, each combined with the whole grid.
         average: Time at the end of each run over which columns of ``history.csv`` are averaged;
             their last values if None [s].
-        convergence: Observed orders of convergence, if wanted.
         curve: A picture of quantities over a key, if wanted.
     """
 
@@ -123,14 +119,8 @@ class Study(BaseModel):
     def load(path: str | os.PathLike[str]) -> Study:
         """Read a study file.
 
-        Args:
-            path: TOML file.
-
         Returns:
             The study, its case relative to the present directory.
-
-        Raises:
-            InputError: with one sentence for every mistake.
         """
         data = read_toml(path, "study file")
         if isinstance(data.get("case"), str):
@@ -142,14 +132,7 @@ class Study(BaseModel):
 
     @staticmethod
     def parse(data: Mapping[str, Any]) -> Study:
-        """Make a study from nested tables.
-
-        Args:
-            data: The tables.
-
-        Raises:
-            InputError: with one sentence for every mistake.
-        """
+        """Make a study from nested tables."""
         try:
             study = Study.model_validate(data)
         except ValidationError as error:

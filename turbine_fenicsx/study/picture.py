@@ -34,13 +34,8 @@ def plot_convergence(series: Sequence[Series], size: str, title: str, path: Path
     """Draw one panel per quantity, one line per series, and the fitted power law of each.
 
     Args:
-        series: What to draw.
         size: What the size is, for the label of the axis.
         title: Title of the figure, may be empty.
-        path: Picture to write.
-
-    Raises:
-        ImportError: if Matplotlib is missing.
     """
     import matplotlib
     from matplotlib.figure import Figure

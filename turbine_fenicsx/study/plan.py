@@ -34,7 +34,6 @@ class Run:
     Attributes:
         name: Name of its folder, made of its changes.
         changes: Values of the keys that it changes, by dotted key.
-        case: The case with all changes.
         text: The complete case file of the run, with a hash of it and of the files it names. A run
             whose folder holds the same text and a summary is finished.
     """
@@ -56,11 +55,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
     """All runs of a study: each ``[[run]]`` with each combination of the ``[grid]``.
 
     Args:
-        study: The study.
         overrides: More changes of all runs, such as ``"time.end=1.0"``.
-
-    Raises:
-        InputError: with one sentence for every mistake in any of the cases.
     """
     overrides = list(overrides)
     for override in overrides:
@@ -95,11 +90,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
 
 
 def _refuse_equal_runs(runs: Sequence[Run]) -> None:
-    """No two runs have the same values of all keys, in whatever units they are given.
-
-    Raises:
-        InputError: if two have.
-    """
+    """No two runs have the same values of all keys, in whatever units they are given."""
     seen: dict[str, Run] = {}
     for run in runs:
         other = seen.setdefault(run.text.splitlines()[0], run)
@@ -123,9 +114,6 @@ def _load(path: str, overrides: Sequence[str]) -> Case:
 
 def format_case(case: Case) -> str:
     """A case as a case file that means the same in any folder.
-
-    Args:
-        case: The case.
 
     Returns:
         TOML with all keys that are set, files by their absolute paths. The first line has a hash of
@@ -154,11 +142,7 @@ def group_series(runs: Sequence[Run], key: str) -> dict[str, list[Run]]:
 
 
 def _combine(study: Study) -> list[dict[str, Any]]:
-    """The changes of each run.
-
-    Raises:
-        InputError: if there are too many.
-    """
+    """The changes of each run."""
     number = max(len(study.run), 1) * prod(map(len, study.grid.values()))
     if number > MOST_RUNS:
         raise InputError(f"the study has {number} runs, expected at most {MOST_RUNS}")
@@ -218,11 +202,7 @@ def _name(changes: Mapping[str, Any]) -> str:
 
 
 def _check_convergence(study: Study, runs: Sequence[Run]) -> None:
-    """The refined key must have enough positive values.
-
-    Raises:
-        InputError: if it has not.
-    """
+    """The refined key must have enough positive values."""
     if study.convergence is None:
         return
     key, reference = study.convergence.key, study.convergence.reference

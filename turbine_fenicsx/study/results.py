@@ -22,7 +22,7 @@ RESULTS = ("history.csv", "summary.json")
 """The files that a finished run has, as far as a study reads them."""
 
 NOTHING = 1e-9
-"""Smaller means are none, in SI units and as a part of the largest value of a run."""
+"""Smaller means count as zero, in SI units and as a part of the largest value of a run."""
 
 
 def is_finished(run: Run, folder: Path) -> bool:
@@ -65,7 +65,6 @@ def read_results(folder: Path, average: float | None = None) -> dict[str, float]
     Of a name that both use, the one of the summary is taken.
 
     Args:
-        folder: Folder of a finished run.
         average: Time at the end over which columns are averaged; None for the last row [s].
     """
     header, *rows = _read_table(folder)
@@ -86,12 +85,11 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
     """How far means of quantities over the two halves of the last time lie apart.
 
     Args:
-        folder: Folder of a finished run.
         average: Time at the end over which columns are averaged [s].
         quantities: Columns of ``history.csv``, with or without unit; others are left out.
 
     Returns:
-        By quantity the difference of the means over the larger of them, 0 where that is none [-].
+        By quantity the difference of the means over the larger of them, 0 where that is tiny [-].
     """
     header, *rows = _read_table(folder)
     end = float(rows[-1][header.index(TIME)])
@@ -113,14 +111,7 @@ def find_drifts(folder: Path, average: float, quantities: Iterable[str]) -> dict
 
 
 def check_quantities(wanted: Iterable[str]) -> None:
-    """Refuse names of quantities that no run writes.
-
-    Args:
-        wanted: Names, with or without their units.
-
-    Raises:
-        InputError: for the first unknown one.
-    """
+    """Refuse names of quantities that no run writes."""
     given = [value for name, value in vars(names).items() if name.isupper()]
     families = [x for x in given if isinstance(x, names.Family)]
     families += [names.Family(x) for x in (*given, *names.SUMMARY) if isinstance(x, str)]
@@ -132,11 +123,7 @@ def check_quantities(wanted: Iterable[str]) -> None:
 
 
 def find_quantity(results: Mapping[str, float], name: str) -> str:
-    """Full name of a quantity that is given with or without its unit.
-
-    Raises:
-        InputError: if there is none, or more than one.
-    """
+    """Full name of a quantity that is given with or without its unit."""
     if name in results:
         return name
     found = [full for full in results if split_unit(full)[0] == name]
@@ -158,7 +145,6 @@ def write_table(
     """Write one row for each run.
 
     Args:
-        path: CSV file.
         runs: The runs, in the order of the rows.
         results: Results of the finished runs by name.
         failed: Reasons of the failed runs by name.

@@ -73,11 +73,8 @@ class StudyResult:
     """Results of a study.
 
     Attributes:
-        runs: All runs.
         results: Numbers of the finished runs, by name of the run and of the quantity.
         failed: Reasons of the failed runs by name.
-        series: Refinements and their orders.
-        notes: Sentences about references that disagree.
         drifts: How far the means of quantities over the halves of the time over which they are
             averaged lie apart, by name of the run and of the quantity, where that is more than
             `MAX_DRIFT`.
@@ -103,16 +100,10 @@ def run_study(
     Writes ``study.csv``, and ``convergence.csv`` if the study asks for orders.
 
     Args:
-        study: The study.
         out: Folder of the study, with one folder for each run.
         overrides: More changes of all runs, such as ``"time.end=1.0"``.
         progress: "auto", "bar", "log" or "none".
         overwrite: Whether results of other runs in the folders of these may be replaced.
-
-    Raises:
-        InputError: before any run, for a wrong case, a folder that holds another run, or a quantity
-            that no run writes; after the first, for one that just these runs do not write.
-        KeyboardInterrupt: after Ctrl-C; another call continues.
     """
     runs = plan(study, overrides)
     launcher = launcher_words(study.launcher, study.ranks)
@@ -165,11 +156,7 @@ def _find_large_drifts(study: Study, run: Run, folder: Path) -> dict[str, float]
 
 
 def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:
-    """Refuse to replace results of other cases.
-
-    Raises:
-        InputError: if a folder holds the results of another case.
-    """
+    """Refuse to replace results of other cases."""
     others = [run.name for run in runs if is_other(run, out / run.name)]
     if not others:
         return

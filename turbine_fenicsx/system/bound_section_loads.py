@@ -46,11 +46,8 @@ class BoundSectionLoads(LineSource):
     """Loads on stations as forces on the nodes of a body.
 
     Args:
-        loads: What acts on it.
-        transfer: Between its nodes and the stations.
         positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
         nodes: Those of the owned nodes that the transfer takes.
-        comm: Communicator of the body.
     """
 
     def __init__(
@@ -75,7 +72,6 @@ class BoundSectionLoads(LineSource):
         """A step begins: the one before was accepted if this one follows it. Collective.
 
         Args:
-            times: The step.
             u: Displacements of the owned nodes at its start, shape (3 n,) [m].
         """
         self._kept = None
@@ -92,7 +88,6 @@ class BoundSectionLoads(LineSource):
             u: Displacements of the owned nodes, shape (3 n,) [m].
             v: Their velocities, shape (3 n,) [m/s].
             time: Time [s].
-            factor: The factor.
             out: What the forces are added to, shape (3 n,).
         """
         _, F, M = self._evaluate(u, v, time)
@@ -104,7 +99,6 @@ class BoundSectionLoads(LineSource):
         Args:
             u: Displacements in the middle of the step, shape (3 n,) [m].
             v: Velocities there, du/dt, shape (3 n,) [m/s].
-            times: The step.
             du: Increments, shape (3 n,) [m].
         """
         motion, F, M = self._evaluate(u, v, times.middle)
@@ -117,7 +111,6 @@ class BoundSectionLoads(LineSource):
         Args:
             u: Displacements of the owned nodes in the middle of the step, shape (3 n,) [m].
             v: Their velocities there, shape (3 n,) [m/s].
-            times: The step.
 
         Returns:
             Shape (stations, 6, 6).

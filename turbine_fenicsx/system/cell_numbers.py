@@ -23,15 +23,11 @@ CENTRE = {"hexahedron": [[0.5, 0.5, 0.5]], "tetrahedron": [[0.25, 0.25, 0.25]]}
 
 
 class CellNumbers:
-    """Integrals over each cell of expressions whose coefficients may change.
+    """Integrals over each cell of expressions whose coefficients may change. Collective.
 
     Args:
-        mesh: The mesh.
         integrands: Lists of scalar expressions, each with its measure over all cells.
         degree: Of the Lagrange functions that all expressions are multiplied by in turn.
-
-    Note:
-        Collective.
     """
 
     def __init__(self, mesh: Any, *integrands: tuple[Sequence[Any], Any], degree: int = 0) -> None:
@@ -72,19 +68,14 @@ class CellNumbers:
 
 
 class PointValues:
-    """Values of scalar expressions at the same points x_q of each cell.
+    """Values of scalar expressions at the same points x_q of each cell. Collective.
 
     With as many Lagrange functions N_i as points, sums b_i = sum_q N_i(x_q) e(x_q) are integrals
     over the cell by a rule with these points, and the values e(x_q) follow from them.
 
     Args:
-        mesh: The mesh.
         points: Points of the reference cell: one, or eight of a hexahedron that distinguish all
             trilinear functions, shape (points, 3).
-        expressions: The expressions.
-
-    Note:
-        Collective.
     """
 
     def __init__(self, mesh: Any, points: npt.ArrayLike, *expressions: Any) -> None:
@@ -115,10 +106,5 @@ class PointValues:
 
 
 def at_centres(mesh: Any, *expressions: Any) -> PointValues:
-    """Values of scalar expressions at the centre of each cell. Collective.
-
-    Args:
-        mesh: The mesh.
-        expressions: The expressions.
-    """
+    """Values of scalar expressions at the centre of each cell. Collective."""
     return PointValues(mesh, CENTRE[_compat.cell_name(mesh)], *expressions)

@@ -39,8 +39,6 @@ def check_closed(
     """Raise a ModelError for joints that are open.
 
     Args:
-        constraints: Constraints of bodies and joints.
-        owners: Name of the joint of each.
         values: What each of them must be at t = 0, shape (constraints,).
         q: Initial coordinates of all rigid bodies, shape (n_q,).
     """
@@ -72,7 +70,6 @@ def find_singular_rows(
     """Those of the redundant constraints that depend on the others in this configuration only.
 
     Args:
-        constraints: Internal constraints and those of joints.
         redundant: Numbers of those that depend on the others.
         q: The configuration, shape (n_q,).
     """

@@ -31,8 +31,6 @@ class CouplingBlock:
     """All couplings of one flexible body, as matrices.
 
     Args:
-        block: The flexible block.
-        couplings: The couplings of its body.
         first_coordinate: First coordinate of each rigid body in the vector r.
         rigid_size: Global size of r, which rank 0 owns.
 
@@ -40,12 +38,8 @@ class CouplingBlock:
         nodes: Owned contact nodes, shape (n,).
         C: -(selection of the contact nodes), multipliers x displacements.
         B: Gradient with respect to r, multipliers x r.
-        carriers: The carrying rigid bodies without repetition.
         columns: Columns of r that belong to the parent bodies, shape (12 parent bodies,).
         B_local: Owned rows of B in these columns, shape (3 n, 12 parents).
-
-    Raises:
-        ModelError: if a coupling holds no node, two couplings share one, or facets are none.
     """
 
     def __init__(
@@ -120,9 +114,6 @@ class CouplingBlock:
         With one parent body (and no ground) the whole body moves with it; with several, only the
         contact nodes move.
 
-        Args:
-            block: The body.
-
         Returns: Shape (3 n_owned, 12 parents).
         """
         Y = np.zeros((3 * block.n_owned, self.columns.size))
@@ -137,7 +128,6 @@ class CouplingBlock:
 
         Args:
             coordinates: q of each rigid body, shape (12,).
-            u: Displacement of the flexible body.
         """
         q = np.concatenate([np.zeros(0), *(coordinates[b] for b in self.carriers)])
         gap: Array = self._offset.ravel() + self.B_local @ q - u.array_r[self.dofs]

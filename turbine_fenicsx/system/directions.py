@@ -12,7 +12,6 @@ def keep_directions(full: PETSc.Mat, kept: npt.NDArray[np.bool_]) -> PETSc.Mat:
     """The entries of a matrix that couple some directions, as a matrix without the others.
 
     Args:
-        full: Matrix of nodal values.
         kept: Whether the entries between two directions stay, shape (3, 3).
     """
     starts, columns, values = full.getValuesCSR()

@@ -21,13 +21,9 @@ def find_stations(
     """Equally spaced stations along a body, each with rows of nodes around it. Collective.
 
     Args:
-        model: The body.
         facets: Facets of its skin, indices local to this rank (ghosts allowed).
         most: Maximum number of stations.
         axis: The coordinate along which they stand, from the origin.
-
-    Raises:
-        ModelError: if the skin allows no two stations.
     """
     areas, X = model.find_areas("stations", facets), model.positions
     along = np.concatenate(model.comm.allgather(X[areas > 0.0, axis]))

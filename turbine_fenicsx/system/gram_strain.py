@@ -111,7 +111,6 @@ def add_to_components(A: Array, of_each: Array, factor: float) -> None:
     Args:
         A: Shape (copies, 3 n, 3 n).
         of_each: B, shape (copies or 1, n, n).
-        factor: The factor.
     """
     n = of_each.shape[-1]
     blocks = A.reshape(len(A), n, 3, n, 3)

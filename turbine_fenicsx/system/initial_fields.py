@@ -19,22 +19,13 @@ LARGEST_PART = 1e-9
 def initial_displacement(
     block: BodyModel, coupling: CouplingBlock, coordinates: Mapping[RigidBody, Array]
 ) -> Array:
-    """Initial displacements of the owned nodes of a flexible body.
+    """Initial displacements of the owned nodes of a flexible body. Collective.
 
     Args:
-        block: The flexible block.
-        coupling: Its couplings.
         coordinates: q of each rigid body, shape (12,).
 
     Returns:
         Shape (n_owned, 3) [m].
-
-    Raises:
-        ModelError: if the displacement has another shape, is not finite, turns cells inside out or
-            opens a coupling, on all ranks.
-
-    Note:
-        Collective.
     """
     values = block.initial_displacement()
     if block.body.displacement is None:
@@ -59,22 +50,14 @@ def initial_displacement(
 def initial_velocity(
     block: BodyModel, coupling: CouplingBlock, rates: Array, displacements: Array
 ) -> Array:
-    """Initial velocities of the owned nodes of a flexible body.
+    """Initial velocities of the owned nodes of a flexible body. Collective.
 
     Args:
-        block: The flexible block.
-        coupling: Its couplings.
         rates: Rates of the coordinates of all rigid bodies, shape (12 bodies,).
         displacements: Initial displacements of the owned nodes, shape (n_owned, 3) [m].
 
     Returns: Its own velocity field if it has one, else that of its first parent body, else rest;
         shape (n_owned, 3) [m/s].
-
-    Raises:
-        ModelError: if the velocity field has another shape or is not finite, on all ranks.
-
-    Note:
-        Collective.
     """
     own = block.initial_velocity()
     if own is not None:

@@ -30,17 +30,11 @@ largest force in the same direction."""
 
 
 class LinearForm:
-    """A linear form whose coefficients and constants may change between assemblies.
+    """A linear form whose coefficients and constants may change between assemblies. Collective.
 
     The kernel of FFCx is vectorised over as many cells as a register of the processor has numbers.
     DOLFINx assembles the rest, and all cells if the kernel is not understood. Sums are the same up
     to round-off.
-
-    Args:
-        form: A UFL form with one argument.
-
-    Note:
-        Collective.
     """
 
     def __init__(self, form: Any) -> None:
@@ -72,16 +66,10 @@ class LinearForm:
 
 
 class CellsInLanes:
-    """An integral over all cells, computed for several cells together.
+    """An integral over all cells, computed for several cells together. Collective.
 
     Args:
         form: A UFL form of rank 1 with integrals over all cells.
-
-    Raises:
-        NotVectorised: if the kernel is not understood or not compiled, on all ranks.
-
-    Note:
-        Collective.
     """
 
     def __init__(self, form: Any) -> None:

@@ -24,13 +24,7 @@ def make_model(
     """The model of a body. Collective.
 
     Args:
-        body: The body.
-        forces: The forces on it.
         damping: Its Rayleigh damping; None is none.
-        couplings: What holds it.
-
-    Raises:
-        ModelError: for forces that a reduced body cannot have.
     """
     if isinstance(body, ReducedBody):
         return ReducedModel(body, forces, damping, couplings)
@@ -41,11 +35,7 @@ def on_mesh(model: BodyModel, what: str) -> FlexibleModel:
     """The model as one whose nodes are those of a mesh.
 
     Args:
-        model: The model of a body.
         what: What needs the mesh, for the error.
-
-    Raises:
-        ModelError: for another kind of model.
     """
     if not isinstance(model, FlexibleModel):
         raise ModelError(f"{what} need a body on a mesh, and {model.body.name!r} is reduced")

@@ -62,9 +62,6 @@ class MassDamper:
         positions: Initial positions of the owned nodes, shape (n, 3) [m].
         masses: Their masses, positive, shape (n,) [kg].
         damping: With a mass coefficient greater than zero.
-
-    Raises:
-        ModelError: for surfaces whose nodes lie on a line.
     """
 
     def __init__(
@@ -91,7 +88,6 @@ class MassDamper:
         Args:
             u: Displacements of the owned nodes, shape (3 n,) [m].
             v: Their velocities, shape (3 n,) [m/s].
-            factor: The factor.
             out: What the forces are added to, shape (3 n,).
         """
         x, v, forces = self._X + u.reshape(-1, 3), v.reshape(-1, 3), out.reshape(-1, 3)

@@ -25,14 +25,8 @@ from turbine_fenicsx.system.reduced_model import ReducedModel
 class MeshView:
     """The mesh of a body.
 
-    Args:
-        model: The model of the body.
-
     Attributes:
         placements: R and t of each copy, shapes (3, 3) and (3,) [m].
-
-    Raises:
-        ModelError: for another kind of model.
     """
 
     def __init__(self, model: BodyModel) -> None:
@@ -77,7 +71,6 @@ class MeshView:
         Args:
             copy: Number of the copy.
             nodes: Numbers of the nodes, counted over all ranks, shape (m,).
-            weights: Their weights.
 
         Returns:
             Owned nodes of the model and their weights, shapes (k,).

@@ -26,12 +26,7 @@ from turbine_fenicsx.system.system import MultibodySystem
 class NestedBlocks(ABC):
     """One nested matrix, and vectors that fit.
 
-    Args:
-        system: The system.
-        tangents: A_uu of each flexible body.
-
     Attributes:
-        tangent_matrix: The nested matrix.
         rigid_tangent: K_r on rank 0, shape (n_r, n_r); empty on the others.
         transposed: C^T and B^T of each flexible body.
         n_r: Number of rigid unknowns of this rank.
@@ -90,7 +85,6 @@ class NestedBlocks(ABC):
         Args:
             reduced: K_r with the Schur complements of the flexible bodies, on rank 0; empty on
                 the others.
-            r: Right-hand side, then solution.
 
         Returns:
             The solution, shape (n_r,), on every rank.

@@ -22,7 +22,6 @@ class NodalForce(NamedTuple):
     """A force as values at nodes.
 
     Attributes:
-        function: Factor as a function of time.
         dofs: Its owned degrees of freedom.
         values: Its value for the factor one [N].
     """
@@ -47,14 +46,9 @@ def find_nodal_forces(
     """Values of forces at the nodes. Collective.
 
     Args:
-        comm: Communicator.
         positions: X of the owned nodes, shape (n_owned, 3) [m].
-        forces: The forces.
         momentum: Makes M v of nodal values v, into its second argument.
         field: A vector of nodal values for that; it is changed.
-
-    Raises:
-        ModelError: for a field of another shape, or not finite.
     """
     found = []
     for force in forces:

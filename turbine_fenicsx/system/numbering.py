@@ -38,13 +38,9 @@ class Numbering:
     """The rigid part of a system, and which of its rows belong to what.
 
     Args:
-        model: The rigid part.
-        paths: What its constraints follow.
-        joint_coordinate_names: Names of the joint coordinates.
         constraint_owners: Name of what each of `RigidModel.constraint_values` belongs to.
         joint_rows: Rows of `RigidModel.constraint_forces` that belong to each joint, by its name.
         redundant: Number of redundant constraints of each joint that has some, by its name.
-        warnings: What the user should know.
     """
 
     model: RigidModel
@@ -57,16 +53,7 @@ class Numbering:
 
 
 def number_parts(comm: MPI.Intracomm, parts: Parts) -> Numbering:
-    """Number joint coordinates, find redundant constraints, bind forces.
-
-    Args:
-        comm: Communicator.
-        parts: The parts.
-
-    Raises:
-        ModelError: for two joint coordinates of one name, an unknown joint coordinate, a joint
-            that is open, or a relation that depends on the joints and the other relations.
-    """
+    """Number joint coordinates, find redundant constraints, bind forces."""
     bodies = parts.rigid_bodies
     frames = {b: BodyFrame(b, 4 * k) for k, b in enumerate(bodies)}
     internal = [(c, b.name) for b, f in frames.items() for c in f.internal_constraints()]

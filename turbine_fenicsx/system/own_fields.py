@@ -23,17 +23,11 @@ def evaluate_field(
     """Values of a field at points; a function never sees three points, where (n, 3) is (3, n).
 
     Args:
-        comm: Communicator.
-        what: Name of the field, for errors.
         positions: The points, shape (n, 3) [m].
         field: A function of such points, or its values.
 
     Returns:
         Shape (n, 3).
-
-    Raises:
-        ModelError: if the values have another shape or are not finite, on all ranks. The same holds
-            for an exception that the function raises.
 
     Note:
         Collective.
@@ -56,8 +50,6 @@ def check_cells(body: FlexibleBody, space: Any, positions: Array, displacements:
     """Raise a ModelError if displacements turn cells of a body inside out. Collective.
 
     Args:
-        body: The body.
-        space: Space of its displacement.
         positions: Initial positions of the local nodes, shape (nodes, 3) [m].
         displacements: Their displacements, of the same shape.
     """

@@ -77,11 +77,7 @@ class Parts:
 
 
 def sort_parts(parts: Iterable[Any]) -> Parts:
-    """The parts of a system by kind.
-
-    Raises:
-        TypeError: for a part of unknown kind.
-    """
+    """The parts of a system by kind."""
     of_nodes = NodeForce | BodyForce
     kinds = (RigidBody, DeformableBody, Coupling, of_nodes, SectionLoads, RayleighDamping)
     protocols = (Relation, Joint, Force, SurfaceForce, PrescribedForce)

@@ -41,8 +41,6 @@ class ReducedDamper:
 
         Args:
             u: Displacements of the vectors, shape (3 copies n,) [m, -].
-            v: Their rates.
-            factor: The factor.
             out: What the forces are added to, of the same shape.
         """
         z, out = self._place(u), out.reshape(self._Z.shape)

@@ -20,15 +20,7 @@ from turbine_fenicsx.system.section_rows import SectionRows
 
 
 def find_vector_forces(body: ReducedBody, forces: Sequence[NodeForce | BodyForce]) -> list[Array]:
-    """Values of each force on all vectors for the factor one, shape (copies, n, 3) [N]. Collective.
-
-    Args:
-        body: The body.
-        forces: The forces.
-
-    Raises:
-        ModelError: for a field of another shape, or not finite.
-    """
+    """Values of each force on all vectors at factor one, shape (copies, n, 3) [N]. Collective."""
     of_masses = _sum_over_mesh(body, [x for x in forces if isinstance(x, BodyForce)])
     return [
         next(of_masses) if isinstance(force, BodyForce) else _find_nearest(body, force)
@@ -42,12 +34,7 @@ def bind_section_loads(
     """Rows of loads on sections, and the loads with the vectors that they act on. Collective.
 
     Args:
-        body: The body.
-        loads: The loads.
         positions: Initial values of the vectors that this rank owns, shape (copies n or 0, 3).
-
-    Raises:
-        ModelError: for a station without nodes.
     """
     if not loads:
         return [], ()

@@ -47,22 +47,13 @@ SHRINKAGE = 0.9
 
 
 class SectionRows:
-    """Rows of the stations of all copies, whose vectors rank 0 owns.
+    """Rows of the stations of all copies, whose vectors rank 0 owns. Collective.
 
     Stations that are closer than the nodes of the mesh lie between wider sections, and their rows
     are linear between the rows of these, which keeps all that is said above.
 
     Args:
-        body: The reduced body.
-        full: The model of its full body.
         functions: F at the nodes of the mesh that this rank owns, shape (n_owned, n).
-        loads: The stations.
-
-    Raises:
-        ModelError: if a station has no three nodes off a line, on all ranks.
-
-    Note:
-        Collective.
     """
 
     def __init__(
@@ -145,7 +136,6 @@ class SectionRows:
 
         Args:
             x: Vectors of all copies on rank 0, nothing elsewhere, shape (copies n or 0, 3) [m, -].
-            v: Their rates.
         """
         both = np.zeros((self._copies, self._n, 6))
         if len(x):

@@ -38,23 +38,15 @@ UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class SectionTransfer:
-    """Weights of the nodes of a skin at stations.
+    """Weights of the nodes of a skin at stations. Collective.
 
     Args:
-        comm: Communicator of the body.
         positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
         areas: For each line the skin area of each node, zero off its skin, shape (n_owned,) [m^2].
-        loads: The stations.
 
     Attributes:
         nodes: Owned nodes that have a weight, shape (k,).
         stations: Number of stations.
-
-    Raises:
-        ModelError: if a station has no three nodes off a line, on all ranks.
-
-    Note:
-        Collective.
     """
 
     def __init__(
@@ -172,7 +164,6 @@ def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
     """Raise a ModelError for a station that `find_flat` finds.
 
     Args:
-        loads: The stations.
         counts: Number of nodes of each, shape (n,).
         moments: Sums w r r^T of the arms of these from their centre, shape (n, 3, 3).
     """
@@ -228,10 +219,8 @@ def sum_stations(
     """Sums over the nodes of stations. Collective.
 
     Args:
-        comm: Communicator of the body.
         size: Number of stations.
         X: Positions of the owned nodes, shape (n_owned, 3) [m].
-        shares: Nodes, stations and weights, see `share_out`.
         columns: Further values at the nodes, shapes (n_owned, k).
     """
     nodes, stations, weights = shares
@@ -254,7 +243,6 @@ def share_out(
     """Nodes, stations and weights of all pairs in which a node has a part of a station.
 
     Args:
-        line: The stations.
         positions: Initial positions of the nodes, shape (n_owned, 3) [m].
         areas: Skin area of each node, shape (n_owned,) [m^2].
         first: Number of the first station.

@@ -42,9 +42,6 @@ class Crossing:
 class Skin:
     """Facets on the surface of a flexible body.
 
-    Args:
-        model: The body.
-
     Note:
         Collective, as are all methods.
     """

@@ -100,15 +100,7 @@ def initial_motion(system: MultibodySystem, rates: Mapping[str, float]) -> State
 
 
 def check_start(system: MultibodySystem, state: State) -> None:
-    """Check that a state belongs to a system.
-
-    Raises:
-        TypeError: if the state is not a `State`.
-        ModelError: for a state of another system, or one that breaks constraints; on all ranks.
-
-    Note:
-        Collective.
-    """
+    """Check that a state belongs to a system. Collective."""
     if not isinstance(state, State):
         raise TypeError(
             "a run starts from a State, such as the state of a snapshot, got a "
@@ -123,14 +115,7 @@ def check_start(system: MultibodySystem, state: State) -> None:
 
 
 def check_closed_state(system: MultibodySystem, state: State) -> None:
-    """Check that a state fulfils the constraints, which the next step would close.
-
-    Raises:
-        ModelError: for constraints that are open; on all ranks.
-
-    Note:
-        Collective.
-    """
+    """Check that a state fulfils the constraints, which the next step would close. Collective."""
     gaps = system.rigid_gaps(state)
     found = list(zip(np.abs(gaps).tolist(), system.constraint_owners, strict=True))
     coordinates = system.coordinates_of(state.q)
@@ -158,11 +143,7 @@ def check_motions(system: MultibodySystem, state: State | None) -> None:
     Where they begin with another velocity, the log warns of it on one rank.
 
     Args:
-        system: The system.
         state: State at t = 0; None for the initial state, where all joint coordinates are zero.
-
-    Raises:
-        ModelError: for a motion that begins elsewhere.
     """
     model = system.rigid_model
     T = np.zeros(model.n_T) if state is None else state.joint_coordinates

@@ -26,27 +26,13 @@ from turbine_fenicsx.materials.kinematics import deformation_gradient
 
 
 class SurfaceIntegrals:
-    """Virtual works of forces on the surface of a body.
+    """Virtual works of forces on the surface of a body. Collective.
 
     Facets are numbered by the forces that act on them, because a form can have one set of surface
     numbers only.
 
     Args:
-        space: Space of the displacement.
-        forces: The forces.
         parameter: Turns numbers and arrays into UFL constants.
-        quadrature_degree: Degree of the quadrature.
-
-    Attributes:
-        forces: The forces.
-        has_energy: Which of them have an energy.
-
-    Raises:
-        ModelError: if a force has no facet on any rank, or one inside the body, and for a
-            conservative force without an energy.
-
-    Note:
-        Collective.
     """
 
     def __init__(
@@ -78,9 +64,6 @@ class SurfaceIntegrals:
         """One form per force: the integral of its traction times w.
 
         Args:
-            u: Displacement, a UFL expression.
-            v: Velocity, a UFL expression.
-            w: Test function or virtual displacement.
             ends: Displacements at the ends of the step; those of u if None.
         """
         return [

@@ -37,17 +37,10 @@ class WeakForm:
     """Energy, stresses and virtual work of a flexible body as UFL expressions.
 
     Args:
-        body: The body.
-        surface_forces: Forces on its surface.
         damping: Rayleigh damping; None is none.
 
     Attributes:
-        space: Space of the displacement.
         parameter: Turns a number, an array or a `cell_field` into a UFL coefficient on the mesh.
-        density: rho as a UFL expression.
-        dx_mass: Measure of the inertia terms.
-        dx_stress: Measure of the stress terms.
-        surface: The forces on surfaces as forms.
         damping: Rayleigh damping, or None.
     """
 
@@ -92,9 +85,7 @@ class WeakForm:
         """The virtual work of stresses minus that of forces on surfaces, without gravity.
 
         Args:
-            u: Displacement, a UFL expression.
             v: Velocity, a UFL expression; None at rest, where viscosity does not act.
-            w: Virtual displacement.
         """
         F = deformation_gradient(u)
         S = second_piola_kirchhoff(self.energy, right_cauchy_green(F))

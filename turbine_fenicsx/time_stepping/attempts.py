@@ -29,7 +29,6 @@ class Attempt(NamedTuple):
     """How a step is tried.
 
     Args:
-        solver: Name of the linear solver.
         moves_on: Whether Newton's method starts from where the velocities lead, else from x_n.
     """
 
@@ -46,7 +45,6 @@ class Attempts:
     """The attempts of the next step.
 
     Args:
-        name: Name of the linear solver.
         exact: Name of the one that takes over where it fails; the same if it is exact itself.
     """
 
@@ -86,9 +84,7 @@ class Failure(NamedTuple):
     """An attempt that failed.
 
     Args:
-        attempt: The attempt.
         reason: PETSc's reason; positive if the solution was not accepted.
-        iterations: Iterations that it took.
     """
 
     attempt: Attempt

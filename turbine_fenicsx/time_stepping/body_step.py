@@ -11,11 +11,7 @@ from turbine_fenicsx.foundation.types import Array
 
 
 class BodyWorks(Protocol):
-    """Works of forces on a flexible body in a step, and what dissipates in it.
-
-    Attributes:
-        losses: Names of what dissipates.
-    """
+    """Works of forces on a flexible body in a step, and what dissipates in it."""
 
     @property
     def losses(self) -> tuple[str, ...]: ...  # noqa: D102

@@ -60,11 +60,8 @@ class EndData:
     Args:
         y: (q, T) at t_n, shape (n_y,).
         n_q: Number of coordinates q.
-        p, w, s, r: Those of the scheme.
         applied: All prescribed forces at t_{n+1}, shape (n_y,).
-        prescribed: p(t_{n+1}) of the relations.
         paths: Right-hand sides of the constraints at t_{n+1}.
-        times: Length and end of the step.
     """
 
     y: Array
@@ -160,7 +157,6 @@ class FlexibleEnd(MemorylessStep):
     """Equations of motion of a flexible body at the end of a step.
 
     Attributes:
-        tangent: Matrix of the tangent.
         round_off: This rank's sum of the squares of the round-off of the residual.
         midpoint: Works of forces, and what dissipates in this body.
     """

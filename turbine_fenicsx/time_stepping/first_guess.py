@@ -60,7 +60,6 @@ def mean_turns(q: Array, q_dot: Array, dt: float) -> Array:
 
     Args:
         q: Coordinates at t_n, shape (12 bodies,).
-        q_dot: Their rates.
         dt: Step [s].
 
     Returns:
@@ -80,7 +79,6 @@ class RecentSteps:
         most: Number of steps that are kept.
 
     Attributes:
-        values: Those of each step, newest first.
         dt: Length of the steps [s].
         end: Time of their end [s].
     """

@@ -54,7 +54,6 @@ def smallest_edges(space: Any, positions: Array) -> Array:
     """Smallest distance of two nodes of a cell at each local node [m], inf without cells.
 
     Args:
-        space: Function space of the displacement.
         positions: Positions of the local nodes, shape (nodes, 3) [m].
     """
     cells = _compat.dofs_of_cells(space)

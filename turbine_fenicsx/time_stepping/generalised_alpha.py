@@ -62,9 +62,7 @@ class Accelerations:
 
     Args:
         time: The time [s].
-        algorithmic: a.
         true: v'; without meaning for joint coordinates, which have no mass.
-        drives: Multipliers of what is `driven`.
     """
 
     time: float
@@ -75,10 +73,6 @@ class Accelerations:
 
 class GeneralisedAlphaStep(EndStep):
     """Nested residual and tangent of one step; keeps the accelerations at its two ends.
-
-    Args:
-        system: The system.
-        spectral_radius: rho.
 
     Attributes:
         ends: The accelerations at the ends of the step, as far as they are known.

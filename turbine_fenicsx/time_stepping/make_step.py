@@ -31,11 +31,7 @@ class EnergyMomentumBody(BodyStep, Protocol):
 def make_step(
     model: BodyModel, stress: AlgorithmicStress | None, numerical_dissipation: float
 ) -> EnergyMomentumBody:
-    """The step of a body. Collective; arguments as of `FlexibleStep`.
-
-    Raises:
-        ModelError: for an algorithmic stress and a body that cannot take it.
-    """
+    """The step of a body. Collective; arguments as of `FlexibleStep`."""
     if isinstance(model, ReducedModel):
         if stress is not None:
             raise ModelError(

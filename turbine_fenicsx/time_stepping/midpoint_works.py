@@ -24,12 +24,8 @@ class MidpointWorks:
     Args:
         model: The body and the forces on it, which must be set to the middle of the step.
         u_n: Displacement at its start, a function on the mesh.
-        du: Increment, a function on the mesh.
         dt: Step [s], a constant on the mesh.
         more: Further stresses that dissipate, by name, beside those of the model.
-
-    Attributes:
-        stresses: All stresses that dissipate, by name.
     """
 
     def __init__(
@@ -61,13 +57,7 @@ class MidpointWorks:
             loads.start_step_at(times, self._u_n.x.array[: 3 * self._model.n_owned])
 
     def add_forces(self, du: PETSc.Vec, factor: float, out: PETSc.Vec) -> None:
-        """Add loads on sections and damping of masses in the middle of the step. Collective.
-
-        Args:
-            du: Increment.
-            factor: Factor of the forces.
-            out: Vector that they are added to.
-        """
+        """Add loads on sections and damping of masses in the middle of the step. Collective."""
         if self._model.has_node_loads:
             self._model.add_forces(*self._middle(du), self._times.middle, factor, out.array)
 

@@ -12,18 +12,11 @@ from turbine_fenicsx.time_stepping.nested_step import NestedStep
 
 
 def describe_largest_residual(step: NestedStep, R: PETSc.Vec) -> str:
-    """Name the equations whose residual is largest compared with their terms.
-
-    Args:
-        step: The step.
-        R: Its residual at some unknowns X.
+    """Name the equations whose residual is largest compared with their terms. Collective.
 
     Returns:
         For example ``"blade_1 near (0.1, 12.3, -4) m"``, equal on all ranks; empty if there is no
         finite residual.
-
-    Note:
-        Collective.
     """
     relative = step.relative_residuals(R)
     if not np.all(np.isfinite(relative)):

@@ -88,7 +88,6 @@ class RigidStep:
     """Residual and tangent of the rigid part; functions of the data and the unknowns alone.
 
     Args:
-        model: The rigid part of a system.
         angle_form: Form of the angle constraints and its discrete gradient.
     """
 
@@ -102,7 +101,6 @@ class RigidStep:
         """Residual of the equations and its scale.
 
         Args:
-            data: What the step is given.
             r: Unknowns, shape (size,).
 
         Returns:
@@ -172,8 +170,6 @@ class RigidStep:
         Args:
             q0: Coordinates at its start, shape (n_q,).
             T0: Joint coordinates there, shape (n_T,).
-            q1: Coordinates at its end.
-            T1: Joint coordinates there.
             multipliers: Those of the step, as in `State`.
 
         Returns:

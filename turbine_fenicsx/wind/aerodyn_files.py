@@ -25,9 +25,6 @@ class PolarColumns(NamedTuple):
     """Columns of a polar's table, counted from 1, under AeroDyn's names without `InCol_`.
 
     Attributes:
-        Alfa: Angle of attack.
-        Cl: Lift.
-        Cd: Drag.
         Cm: Moment; 0 for none, None for the fourth column where there is one.
     """
 

@@ -32,10 +32,6 @@ def read_aerodyn(path: str | os.PathLike[str], hub_radius: float) -> AeroBlade:
     Args:
         path: The file; others are found from its folder on.
         hub_radius: Where the blade begins [m].
-
-    Raises:
-        InputError: if it, or a file that it names, is none of AeroDyn 15, or blades differ.
-        FileError: if one cannot be read.
     """
     names = AeroDynNames.read(path)
     text = names.text
@@ -55,9 +51,6 @@ class AeroDynNames:
     """Files that a primary file of AeroDyn 15 names.
 
     Args:
-        text: The text of the file.
-        polars: The polars.
-        blade: The first blade.
         others: Line and file of each other blade.
     """
 
@@ -68,12 +61,7 @@ class AeroDynNames:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> AeroDynNames:
-        """The names in a file.
-
-        Raises:
-            InputError: if it is none of AeroDyn 15.
-            FileError: if it cannot be read.
-        """
+        """The names in a file."""
         text, folder = AeroDynText.read(path), Path(path).parent
         count, first = text.find_count("NumAFfiles")
         if count > MAX_POLARS:

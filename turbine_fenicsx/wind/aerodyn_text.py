@@ -29,24 +29,14 @@ _VALUE = re.compile(r"\s*(\"[^\"]*\"|'[^']*'|[^\s,]+)[\s,]+([^\s,]+)")
 
 @dataclass(frozen=True)
 class AeroDynText:
-    """A file of AeroDyn 15.
-
-    Args:
-        path: Where it is, for messages.
-        lines: Its lines.
-    """
+    """A file of AeroDyn 15."""
 
     path: str
     lines: list[str]
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> AeroDynText:
-        """The lines of a file of at most `MAX_SIZE` bytes.
-
-        Raises:
-            InputError: if it is larger.
-            FileError: if it cannot be read.
-        """
+        """The lines of a file of at most `MAX_SIZE` bytes."""
         with name_file_in_errors("read", path), open_regular(path) as file:
             content = file.read(MAX_SIZE + 1)
         if len(content) > MAX_SIZE:

@@ -32,12 +32,7 @@ COHERENT_RISE = 15.0
 
 @dataclass(frozen=True)
 class TurbineClass:
-    """Class of wind and category of turbulence, for example I and B.
-
-    Args:
-        wind: "I", "II" or "III".
-        turbulence: "A+", "A", "B" or "C".
-    """
+    """Class of wind and category of turbulence, for example I and B."""
 
     wind: str = "I"
     turbulence: str = "B"
@@ -71,7 +66,6 @@ class _Transient:
         hub_height: Height of the hub [m].
         diameter: Of the rotor [m].
         start: When it begins [s].
-        turbine_class: Class of wind and turbulence.
         shear: Exponent of the wind profile [-].
         direction: Angle of the wind before, from x towards y [rad].
     """

@@ -133,7 +133,6 @@ class RampedInflow:
     """Another wind times a ramp that begins at t = 0.
 
     Args:
-        inflow: The wind.
         duration: Time in which it sets in, positive [s].
     """
 

@@ -25,12 +25,7 @@ from turbine_fenicsx.wind.turbulence import MAX_BYTES, SPACING, TurbulenceField
 
 @dataclass(frozen=True, eq=False)
 class TurbulentWind:
-    """A mean wind and the fluctuations that it carries along.
-
-    Attributes:
-        mean: The mean wind.
-        fluctuations: What is added to it.
-    """
+    """A mean wind and the fluctuations that it carries along."""
 
     mean: SteadyWind
     fluctuations: TurbulenceField

@@ -112,7 +112,6 @@ def solve_momentum(
     """Inflow angles and induction of all annuli.
 
     Args:
-        annuli: Their geometry.
         V_x: Wind through the rotor plane [m/s].
         V_y: Wind in the rotor plane, against the motion of the section, of any sign [m/s].
         polars: C_l and C_d of all annuli at inflow angles.

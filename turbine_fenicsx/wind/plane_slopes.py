@@ -31,7 +31,6 @@ def differentiate(loads: PlaneLoads, p: Array, chord: Array) -> tuple[Array, Arr
     """Loads a, shape (3, n), and their derivatives da/dp, shape (n, 3, 3).
 
     Args:
-        loads: What gives them.
         p: Where, shape (3, n) [m/s, rad/s].
         chord: Shape (n,) [m].
     """

@@ -141,9 +141,6 @@ class AngleTable:
 class PolarTable:
     """Polars of the stations of a blade, looked up together.
 
-    Args:
-        polars: One polar for each station.
-
     Attributes:
         angles: Those of all polars together, shape (m,) [rad].
         values: C_l, C_d and C_m of the polars that differ, shape (k, m, 3) [-].

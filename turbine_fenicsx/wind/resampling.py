@@ -40,11 +40,7 @@ def resample_blade(blade: AeroBlade, radius: npt.ArrayLike) -> AeroBlade:
     """The blade with chord, twist, bend and polars at other stations, linear between its own.
 
     Args:
-        blade: The blade.
         radius: Stations along the span, rising, shape (n,) [m].
-
-    Raises:
-        ModelError: for stations off the blade.
     """
     r = check_array("stations of a blade", radius, (np.size(radius),), "a list of numbers")
     if not (blade.hub_radius <= r.min() and r.max() <= blade.tip_radius):

@@ -103,7 +103,6 @@ class LineForces(NamedTuple):
         normal: Normal to the span and to the way of the section, downwind [N/m].
         tangential: Along the way of the section, driving the rotor [N/m].
         moment: About the span, nose up [N m/m].
-        induction: Inflow angles and induction.
     """
 
     normal: Array

@@ -71,12 +71,7 @@ class OeyeStall:
 
 
 def tabulate_separation(table: PolarTable, blades: int = 1) -> AngleTable:
-    """C_l, C_d, C_m, f_st and C_l,inv - C_l,sep of the stations of blades.
-
-    Args:
-        table: The polars of one of them.
-        blades: Their number.
-    """
+    """C_l, C_d, C_m, f_st and C_l,inv - C_l,sep of the stations of blades."""
     lifts = table.values[:, :, 0]
     separated = np.stack([np.stack(separate(table.angles, C_l), axis=1) for C_l in lifts])
     return table.tabulate(np.concatenate([table.values, separated], axis=2), blades)

@@ -59,9 +59,6 @@ class TabulatedWind:
             ``shear`` and linear ``horizontal_shear`` and ``vertical_shear`` [-].
         hub_height: z_hub, above ground [m].
         diameter: L [m].
-
-    Raises:
-        ModelError: for columns that are unknown or do not fit, no speed, times that do not rise.
     """
 
     times: Array
@@ -109,12 +106,6 @@ def read_uniform_wind(path: str | os.PathLike[str]) -> tuple[Array, dict[str, Ar
     horizontal shear, exponent, linear vertical shear, gust, and upflow angle [deg]. Lines that
     begin with ! or # do not count. Directions are turned to those of `TabulatedWind`: OpenFAST's
     are positive towards -y.
-
-    Args:
-        path: The file.
-
-    Raises:
-        InputError: with one sentence that names file and line, if it is none.
     """
     name, rows = Path(path).name, list[list[float]]()
     for number, line in enumerate(read_text(path, "wind file").splitlines(), start=1):

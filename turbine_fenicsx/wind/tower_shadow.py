@@ -40,9 +40,6 @@ class TowerShadow:
         radii: Radii there, shape (k,) [m].
         potential: Whether the wind gives way to the tower.
         drag: C_d of the tower, for the wake; 0 for none [-].
-
-    Raises:
-        ModelError: if the tower has no height or radius, or an argument is not a number.
     """
 
     base: npt.ArrayLike

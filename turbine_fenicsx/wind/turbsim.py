@@ -73,12 +73,7 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
 
 
 def read_turbsim_height(path: str | os.PathLike[str]) -> float:
-    """Height of the hub that a full-field file was made for [m].
-
-    Raises:
-        InputError: if it is none.
-        FileError: if it cannot be read.
-    """
+    """Height of the hub that a full-field file was made for [m]."""
     with name_file_in_errors("read", path), open_regular(path) as file:
         start = file.read(HEADER.itemsize)
     if len(start) < HEADER.itemsize:

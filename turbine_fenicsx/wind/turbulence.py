@@ -96,9 +96,6 @@ class TurbulenceField:
 
         Above the grid and beside it the wind is that of its edge. Below, it falls to zero at the
         ground.
-
-        Raises:
-            InputError: before the first plane and after the last of a field that is not periodic.
         """
         places = np.asarray(position, dtype=float)
         x, y, z = places.reshape(-1, 3).T

@@ -21,7 +21,6 @@ class TurningAtRest:
     blades are. In a step the motion is left as it is.
 
     Args:
-        source: What knows the loads.
         roots: Numbers of the first stations of three blades or more.
         shaft: Direction of the shaft in the initial configuration, shape (3,).
         centre: Rotor centre there, shape (3,) [m].

@@ -76,7 +76,6 @@ def _mix_airfoils(airfoils: tuple[AirfoilPolar, ...], thickness: Array, s: Array
     """Shares of airfoils at stations, linear in the thickness; of one thickness, in the span.
 
     Args:
-        airfoils: By rising thickness.
         thickness: Relative thicknesses of the stations, shape (n,) [-].
         s: Their span fractions, shape (n,) [-].
 

@@ -53,7 +53,6 @@ class Airfoil:
     """A contour that begins and ends in the middle of the trailing edge.
 
     Args:
-        name: Its name.
         thickness: Relative thickness [-].
         points: x from leading to trailing edge and y to the suction side in units of chord, along
             the suction side first, shape (n, 2).
@@ -69,11 +68,7 @@ class Airfoil:
     corners: tuple[float, float] | None
 
     def resample(self, corners: tuple[float, float]) -> Array:
-        """Points at given intervals of three pieces, (2 FACE + BODY + 1, 2).
-
-        Args:
-            corners: Fractions where the pieces meet.
-        """
+        """Points at given intervals of three pieces, (2 FACE + BODY + 1, 2)."""
         first, last = corners
         pieces = ((0.0, first, FACE), (first, last, BODY), (last, 1.0, FACE))
         resampled = []
@@ -136,13 +131,9 @@ def read_sections(airfoils: Entry, used: Entry, thicknesses: Array, stations: Ar
     """The sections of a blade.
 
     Args:
-        airfoils: The airfoils of the file.
         used: The list of those that the blade uses.
         thicknesses: Relative thicknesses of the blade, (n,) [-].
         stations: Span fractions of these, (n,) [-].
-
-    Raises:
-        ModelError: for airfoils that are missing or no contours.
     """
     known = {entry["name"].text(): entry for entry in airfoils.entries()}
     found: dict[str, Airfoil] = {}

@@ -35,7 +35,6 @@ class Anchors:
     """A list of anchors, of the shell or of a web.
 
     Args:
-        entry: The list.
         others: Where anchors are sought that are not in the list.
         shape: The outer surface; None in a web, whose anchors need none.
     """
@@ -55,9 +54,6 @@ class Anchors:
 
         Args:
             place: A curve, or a reference to an anchor.
-
-        Raises:
-            ModelError: for an anchor that does not exist or has no resolved places.
         """
         return self._resolve(place, ())
 

@@ -42,11 +42,8 @@ class WindIOBlade:
     """A hollow blade with its layup, a `turbine_fenicsx.meshing.hollow_shape.HollowShape`.
 
     Args:
-        outer_shape: Its outer surface.
         layers: Layers of the shell from the outer to the inner face.
-        inner_webs: Its webs with their layers.
         leading: Contour fraction of the leading edge along the span [-].
-        panel_lines: Lines between the trailing edge's corners.
         hub_radius: Distance of the root from the rotor centre [m].
         closed_tip: Whether it ends in a plate, which files do not describe.
         warnings: What in the file disagrees, a sentence each.
@@ -145,9 +142,6 @@ class WindIOBlade:
             span: First and last span fraction of the cell [-].
             arc: First and last fraction of the contour in the middle of the cell's span, or of a
                 web's height [-].
-
-        Raises:
-            ModelError: if no layer covers any of the cell.
         """
         web = next((web for web in self.inner_webs if web.web.name == part), None)
         s = span[0] + (span[1] - span[0]) * np.array(_GAUSS[0])
@@ -179,13 +173,7 @@ def read_blade(
     """The blade of a file.
 
     Args:
-        blade: The component `blade`.
-        airfoils: The airfoils of the file.
-        materials: Materials by name.
         hub_radius: Distance of the root from the rotor centre [m].
-
-    Raises:
-        ModelError: for whatever is missing or wrong.
     """
     shape = read_outer_shape(blade, airfoils)
     structure = blade["structure"]

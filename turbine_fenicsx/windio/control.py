@@ -63,11 +63,7 @@ _ANGLES = ("fine_pitch", "largest_pitch")
 
 
 def read_control(entry: Entry) -> ControllerData:
-    """The section `control`.
-
-    Raises:
-        ModelError: if a value is not a number, or a speed, rate or limit is below zero.
-    """
+    """The section `control`."""
     found: dict[str, float | None] = {}
     for name, (key, factor) in _KEYS.items():
         least = -90.0 if name in _ANGLES else 0.0

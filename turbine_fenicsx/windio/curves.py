@@ -86,14 +86,8 @@ def read_curve(
     """The curve of a table of windIO with `grid` and `values`.
 
     Args:
-        entry: The table.
-        least: Least value that is allowed.
-        most: Largest value that is allowed.
         whole: Whether it must reach from 0 to 1.
         round_off: Values below the least one by as much are taken for it.
-
-    Raises:
-        ModelError: for lists of two lengths, stations that do not rise, values out of bounds.
     """
     values = entry["values"]
     grid = read_grid(entry["grid"])

@@ -26,8 +26,6 @@ class Entry:
 
     Args:
         value: What was read: a number, text, a list or a dictionary.
-        file: Name of the file.
-        place: Where in the file, in words.
     """
 
     value: Any

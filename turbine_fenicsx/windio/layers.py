@@ -32,8 +32,6 @@ class Layer:
     """A layer of one material.
 
     Args:
-        name: Its name.
-        material: Its material.
         web: The web it is a part of; None in the shell.
         thickness: Thickness along the span, none outside of the curve's stations [m].
         angle: Angle of the fibres as the file has it [deg].
@@ -81,17 +79,7 @@ def read_layers(
     shell: Anchors,
     webs: Mapping[str, Anchors],
 ) -> list[Layer]:
-    """Layers of a blade in the order of the file, from the outer to the inner face.
-
-    Args:
-        structure: The blade's `structure`.
-        materials: Materials by name.
-        shell: Anchors of the shell.
-        webs: Anchors of each web.
-
-    Raises:
-        ModelError: for layers without a place, a material or a thickness.
-    """
+    """Layers of a blade in the order of the file, from the outer to the inner face."""
     layers = []
     for entry in structure["layers"].entries():
         web = entry["web"].text() if "web" in entry else None

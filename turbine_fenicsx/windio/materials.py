@@ -16,7 +16,6 @@ class WindIOMaterial:
     """A material with what the file says about its fatigue.
 
     Args:
-        ply: Density, stiffness and strengths.
         fatigue_exponent: The exponent m of S = A N^(-1/m), the only or first one; None where the
             file has none [-].
         fatigue_strength: The stress A of the same formula; None where the file has none [Pa].
@@ -28,11 +27,7 @@ class WindIOMaterial:
 
 
 def read_materials(materials: Entry) -> dict[str, WindIOMaterial]:
-    """All materials of a file by their names.
-
-    Raises:
-        ModelError: for values that are missing, wrong, or no stable material.
-    """
+    """All materials of a file by their names."""
     return {entry["name"].text(): _read_material(entry) for entry in materials.entries()}
 
 

@@ -123,15 +123,7 @@ class OuterShape:
 
 
 def read_outer_shape(blade: Entry, airfoils: Entry) -> OuterShape:
-    """The outer surface of a blade.
-
-    Args:
-        blade: The component `blade`.
-        airfoils: The airfoils of the file.
-
-    Raises:
-        ModelError: for curves or airfoils that are missing or wrong.
-    """
+    """The outer surface of a blade."""
     shape = blade["outer_shape"]
     x, y, z = (
         read_curve(blade["reference_axis"][key], -MAX_LENGTH, MAX_LENGTH, whole=True)

@@ -79,10 +79,8 @@ def lay_lines(
     Where a layer is thin or absent, its edges do not matter: files put anything there.
 
     Args:
-        layers: Layers of the shell.
         leading: Contour fraction of the leading edge at `STATIONS`, (201,) [-].
         corners: Those of the trailing edge's corners, (201, 2) [-].
-        webs: Both ends of all webs.
     """
     found = _find_reinforcements(layers, leading)
     halves = [

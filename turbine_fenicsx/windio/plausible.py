@@ -54,11 +54,7 @@ USUAL: dict[str, tuple[str, Plausible]] = {
 
 
 def list_implausible(root: Entry) -> Iterator[str]:
-    """A sentence for each kind of number of which some are unusual.
-
-    Args:
-        root: The whole file.
-    """
+    """A sentence for each kind of number of which some are unusual."""
     for place, (unit, usual) in USUAL.items():
         found = [
             (name, outlier)

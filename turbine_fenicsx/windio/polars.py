@@ -23,7 +23,6 @@ class AirfoilPolar:
     """Coefficients of an airfoil as the file has them.
 
     Args:
-        name: Name of the airfoil.
         thickness: Its relative thickness [-].
         aerodynamic_centre: Where the moment is taken, a fraction of the chord from the leading
             edge [-].
@@ -53,7 +52,6 @@ class PolarSource:
     structure.
 
     Args:
-        airfoils: The airfoils of the file.
         used: The list of those that the blade uses.
     """
 
@@ -73,9 +71,6 @@ class PolarSource:
 
         Returns:
             By rising thickness, those of one thickness by rising position.
-
-        Raises:
-            ModelError: for polars that are missing or wrong.
         """
         known = {entry["name"].text(): entry for entry in self.airfoils.entries()}
         found: dict[str, AirfoilPolar] = {}

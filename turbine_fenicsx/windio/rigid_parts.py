@@ -65,22 +65,14 @@ class Nacelle:
 
 
 def read_hub(entry: Entry) -> Hub:
-    """The component `hub`.
-
-    Raises:
-        ModelError: for values that are missing or wrong.
-    """
+    """The component `hub`."""
     cone = entry["cone_angle"].number(-45.0, 45.0) if "cone_angle" in entry else 0.0
     radius = 0.5 * entry["diameter"].positive() if "diameter" in entry else 0.0
     return Hub(radius, cone, read_rigid_part(entry))
 
 
 def read_nacelle(entry: Entry) -> Nacelle:
-    """The component `drivetrain`.
-
-    Raises:
-        ModelError: for values that are missing or wrong.
-    """
+    """The component `drivetrain`."""
     shape = entry["outer_shape"]
     generator = entry.get("generator")
     gearbox = entry.get("gearbox")
@@ -95,11 +87,7 @@ def read_nacelle(entry: Entry) -> Nacelle:
 
 
 def read_rigid_part(component: Entry) -> RigidPart | None:
-    """The `elastic_properties` of a component; None if it has none.
-
-    Raises:
-        ModelError: for values that are missing, wrong, or no inertia of a body.
-    """
+    """The `elastic_properties` of a component; None if it has none."""
     entry = component.get("elastic_properties")
     if entry is None:
         return None

@@ -38,11 +38,7 @@ class SectionProperties:
 
 
 def read_section_properties(entry: Entry) -> SectionProperties:
-    """The blade's `elastic_properties`; a stiffness of diagonals alone is left out.
-
-    Raises:
-        ModelError: if lists have different lengths, or some are missing.
-    """
+    """The blade's `elastic_properties`; a stiffness of diagonals alone is left out."""
     stiffness, inertia = entry["stiffness_matrix"], entry["inertia_matrix"]
     grid = read_grid(stiffness["grid"])
     M = _at_stations(grid, *_read_inertia(inertia))

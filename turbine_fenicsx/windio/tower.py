@@ -24,7 +24,6 @@ class Tower:
         top: Height of its top [m].
         diameter: Outer diameter over the fraction of its height [m].
         wall: Thickness of the wall over the fraction of its height [m].
-        material: Of what it is.
         outfitting: Its mass over that of the tube alone [-].
     """
 
@@ -45,12 +44,7 @@ class Tower:
 
 
 def read_tower(entry: Entry, materials: Mapping[str, PlyMaterial]) -> Tower:
-    """The component `tower`.
-
-    Raises:
-        ModelError: for values that are missing or wrong, a tower that leans, walls of several
-            materials or without a thickness.
-    """
+    """The component `tower`."""
     x, y, z = (
         read_curve(entry["reference_axis"][key], -HIGHEST, HIGHEST, whole=True) for key in "xyz"
     )

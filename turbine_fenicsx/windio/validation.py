@@ -18,9 +18,6 @@ def list_schema_mistakes(path: str | os.PathLike[str]) -> list[str]:
 
     Keys that the schema does not know are not among it.
 
-    Args:
-        path: The file.
-
     Returns:
         A sentence each; none where nothing is wrong, or windIO or jsonschema is not installed.
     """

@@ -20,7 +20,6 @@ class WindIOWeb:
     """A shear web with its layers.
 
     Args:
-        web: Its name and extent.
         layers: Its layers from the leading-edge to the trailing-edge face.
         suction: Contour fraction where it meets the suction side [-].
         pressure: Where it meets the pressure side [-].
@@ -49,17 +48,7 @@ def read_web_anchors(structure: Entry, shell: Anchors) -> dict[str, Anchors]:
 def read_webs(
     structure: Entry, layers: Sequence[Layer], anchors: Mapping[str, Anchors], leading: Curve
 ) -> tuple[WindIOWeb, ...]:
-    """The webs of a blade.
-
-    Args:
-        structure: The blade's `structure`.
-        layers: All layers.
-        anchors: Anchors of the webs.
-        leading: Contour fraction of the leading edge.
-
-    Raises:
-        ModelError: for webs that lie outside of the section or cross each other.
-    """
+    """The webs of a blade."""
     webs = []
     for entry in structure["webs"].entries() if anchors else ():
         name = entry["name"].text()

@@ -20,12 +20,7 @@ _ENDS = (".yaml", ".yml")
 
 
 def read_yaml(path: str | os.PathLike[str]) -> Any:
-    """Numbers, text, lists and dictionaries of a windIO file and the files that it includes.
-
-    Raises:
-        InputError: if the file cannot be read.
-        YamlError: if it or an included file is not valid, or one includes itself.
-    """
+    """Numbers, text, lists and dictionaries of a windIO file and the files that it includes."""
     return _Files().parse(Path(os.path.abspath(path)))[0]
 
 

@@ -55,11 +55,7 @@ Include = Callable[[str], tuple[Any, int]]
 
 
 def parse_yaml(text: str) -> Any:
-    """Numbers, text, lists and dictionaries of a YAML 1.2 text.
-
-    Raises:
-        YamlError: if it is not YAML, or has tags, repeated keys or too many values.
-    """
+    """Numbers, text, lists and dictionaries of a YAML 1.2 text."""
     return parse_counted(text)[0]
 
 
@@ -67,7 +63,6 @@ def parse_counted(text: str, include: Include | None = None) -> tuple[Any, int]:
     """The contents of a text as by `parse_yaml`, and their number of values.
 
     Args:
-        text: The text.
         include: Reads the files that the text includes; without it, ``!include`` is refused.
     """
     try:
@@ -89,11 +84,7 @@ def parse_counted(text: str, include: Include | None = None) -> tuple[Any, int]:
 
 
 def list_includes(text: str) -> list[str]:
-    """Names of the files that a text includes.
-
-    Raises:
-        YamlError: if it is not YAML.
-    """
+    """Names of the files that a text includes."""
     if _INCLUDE not in text:
         return []
     try:
@@ -121,7 +112,6 @@ class _Checks:
     """Refuses unsupported nodes, and counts values.
 
     Args:
-        included: Gets the contents of included files.
         include: Reads them; None refuses them.
     """
 

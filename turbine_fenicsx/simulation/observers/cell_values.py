@@ -18,7 +18,6 @@ class CellValues:
 
     Args:
         name: Name of the field in the output; several bodies may have the same.
-        body: The body.
         values: Function of the state that returns a number for each cell that this rank owns,
             shape (cells,); called on all ranks.
     """
@@ -34,9 +33,7 @@ def gather_values(
     """The numbers of all cells of each field, 0 in bodies without it. Collective.
 
     Args:
-        fields: The fields.
         bodies: All bodies, with their numbers of cells on this rank.
-        state: The state.
 
     Returns:
         By the name of the field, shape (cells of all bodies,).

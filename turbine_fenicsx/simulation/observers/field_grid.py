@@ -86,7 +86,6 @@ class FieldGrid:
     Points are the vertices of the flexible bodies, then on rank 0 those of the surfaces.
 
     Args:
-        system: The system.
         surfaces: Surfaces of rigid bodies, written by rank 0; if None, each is drawn as the
             homogeneous box of its mass and Euler values.
         parts: Number of the part of each local cell (ghosts included), one array per flexible
@@ -94,13 +93,9 @@ class FieldGrid:
         names: Names of the numbered parts that are not called like their bodies.
 
     Attributes:
-        comm: Communicator.
         bodies: Vertices and cells of each flexible body.
         n_faces: Number of faces of surfaces on this rank.
         positions: Initial positions of the points of this rank, shape (n, 3) [m].
-
-    Raises:
-        ModelError: if there is not one array of parts for each flexible body.
     """
 
     def __init__(
@@ -156,13 +151,7 @@ class FieldGrid:
         append: float | None = None,
         information: Mapping[str, str] | None = None,
     ) -> XdmfSeries:
-        """A series on this grid. Collective.
-
-        Args:
-            path: As in `XdmfSeries`.
-            append: As there.
-            information: More texts about the series.
-        """
+        """A series on this grid. Collective."""
         about = {"parts": self._about.to_text(), **(information or {})}
         return self._open(path=path, append=append, information=about)
 
@@ -186,7 +175,6 @@ class FieldGrid:
 
         Args:
             q: Coordinates of the rigid bodies, shape (12 bodies,).
-            u: Displacement of each flexible body.
         """
         starts = [body.coordinates for body in self._system.rigid_bodies]
         return self.motion(q - np.concatenate([np.zeros(0), *starts]), u)
@@ -215,11 +203,7 @@ class BodyGrid:
 
     Vertices are the nodes of a linear space, which for linear fields is that of the field itself.
 
-    Args:
-        block: The body.
-
     Attributes:
-        body: The body.
         n_points: Number of vertices that this rank owns.
         n_cells: Number of cells that this rank owns.
     """
@@ -247,7 +231,6 @@ class BodyGrid:
         """Vertices of the owned cells by their numbers in the output, shape (n_cells, .).
 
         Args:
-            comm: Communicator.
             starts: Number of the first vertex of this body on each rank, shape (ranks,).
         """
         vertices = self._index_map.local_to_global(

@@ -23,7 +23,6 @@ class FieldSeries:
     """Base of observers that write XDMF files at set times; subclasses choose the fields.
 
     Args:
-        path: The XDMF file.
         every: Simulated time between two outputs [s], positive; the end is always written.
         end: End time [s].
 
@@ -47,11 +46,7 @@ class FieldSeries:
         """Write the fields of a state. Collective."""
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Open the files, which keep their times before the first state on restart.
-
-        Raises:
-            FileError: if they cannot be written, on all ranks.
-        """
+        """Open the files, which keep their times before the first state on restart."""
         time, every = snapshot.state.time, self._every
         self._series = self._open(self._path, append=time if resumed else None)
         self._last = last = self._series.last_kept

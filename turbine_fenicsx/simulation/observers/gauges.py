@@ -122,11 +122,7 @@ def gauge_channel(gauges: Gauges) -> Channel:
 
 
 def _find_surface(gauge: Gauge, skin: Skin, view: MeshView) -> tuple[int, list[Crossing]]:
-    """Copy of the body, and where a half-line leaves it for good, at its first copy. Collective.
-
-    Raises:
-        ModelError: if it misses all copies.
-    """
+    """Copy of the body, and where a half-line leaves it for good, at its first copy. Collective."""
     point, outward = (np.asarray(x, dtype=float) for x in (gauge.point, gauge.outward))
     found = [skin.leave((point - t) @ R, outward @ R) for R, t in view.placements]
     hit = [(crossings[0].distance, copy) for copy, crossings in enumerate(found) if crossings]
@@ -145,8 +141,6 @@ def _place(
     """Nodes and weights of a gauge, and its direction; where cells meet, the mean over them.
 
     Args:
-        gauge: The gauge.
-        crossings: Where its half-line leaves the mesh.
         R: Rotation of the copy that it is glued to, shape (3, 3).
     """
     normal = np.sum([crossing.normal for crossing in crossings], axis=0)

@@ -204,11 +204,7 @@ class History:
 
 
 def read_columns(path: str | os.PathLike[str]) -> list[str]:
-    """Names of the columns of a ``history.csv``; none if there is no such file.
-
-    Raises:
-        FileError: if it is there but cannot be read.
-    """
+    """Names of the columns of a ``history.csv``; none if there is no such file."""
     if not Path(path).exists():
         return []
     with name_file_in_errors("read", path), open_regular(path) as file:
@@ -216,11 +212,7 @@ def read_columns(path: str | os.PathLike[str]) -> list[str]:
 
 
 def read_history_rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[str]:
-    """The whole rows of a ``history.csv``; none if there is no such file or its columns differ.
-
-    Raises:
-        FileError: if it is there but cannot be read.
-    """
+    """The whole rows of a ``history.csv``; none if there is no such file or its columns differ."""
     rows = read_rows(path, 1, len(columns), ",")
     return rows if rows and _has_head(path, join_columns(columns)) else []
 

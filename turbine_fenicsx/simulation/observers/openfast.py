@@ -32,12 +32,9 @@ class OpenFastOutput:
     steps, and before the first one there are none. All numbers are finite.
 
     Args:
-        comm: Communicator; rank 0 writes.
-        path: The file.
         channels: The columns after the time from left to right, each called ``Name_[unit]``; names
             and units without blanks.
         title: What the file is about, one line.
-        note: Another line, on conventions.
 
     Attributes:
         name: Name of the file, under which checkpoints know it.
@@ -70,11 +67,7 @@ class OpenFastOutput:
         self._file: RowFile | None = None
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
-        """Open the file, with the head and the rows so far, if any.
-
-        Raises:
-            FileError: if it cannot be written, on all ranks.
-        """
+        """Open the file, with the head and the rows so far, if any."""
 
         def make_first_lines() -> list[str]:
             rows = read_out_rows(self._path, self._width) if resumed else []
@@ -119,11 +112,7 @@ def read_out_rows(path: str | os.PathLike[str], width: int) -> list[str]:
     """The whole rows of a file of this format; a missing one has none.
 
     Args:
-        path: The file.
         width: Number of columns, that of the time included.
-
-    Raises:
-        FileError: if the file is there but cannot be read.
     """
     return read_rows(path, OPENFAST_HEAD, width, "\t")
 

@@ -137,15 +137,10 @@ def _find_rows(model: BodyModel, X: Array, names: Sequence[str]) -> csr_matrix:
     """Weights of the owned nodes of a body at points. Collective.
 
     Args:
-        model: The body.
         X: The points in the initial configuration, shape (n, 3) [m].
-        names: Their names, for messages.
 
     Returns:
         Shape (n, n_owned).
-
-    Raises:
-        ModelError: if a point is outside the body, on all ranks.
     """
     rows = []
     for point, name in zip(X, names, strict=True):

@@ -15,11 +15,9 @@ class Progress:
     """Shows simulated time, energy error, iterations and time left on stderr.
 
     Args:
-        comm: Communicator; rank 0 prints.
         end: End time of the run [s].
         style: "bar", "log", "none", or "auto": a bar if stderr is a terminal and there is one
             rank, else lines.
-        every: Seconds between two lines.
     """
 
     def __init__(

@@ -28,16 +28,11 @@ class ReducedMotion:
     """Writes ``motion.bin`` and ``motion.json``, see `turbine_fenicsx.records.motion_file`.
 
     Args:
-        system: A system with reduced bodies.
-        path: ``motion.bin``.
         every: Simulated time between two rows [s], positive; the end is always written.
         end: End time [s].
 
     Attributes:
         name: Name of the file, under which checkpoints know it.
-
-    Raises:
-        ModelError: for a system without reduced bodies.
     """
 
     def __init__(

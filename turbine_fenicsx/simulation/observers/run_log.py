@@ -61,8 +61,6 @@ def log_to_file(comm: MPI.Intracomm, path: str | os.PathLike[str], append: bool)
     """Write the messages of the package to a file, on rank 0.
 
     Args:
-        comm: Communicator.
-        path: The file.
         append: Whether to keep what is in it.
     """
 

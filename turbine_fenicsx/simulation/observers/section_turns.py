@@ -35,8 +35,6 @@ class Section:
     """A section of a body.
 
     Args:
-        name: For messages.
-        body: Flexible body.
         origin: A point of its axis in the initial configuration, shape (3,) [m].
         axis: Direction of the axis, shape (3,).
         distance: Along the axis from the origin [m].
@@ -61,19 +59,7 @@ class Section:
 
 
 class SectionTurns:
-    """Rotations of sections about their axes.
-
-    Args:
-        system: The system.
-        sections: The sections.
-
-    Raises:
-        ModelError: for a body or carrier that is not part of the system, or a body with too few
-            nodes.
-
-    Note:
-        Collective.
-    """
+    """Rotations of sections about their axes. Collective."""
 
     def __init__(self, system: MultibodySystem, sections: Sequence[Section]) -> None:
         self._comm, self.sections = system.comm, tuple(sections)

@@ -54,19 +54,13 @@ class StepLoads(ABC):
         self._restored = False
 
     def at(self, snapshot: Snapshot) -> Array:
-        """Loads in the step that ended with a snapshot.
+        """Loads in the step that ended with a snapshot. Collective.
 
         To be called for every snapshot of a run, since the middle of a step lies between two.
-
-        Args:
-            snapshot: The snapshot.
 
         Returns:
             Force [N] and moment [N m] of each load, shape (n, 2, 3), equal on all ranks; zero in
             the first snapshot of a run, before which there was no step.
-
-        Note:
-            Collective.
         """
         self._see(snapshot)
         return self._loads
@@ -120,8 +114,6 @@ class StepLoads(ABC):
 
         Args:
             q0: Coordinates at the start of the step, or at its end if forces act there.
-            T0: Joint coordinates at the same time.
-            snapshot: The end of the step.
 
         Returns: Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the parent
             bodies, shape (n, 3, 3).

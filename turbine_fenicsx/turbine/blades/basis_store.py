@@ -30,11 +30,6 @@ def take_basis(
 
     Args:
         path: The file; None for nowhere.
-        body: The body.
-        make: Makes the basis.
-
-    Raises:
-        FileError: if it cannot be written.
 
     Note:
         Collective.
@@ -68,9 +63,7 @@ def name_file(
     """File for a basis of a case; None if there can be none. Called on rank 0.
 
     Args:
-        case: The case.
         folder: Where it is kept; None for the folder ``bases`` beside the case.
-        body: Beginning of its name.
         depends_on: Everything that the basis depends on, as numbers, texts and tables.
     """
     if folder is None and case.folder is None:

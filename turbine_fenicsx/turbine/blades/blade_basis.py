@@ -38,16 +38,7 @@ STATIONS = 60
 
 
 def find_basis(case: Case, blade: ClampedBlade) -> ReducedBasis:
-    """The basis of the blades of a case. Collective.
-
-    Args:
-        case: A case with reduced blades.
-        blade: One of the blades.
-
-    Raises:
-        InputError: if the file of the case is not a basis of these blades.
-        FileError: if it cannot be read.
-    """
+    """The basis of the blades of a case. Collective."""
     comm, file = blade.body.mesh.comm, case.blade.reduction.file
     if file is not None:
         return read_basis(file, blade.body)
@@ -56,16 +47,7 @@ def find_basis(case: Case, blade: ClampedBlade) -> ReducedBasis:
 
 
 def make_basis(case: Case, blade: ClampedBlade, path: Path) -> ReducedBasis:
-    """Make the basis of the blades of a case, and keep it in a file. Collective.
-
-    Args:
-        case: The case.
-        blade: One of the blades.
-        path: The file.
-
-    Raises:
-        FileError: if it cannot be written.
-    """
+    """Make the basis of the blades of a case, and keep it in a file. Collective."""
     return keep_basis(path, blade.body, partial(_make, case, blade))
 
 
@@ -111,11 +93,6 @@ def list_loads(
     case: Case, blade: ClampedBlade, points: Sequence[OperatingPoint]
 ) -> list[LoadPath] | None:
     """Load paths of the blades at operating points of their turbine. Collective.
-
-    Args:
-        case: The case.
-        blade: One of the blades.
-        points: The operating points.
 
     Returns:
         None if no file says how the turbine is run; then `reduce_body` takes smooth loads.

@@ -71,8 +71,6 @@ def examine_blades(mesh: MeshArrays, layout: RotorLayout, blade: Span) -> Findin
 
     Args:
         mesh: The mesh, with the volumes blade_1, ... and the surfaces root_1, ...
-        layout: Where the blades belong.
-        blade: Hub radius and length.
     """
     mistakes: list[str] = []
     warnings: list[str] = []

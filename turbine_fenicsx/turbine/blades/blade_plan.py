@@ -23,7 +23,6 @@ class BladePlies:
     """Plies of the blades as the output needs them.
 
     Args:
-        stresses: Their stresses.
         panels: Cells of each panel and web that this rank owns, of all blades together.
         place: Distance of each of these cells from the root [m].
         made_up: Cells that stand for no layup of the file: those that close the tip, and a trailing
@@ -100,8 +99,6 @@ class BladePlan(Protocol):
 
         Args:
             report: Size, volumes and quality of their mesh.
-            mesh: The mesh.
-            layout: Where the blades stand.
         """
 
     def find_warnings(self, report: MeshReport) -> list[str]:
@@ -114,7 +111,5 @@ class BladePlan(Protocol):
         """The blades as one body. Collective.
 
         Args:
-            name: Name of the body.
-            mesh: Their mesh.
             axes: Fields of the axes along span, chord and thickness, as UFL vectors.
         """

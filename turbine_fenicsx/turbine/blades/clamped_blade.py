@@ -24,11 +24,7 @@ BLADE, ROOT, SKIN = "blade_1", "root_1", "skin_1"
 
 @dataclass
 class SingleMesh:
-    """Makes the mesh of one blade on rank 0 and looks at that of the rotor, whose part it is.
-
-    Args:
-        rotor: The blades.
-    """
+    """Makes the mesh of one blade on rank 0 and looks at that of the rotor, whose part it is."""
 
     rotor: RotorPlan
     _whole: list[MeshArrays] = field(default_factory=list, init=False)
@@ -58,10 +54,7 @@ class ClampedBlade:
     """A blade on its mesh, in its own axes from the rotor centre.
 
     Args:
-        body: The blade.
         root: Facets of its root, indices local to this rank.
-        skin: Those of its skin.
-        system: The blade alone on the ground.
     """
 
     body: FlexibleBody

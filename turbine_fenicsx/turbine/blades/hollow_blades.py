@@ -48,11 +48,9 @@ class HollowBlades:
     """Blades of laminates, a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`.
 
     Args:
-        shape: Outer surface, webs and layup.
         span: Number of elements along the span.
         around: Number of elements around a section.
         moments: Whether walls have the bending stiffness of their layup too.
-        material: The table with the viscosities.
         file: Mesh file that the command `mesh` has written for such blades; None makes the mesh.
     """
 
@@ -66,11 +64,7 @@ class HollowBlades:
 
     @classmethod
     def of(cls, case: Case, comm: MPI.Intracomm) -> HollowBlades:
-        """Those of a case with a windIO file. Collective.
-
-        Raises:
-            InputError: if the file cannot be read, on all ranks.
-        """
+        """Those of a case with a windIO file. Collective."""
         file, b, m = case.turbine.file, case.blade, case.mesh
         assert file is not None
         blade = on_rank0(comm, lambda: load_turbine(file).blade)
@@ -117,20 +111,12 @@ class HollowBlades:
 
     @cached_property
     def block(self) -> HollowBlock:
-        """The mesh of one blade.
-
-        Raises:
-            ModelError: if it cannot be made.
-        """
+        """The mesh of one blade."""
         return mesh_hollow(self.shape, self.span, self.around)
 
     @cached_property
     def table(self) -> WallTable:
-        """Stiffness and density of each cell of the mesh that is made for a blade.
-
-        Raises:
-            ModelError: for a cell that no layer covers.
-        """
+        """Stiffness and density of each cell of the mesh that is made for a blade."""
         return self._tabulate(WallCells.read(self.shape, self.block.cell_data))
 
     def _tabulate(self, cells: WallCells) -> WallTable:
@@ -138,11 +124,7 @@ class HollowBlades:
         return tabulate_walls(cells.find_plies(), cells.thickness, self.moments)
 
     def mesh_source(self, layout: RotorLayout) -> tuple[str, Callable[[], MeshArrays]]:
-        """Name of the mesh, and the function that makes or reads it on rank 0.
-
-        Raises:
-            ModelError: if the mesh cannot be made.
-        """
+        """Name of the mesh, and the function that makes or reads it on rank 0."""
         if self.file is not None:
             path = Path(self.file)
             return f"mesh file '{path}'", lambda: read_msh(path, layout.volume_groups, ROOTS)
@@ -218,8 +200,6 @@ class HollowBlades:
         """The blades as one body. Collective.
 
         Args:
-            name: Name of the body.
-            mesh: Their mesh.
             axes: Fields of the axes along span, chord and thickness, as UFL vectors.
         """
         table = self._tabulate(WallCells.read(self.shape, mesh.cell_data))

@@ -27,12 +27,7 @@ PITCH_SIGNS = (1.0, -1.0, 1.0)
 
 @dataclass(frozen=True)
 class RotorPlan:
-    """Blades before they are built.
-
-    Args:
-        layout: Where they stand.
-        blades: What they are.
-    """
+    """Blades before they are built."""
 
     layout: RotorLayout
     blades: BladePlan

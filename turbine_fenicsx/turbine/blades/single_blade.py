@@ -19,8 +19,6 @@ def take_blade(mesh: MeshArrays, layout: RotorLayout, blade: int = 1) -> MeshArr
     """The mesh of a blade along a1, a2, a3 from the rotor centre, with its own groups alone.
 
     Args:
-        mesh: The mesh of the rotor.
-        layout: Where the blades stand.
         blade: Number of the blade, from 1.
     """
     volume = f"blade_{blade}"

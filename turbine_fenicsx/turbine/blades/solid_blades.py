@@ -36,10 +36,7 @@ class SolidBlades:
 
     Args:
         geometry: Shape of one.
-        options: Mesh that is made for them.
-        degree: Polynomial degree of the displacement.
         file: Mesh file to take instead; None makes a mesh.
-        material: Material and density.
         shape_given: Whether the case says the shape of the sections, beside a mesh file too.
     """
 
@@ -52,11 +49,7 @@ class SolidBlades:
 
     @classmethod
     def of(cls, case: Case) -> SolidBlades:
-        """Those of a case.
-
-        Raises:
-            ModelError: if stations and widths do not fit together.
-        """
+        """Those of a case."""
         m, b = case.mesh, case.blade
         return cls(
             b.geometry(),
@@ -124,8 +117,6 @@ class SolidBlades:
 
         Args:
             report: Size, volumes and quality of their mesh.
-            mesh: The mesh.
-            layout: Where the blades stand.
         """
         volume, density = sum(report.volumes.values()), self.material.density
         text = f"mass of the blades {volume * density / 1e3:.6g} t"
@@ -151,8 +142,6 @@ class SolidBlades:
         """The blades as one body. Collective.
 
         Args:
-            name: Name of the body.
-            mesh: Their mesh.
             axes: Fields of the axes along span, chord and thickness, as UFL vectors.
         """
         m = self.material

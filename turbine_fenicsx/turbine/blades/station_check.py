@@ -25,12 +25,6 @@ def list_station_mistakes(
     """A sentence if a case in wind has more stations than its mesh has nodes for.
 
     A station moves with the nodes of the skin between its neighbours.
-
-    Args:
-        case: A case with flexible blades.
-        mesh: Their mesh.
-        layout: Where they stand.
-        degree: Polynomial degree of the displacement.
     """
     if not case.wind.blows:
         return []
@@ -55,17 +49,7 @@ def list_station_mistakes(
 
 
 def check_stations(case: Tables, mesh: MeshArrays, layout: RotorLayout, degree: int) -> None:
-    """Refuse a case in wind with more stations than its mesh has nodes for.
-
-    Args:
-        case: A case with flexible blades.
-        mesh: Their mesh.
-        layout: Where they stand.
-        degree: Polynomial degree of the displacement.
-
-    Raises:
-        ModelError: with the sentence of `list_station_mistakes`.
-    """
+    """Refuse a case in wind with more stations than its mesh has nodes for."""
     for sentence in list_station_mistakes(case, mesh, layout, degree):
         raise ModelError(sentence)
 

@@ -35,8 +35,6 @@ def nacelle_surface(body: RigidBody, layout: RotorLayout, size: float, part: int
     """A box along the shaft with rounded edges, from behind the hub over the tower axis.
 
     Args:
-        body: The nacelle.
-        layout: Where the rotor stands.
         size: Radius of the hub [m].
         part: Number of the part.
     """
@@ -55,8 +53,6 @@ def hub_surface(body: RigidBody, layout: RotorLayout, radius: float, part: int) 
     """A spinner around the hub centre: a half sphere behind, a longer nose in front.
 
     Args:
-        body: The hub.
-        layout: Where the rotor stands.
         radius: Distance of the outermost points of the blade roots from the hub centre [m].
         part: Number of the part.
     """

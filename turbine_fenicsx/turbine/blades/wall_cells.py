@@ -28,7 +28,6 @@ class WallCells:
     """Cells of hollow blades.
 
     Args:
-        shape: The blade.
         part: Index in ``parts`` of each cell, shape (n,).
         span: First and last span fraction of each cell, shape (n, 2) [-].
         arc: First and last contour fraction, shape (n, 2) [-].
@@ -48,11 +47,7 @@ class WallCells:
         """The cells of a mesh.
 
         Args:
-            shape: The blade.
             data: Numbers of the cells by name.
-
-        Raises:
-            ModelError: if some are missing, or cannot be those of this blade.
         """
         missing = [name for name in NAMES if name not in data]
         if missing:
@@ -108,11 +103,7 @@ class WallCells:
         return found
 
     def find_plies(self) -> list[Plies]:
-        """Plies of each cell.
-
-        Raises:
-            ModelError: for a cell that no layer covers.
-        """
+        """Plies of each cell."""
         known: dict[_Place, Plies] = {}
         found = []
         rows = zip(self.part.tolist(), self.span.tolist(), self.arc.tolist(), strict=True)

@@ -16,11 +16,7 @@ from turbine_fenicsx.wind.resampling import place_stations, resample_blade
 
 
 def find_aero_file(case: Tables) -> str:
-    """The file with the aerodynamics of the blades.
-
-    Raises:
-        InputError: for a windIO file that is nowhere.
-    """
+    """The file with the aerodynamics of the blades."""
     from turbine_fenicsx.windio import find_turbine_file
 
     name = case.turbine.file if case.aero.file is None else case.aero.file
@@ -32,12 +28,7 @@ def load_aero_blade(case: Tables, stations: int | None = None) -> AeroBlade:
     """A blade at the stations of a quadrature over its span.
 
     Args:
-        case: The case.
         stations: Their number; that of the case if None.
-
-    Raises:
-        InputError: if the file cannot be read, or is none that is known.
-        ModelError: if what it says cannot be a blade.
     """
     number = case.aero.stations if stations is None else stations
     return _load(find_aero_file(case), number, case.blade.hub_radius)

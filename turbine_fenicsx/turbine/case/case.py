@@ -93,7 +93,6 @@ class Draft:
 
     Args:
         case: The case, with defaults in the place of what is wrong.
-        mistakes: All mistakes.
     """
 
     case: Case
@@ -112,11 +111,7 @@ class Draft:
 
     @staticmethod
     def load(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Draft:
-        """Read a case file, see `Case.load`.
-
-        Raises:
-            InputError: if the file cannot be read or is no TOML.
-        """
+        """Read a case file, see `Case.load`."""
         folder = Path(path).parent
         data = name_events(read_toml(path, "case file"))
         data, refused = _override(data, overrides)
@@ -139,11 +134,7 @@ class Draft:
 
 
 def apply_overrides(data: Nested, overrides: Iterable[str]) -> Case:
-    """A case from nested tables with changes such as ``"time.end=1.0"``.
-
-    Raises:
-        InputError: with one sentence for every mistake.
-    """
+    """A case from nested tables with changes such as ``"time.end=1.0"``."""
     tables, refused = _override(name_events(data), overrides)
     if refused:
         raise InputError(refused[0].sentence)

@@ -44,11 +44,7 @@ class Comparison:
     """Two ways to one number.
 
     Args:
-        one: The first.
-        other: The second.
         tolerance: Relative difference up to which they agree.
-        unit: Unit for people.
-        scale: The unit in SI.
         at_least: Whether the first may be larger than the second.
     """
 

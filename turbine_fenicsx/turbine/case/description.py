@@ -20,14 +20,8 @@ _OPTIONAL = ("aero", "control", "drivetrain", "generator", "wind", "yaw")
 def describe_case(data: Mapping[str, Any]) -> dict[str, Any]:
     """Tables of a case without what is empty or has no effect, as the sizes of a rigid tower.
 
-    Args:
-        data: Nested tables, as ``case.json`` has them.
-
     Returns:
         Nested tables whose keys carry their SI units, for example ``length_[m]``.
-
-    Raises:
-        InputError: if it is no valid case.
     """
     case = Case.parse(data, None)
     unused = {key.name for key in find_unused_keys(case)}

@@ -33,11 +33,7 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
     """The wind of a case; None without one. Collective.
 
     Args:
-        case: The case.
         comm: Whose rank 0 reads the file of the wind, if it has one.
-
-    Raises:
-        InputError: if it cannot be read, on all ranks.
     """
     w = case.wind
     if not w.blows:
@@ -54,11 +50,7 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
 
 
 def make_tabulated_wind(case: Tables) -> TabulatedWind:
-    """The wind of a table; shear, direction and inclination that it has not are those of the case.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
+    """The wind of a table; shear, direction and inclination that it lacks are those of the case."""
     w = case.wind
     assert w.table is not None
     table = load_wind_table(w.table)
@@ -68,11 +60,7 @@ def make_tabulated_wind(case: Tables) -> TabulatedWind:
 
 
 def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
-    """The turbulence of a case; files that have not changed are read once.
-
-    Raises:
-        InputError: if they cannot be read, are no file of TurbSim, or no box of the given size.
-    """
+    """The turbulence of a case; files that have not changed are read once."""
     w = case.wind
     if w.file is not None:
         return _load_field(w.file)
@@ -95,11 +83,7 @@ def _load_box(files: tuple[str, str, str], box: BoxCase, mean: SteadyWind) -> Tu
 
 
 def list_field_mistakes(case: Tables) -> list[str]:
-    """Mistakes of a case's turbulence, one sentence each.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
+    """Mistakes of a case's turbulence, one sentence each."""
     radius = case.blade.hub_radius + case.blade.length
     centre = np.array([-case.turbine.hub_distance, 0.0, case.hub_height])
     return load_turbulence(case).list_mistakes(case.time.end, centre, radius)

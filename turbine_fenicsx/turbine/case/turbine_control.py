@@ -46,7 +46,6 @@ class GeneratorShaft:
 
     Args:
         ratio: Speed of the generator over that of the rotor.
-        efficiency: Electrical over mechanical power.
         built_in: Whether the controller is the built-in one.
     """
 
@@ -96,7 +95,6 @@ def design_control(turbine: WindIOTurbine, generator: GeneratorShaft) -> Design:
     """The controller of a turbine and what it acts on, without the tables of a case.
 
     Args:
-        turbine: What the file says.
         generator: What the controller acts on; speeds and torques count on its shaft.
     """
     drives = _make_drives(turbine.control, generator.ratio)
@@ -150,7 +148,6 @@ def _make_torque_law(c: ControllerData, K: float, power: float, N: float) -> dic
     """The table ``control.torque``.
 
     Args:
-        c: What the file says.
         K: Torque over squared speed of the rotor that keeps the tip-speed ratio [N m s^2/rad^2].
         power: Rated mechanical power [W].
         N: Speed of the generator over that of the rotor.
@@ -201,11 +198,7 @@ def _make_rotor(turbine: WindIOTurbine) -> Rotor:
 
 
 def find_inertia(turbine: WindIOTurbine) -> float:
-    """Inertia of blades and hub about the shaft, without the generator's [kg m^2].
-
-    Raises:
-        ModelError: if the file has no masses of the blade's sections.
-    """
+    """Inertia of blades and hub about the shaft, without the generator's [kg m^2]."""
     sections = turbine.blade_sections
     if sections is None:
         raise ModelError("its blade has no elastic_properties with the masses of its sections")

@@ -51,11 +51,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 
 @read_if_changed("windIO file", parts=list_included)
 def load_turbine(path: str) -> WindIOTurbine:
-    """The turbine of a windIO file.
-
-    Raises:
-        InputError: if it cannot be read, or is no turbine that can be built.
-    """
+    """The turbine of a windIO file."""
     from turbine_fenicsx.windio import read_turbine
 
     try:
@@ -83,11 +79,8 @@ def tabulate_file(
     """Keys of a case that a file gives, as nested tables.
 
     Args:
-        turbine: What the file says.
-        tower: Whether its tower is wanted.
         wind: Whether there is a wind, which blows at the height of the hub.
         generator: What a controller acts on; None without one.
-        rigid: Whether its blades are rigid bodies.
     """
     nacelle, hub = turbine.nacelle, turbine.hub
     assert nacelle
@@ -129,13 +122,7 @@ def tabulate_file(
 
 
 def _list_missing(turbine: WindIOTurbine, data: Mapping[str, Any], name: str) -> Iterator[str]:
-    """Sentences about what a turbine needs and neither the file nor the case has.
-
-    Args:
-        turbine: What the file says.
-        data: The tables of the case.
-        name: Of the file.
-    """
+    """Sentences about what a turbine needs and neither the file nor the case has."""
     if turbine.nacelle is None:
         yield f"{name} has no components.drivetrain, which a turbine needs"
     parts = (
@@ -195,12 +182,7 @@ def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> Mapping
     """Nested tables of a case with those of its file, if it names one, below them.
 
     Args:
-        data: The tables.
         folder: Where the file is looked for before the examples of windIO.
-
-    Raises:
-        InputError: if there is no such file, it cannot be read, or it is no turbine that can be
-            built.
     """
     file = _find_file(data)
     if file is None:

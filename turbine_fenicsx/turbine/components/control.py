@@ -69,11 +69,7 @@ class Control(Component):
         return Channels(openfast=[Channel(columns, values)])
 
     def observers(self, turbine: Turbine, folder: Path) -> list[ControlLoop]:
-        """The loop that asks the controller after each step. Collective.
-
-        Raises:
-            InputError: if it cannot be made.
-        """
+        """The loop that asks the controller after each step. Collective."""
         case, actuators = turbine.case, list_actuators(turbine)
         controller = _make_controller(turbine, folder, actuators)
         sensors = Sensors(turbine, actuators)

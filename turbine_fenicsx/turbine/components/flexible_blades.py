@@ -168,7 +168,6 @@ def blade_axes(layout: RotorLayout, blade: int) -> Array:
     """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
 
     Args:
-        layout: Where the blades stand.
         blade: Number of the blade, from 1.
     """
     a1, a2, a3 = layout.frame(blade)

@@ -24,15 +24,7 @@ _SAMPLES = np.arange(64) / 64.0
 
 
 def make_gauges(turbine: Turbine, body: DeformableBody) -> Gauges | None:
-    """The gauges of a case; None if it has none. Collective.
-
-    Args:
-        turbine: The turbine.
-        body: Its blades.
-
-    Raises:
-        ModelError: for a gauge that lies beside its blade.
-    """
+    """The gauges of a case; None if it has none. Collective."""
     rotor, cases = turbine.rotor, turbine.case.output.gauges
     if not cases:
         return None
@@ -66,7 +58,6 @@ def find_place(shape: BladeSurface, station: float, around: float | str) -> tupl
     """A point below a place of the surface, and the direction from there outwards.
 
     Args:
-        shape: The surface.
         station: Span fraction [-].
         around: Contour fraction [-], or a name.
 
@@ -88,7 +79,6 @@ def find_fraction(shape: BladeSurface, s: Array, around: float | str) -> float:
     """The contour fraction of a place at a span fraction: sides and panels by their middles.
 
     Args:
-        shape: The surface.
         s: Span fraction, shape (1,) [-].
         around: Contour fraction [-], or a name.
     """

@@ -57,10 +57,6 @@ def find_steady_loads(case: Case) -> Performance:
 
     Args:
         case: A case with ``wind.speed`` and a positive speed of the rotor.
-
-    Raises:
-        InputError: if the file of the blades cannot be read.
-        ModelError: for a rotor that cannot be.
     """
     t, w = case.turbine, case.wind
     assert w.speed

@@ -20,11 +20,7 @@ from turbine_fenicsx.turbine.components.pitch import BEARINGS
 
 
 class RootMoments:
-    """Moments that the blades exert on the hub at their roots, means of two steps.
-
-    Args:
-        turbine: The turbine.
-    """
+    """Moments that the blades exert on the hub at their roots, means of two steps."""
 
     def __init__(self, turbine: Turbine) -> None:
         layout, case = turbine.rotor.layout, turbine.case
@@ -70,9 +66,6 @@ class TopAcceleration:
 
     Mean velocities of two steps belong to their middles; velocities at the ends of steps carry an
     alternating part that no sensor would have.
-
-    Args:
-        turbine: The turbine.
     """
 
     def __init__(self, turbine: Turbine) -> None:
@@ -85,7 +78,6 @@ class TopAcceleration:
         """Acceleration downwind and to the left, as the nacelle looks [m/s^2].
 
         Args:
-            q: Coordinates of the rigid bodies.
             dt: Time since the last call [s].
             forward: Direction of the shaft of the nacelle, downwind, shape (3,).
         """

@@ -25,7 +25,6 @@ def make_hat(loads: LoadsCase, ramp: float) -> Course:
     """The course of all torques in time, of the height one: a hat, which may set in smoothly.
 
     Args:
-        loads: Its duration.
         ramp: Time in which it sets in [s]; 0 for a sudden start.
     """
     hat = Hat(1.0, loads.duration)
@@ -33,11 +32,7 @@ def make_hat(loads: LoadsCase, ramp: float) -> Course:
 
 
 def read_torques(case: Case, comm: MPI.Intracomm) -> dict[str, Course]:
-    """Torques of the file of a case over the time [N m], by their keys. Collective.
-
-    Raises:
-        InputError: if it cannot be read, on all ranks.
-    """
+    """Torques of the file of a case over the time [N m], by their keys. Collective."""
     file = case.loads.file
     if file is None:
         return {}
@@ -56,9 +51,6 @@ def make_torque(
     """A torque on a bearing.
 
     Args:
-        name: Of the torque.
-        coordinate: Of the bearing.
-        sign: In which it counts.
         peak: Of the hat [N m].
         hat: Course of the torque where there is no table.
         table: Course of the torque with a table [N m].

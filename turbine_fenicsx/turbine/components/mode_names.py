@@ -43,7 +43,6 @@ class Title:
     """Possible name of a mode.
 
     Args:
-        name: In words.
         way: What moves so, of `BLADE_WAYS` and `TOWER_WAYS`; empty for joints.
         share: How much of the mode this is, from 0 to 1.
     """
@@ -69,7 +68,6 @@ def find_order(shape: Array, ends_free: bool = False) -> int:
 
     Args:
         shape: Displacement or rotation at each station, root first, real, shape (stations,).
-        ends_free: Whether nothing is at the end.
     """
     slopes = np.diff(np.concatenate([np.zeros(1), shape]))
     if not ends_free:
@@ -132,13 +130,7 @@ def find_amplitudes(shapes: Sequence[Array], way: int) -> Array:
 
 
 def name_joints(coordinates: Mapping[str, float], rigid: bool, sprung: bool = False) -> str:
-    """A motion in which joints move, but no flexible part bends.
-
-    Args:
-        coordinates: What each joint coordinate does.
-        rigid: Whether nothing drives it back.
-        sprung: Whether springs do.
-    """
+    """A motion in which joints move, but no flexible part bends."""
     largest = max(map(abs, coordinates.values()), default=0.0)
     moving = [
         n for n, x in coordinates.items() if abs(x) > MAX_REST_RATIO * largest and largest > 1e-9
@@ -161,9 +153,7 @@ def name_blades(
 
     Args:
         shapes: Complex shapes of all blades.
-        metres: The same in metres and radians.
         together: How the blades go together, as `Whirl.name`; found from the shapes if None.
-        sense: As in `describe_pattern`.
     """
     squares = sum_squares(shapes)
     if together in ("forward", "backward"):
@@ -188,7 +178,6 @@ def name_tower(shape: Array, metres: Array, stations: Array) -> list[Title]:
 
     Args:
         shape: Its complex shape.
-        metres: The same in metres and radians.
         stations: Heights of its stations, shape (stations,) [m].
     """
     squares = sum_squares([shape])

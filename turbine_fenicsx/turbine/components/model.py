@@ -74,7 +74,7 @@ def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -
 
 
 def _find_mistakes(case: Case, components: Iterable[Component]) -> Iterator[str]:
-    """What is wrong in a case, which may have changed since it was read, and in components."""
+    """Mistakes in a case, which may have changed since it was read, and in components."""
     for mistake in find_contradictions(case, list_checks(case), set()):
         yield mistake.sentence
     for component in components:

@@ -90,8 +90,6 @@ def _make_body(name: str, inertia: Inertia, origin: npt.ArrayLike, axes: Array) 
     """A rigid part.
 
     Args:
-        name: Its name.
-        inertia: Mass, centre of mass and inertia.
         origin: From where the centre of mass counts, shape (3,) [m].
         axes: Axes of centre and inertia as rows, shape (3, 3).
     """

@@ -84,8 +84,6 @@ def _make_rings(layout: RotorLayout, pitch: PitchCase, radius: float) -> list[Ri
     """Rings centred on the pitch axes, their axes along chord, span and thickness of the blades.
 
     Args:
-        layout: Where the blades stand.
-        pitch: Their mass and Euler values.
         radius: Distance of their centres from the rotor centre [m].
     """
     return [
@@ -115,11 +113,7 @@ def make_pitch_drive(pitch: PitchCase, comm: MPI.Intracomm = MPI.COMM_SELF) -> l
     """Springs, dampers or prescribed motions of the pitch bearings. Collective.
 
     Args:
-        pitch: Drive and its values.
         comm: Whose rank 0 reads the file of the pitch, if there is one.
-
-    Raises:
-        InputError: if it cannot be read, on all ranks.
     """
     if pitch.drive == "prescribed" and pitch.file is not None:
         return _follow_table(pitch.file, comm)
@@ -159,11 +153,7 @@ def make_pitch_torques(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> list[
     """Equal torques on all pitch bearings, positive to feather; none without one. Collective.
 
     Args:
-        case: The case.
         comm: Whose rank 0 reads the file of the torques, if there is one.
-
-    Raises:
-        InputError: if it cannot be read, on all ranks.
     """
     peak, table = case.loads.pitch_torque, read_torques(case, comm).get("pitch_torque")
     if peak == 0.0 and table is None:

@@ -20,12 +20,7 @@ from turbine_fenicsx.turbine.components.pitch import BEARINGS
 
 
 class Sensors:
-    """Sensors of a turbine; speeds and the acceleration are means of the step that has ended.
-
-    Args:
-        turbine: The turbine.
-        actuators: What its controller acts on.
-    """
+    """Sensors of a turbine; speeds and the acceleration are means of the step that has ended."""
 
     def __init__(self, turbine: Turbine, actuators: Actuators) -> None:
         self._turbine, self._actuators, system = turbine, actuators, turbine.system

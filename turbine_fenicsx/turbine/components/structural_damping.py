@@ -91,10 +91,8 @@ def _meet_ratios(
     """The damping of blades with coefficients that meet the ratios of the first blade.
 
     Args:
-        assembly: The turbine.
         damping: The damping of the blades on their mesh.
         place: Where the mesh of the first one stands.
-        wanted: The ratios.
     """
     mesh = assembly.meshes[BODY]
     R, t = np.asarray(place.rotation, dtype=float), np.asarray(place.position, dtype=float)
@@ -122,10 +120,7 @@ def _find_stretch(
     """Displacements of blades that turn, shape (n_owned, 3) [m]. Collective.
 
     Args:
-        comm: Communicator.
         damping: Their damping, with the roots that hold them.
-        axis: Of the rotation.
-        centre: A point on it.
         speed: Of the rotation [rad/s].
     """
     body, point = damping.flexible, tuple(centre.tolist())
@@ -235,9 +230,6 @@ def _meet(
 
     A mode u of modal mass 1 has the ratio (beta u^T K(0) u + alpha u^T Q^T W Q u)/(2 w). The model
     has the masses W relative to the root, as of `MassDamper` with alpha = 1.
-
-    Raises:
-        ModelError: if there is no such mode, or no coefficients meet the ratios.
     """
     keys, rows, damper = list(wanted.ratios), [], model.mass_damper
     assert damper is not None

@@ -51,11 +51,7 @@ AXES = np.array([E3, E1, E2])
 
 
 def tower_geometry(tower: TowerCase) -> TowerGeometry:
-    """Shape of the tower of a case.
-
-    Raises:
-        ModelError: for a wall that leaves no hollow.
-    """
+    """Shape of the tower of a case."""
     t = tower
     if t.stations is None:
         return TowerGeometry.cone(t.height, t.bottom_diameter, t.top_diameter, t.wall)
@@ -120,9 +116,7 @@ def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> Reduce
     """The basis of the tower of a case. Collective.
 
     Args:
-        case: The case.
         held: A system with the tower and what holds it.
-        body: The tower.
     """
     r = case.tower.reduction
     if r.file is not None:

@@ -61,7 +61,6 @@ class BladeWorks:
         find_loads: Loads in the step that led to a state; called on all ranks.
 
     Attributes:
-        name: Under which checkpoints know it.
         works: Work on each blade since the start, shape (blades,) [J].
     """
 
@@ -237,11 +236,7 @@ class Wind(Component):
 
 
 class RotorLoads:
-    """Thrust and torque of the air on the blades of a turbine.
-
-    Args:
-        turbine: A turbine with the component `Wind`.
-    """
+    """Thrust and torque of the air on the blades of a turbine."""
 
     def __init__(self, turbine: Turbine) -> None:
         self._system = turbine.system
@@ -284,13 +279,7 @@ class RotorLoads:
 
 
 def find_loads(system: MultibodySystem, name: str, state: State) -> StepLoads:
-    """Loads on sections in the step that led to a state, or in the first state. Collective.
-
-    Args:
-        system: The system.
-        name: Name of the loads.
-        state: A state of it.
-    """
+    """Loads on sections in the step that led to a state, or in the first state. Collective."""
     last = system.section_loads[name].last
     if last is not None and abs(last.times.end - state.time) <= SAME_TIME * last.times.dt:
         return last

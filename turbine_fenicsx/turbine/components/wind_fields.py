@@ -36,12 +36,9 @@ class WindFields(FieldSeries):
     Stations are where they are at the time; their loads are those of the step that ends there.
 
     Args:
-        turbine: A turbine in wind.
-        path: The XDMF file.
         every: Simulated time between two outputs [s], positive; the end is always written.
         end: End time [s].
         find_loads: Loads on the stations in the step that led to a state; called on all ranks.
-        blade: The stations.
     """
 
     def __init__(

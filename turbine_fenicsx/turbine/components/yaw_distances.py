@@ -19,14 +19,10 @@ from turbine_fenicsx.turbine.components.component import Turbine
 
 
 class YawDistances:
-    """Distances of tips from the yaw axis.
+    """Distances of tips from the yaw axis. Collective.
 
     Args:
         turbine: The turbine, whose yaw bearing starts in the origin and turns about e2.
-        tips: The tips.
-
-    Note:
-        Collective.
     """
 
     def __init__(self, turbine: Turbine, tips: Sequence[Tip]) -> None:

@@ -257,11 +257,7 @@ def _make_initial_state(turbine: Turbine) -> State:
 
 
 def _refuse_to_overwrite(folder: Path, overwrite: bool) -> None:
-    """Keep a run in any case, and earlier modes unless the user wants them replaced.
-
-    Raises:
-        InputError: if the folder holds one of them.
-    """
+    """Keep a run in any case, and earlier modes unless the user wants them replaced."""
     if holds_run(folder):
         raise InputError(f"{str(folder)!r} holds the results of a run; modes need another folder")
     if holds_modes(folder) and not overwrite:

@@ -29,7 +29,6 @@ class ModeTable:
 
     Args:
         speed: Of the rotor [rad/s].
-        rows: The modes.
     """
 
     speed: float
@@ -37,11 +36,7 @@ class ModeTable:
 
 
 def write_tables(folder: Path, turbine: Turbine, tables: Sequence[ModeTable]) -> list[str]:
-    """Write ``modes.csv``, and of several speeds ``campbell.csv``; their names. Collective.
-
-    Raises:
-        FileError: if a file cannot be written.
-    """
+    """Write ``modes.csv``, and of several speeds ``campbell.csv``; their names. Collective."""
     rows = [
         _make_row(table.speed, number, row)
         for table in tables
@@ -58,11 +53,7 @@ def write_tables(folder: Path, turbine: Turbine, tables: Sequence[ModeTable]) ->
 
 
 def write_shapes(folder: Path, turbine: Turbine, modes: Modes, table: ModeTable) -> str:
-    """Write ``modes.xdmf``; its name. Collective.
-
-    Raises:
-        FileError: if a file cannot be written.
-    """
+    """Write ``modes.xdmf``; its name. Collective."""
     grid = FieldGrid(
         turbine.system, turbine.surfaces(), turbine.parts_of_cells(), turbine.part_names()
     )

@@ -34,7 +34,6 @@ class ModeRow:
 
     Args:
         frequency: With its damping [Hz]; zero for a motion that strains nothing.
-        damping_ratio: Part of critical damping.
         growth: Rate at which the motion grows [1/s], else zero.
         name: In words; no other mode at this speed has it.
         shares: Shares of the modal mass, by the names of blades and tower, and `REST`.
@@ -52,10 +51,6 @@ class ModeRow:
 
 def describe_modes(turbine: Turbine, modes: Modes) -> tuple[Modes, list[ModeRow]]:
     """Distinguish equal modes, and describe all. Collective.
-
-    Args:
-        turbine: The turbine.
-        modes: Its modes; they are destroyed.
 
     Returns:
         The modes, and a row for each.

@@ -27,10 +27,7 @@ class SlenderPart:
     """A blade as seen from what carries its root, or the tower as seen from the ground.
 
     Args:
-        piece: Its nodes.
-        sections: Its cross-sections.
         carrier: The rigid body at its root; None is the ground.
-        first: First coordinate of the parent body.
     """
 
     piece: Piece
@@ -59,12 +56,7 @@ class SlenderPart:
 
 
 def find_slender_parts(turbine: Turbine, state: State) -> dict[str, SlenderPart]:
-    """Flexible blades and tower of a turbine by their names. Collective.
-
-    Args:
-        turbine: The turbine.
-        state: Where the motions start from.
-    """
+    """Flexible blades and tower of a turbine by their names. Collective."""
     system, found = turbine.system, {}
     bodies = [body.name for body in system.flexible_bodies]
     if BODY in bodies:

@@ -31,7 +31,6 @@ class Inspection:
 
     Args:
         mistakes: What is wrong with it, one sentence each.
-        warnings: What looks wrong, one sentence each.
         report: Size, unknowns, volumes, masses and quality in a few lines; empty if it cannot be
             read.
         nodes_of_blade: Number of nodes of the displacement of one blade.
@@ -45,13 +44,6 @@ class Inspection:
 
 def inspect_mesh(case: Case, comm: MPI.Intracomm) -> Inspection:
     """Read the mesh of a case on rank 0 and look at everything.
-
-    Args:
-        case: A hybrid turbine.
-        comm: Communicator.
-
-    Raises:
-        InputError: on every rank, if a built-in mesh cannot be made or a file not be read.
 
     Note:
         Collective over ``comm``.
@@ -106,11 +98,7 @@ def list_damping_mistakes(case: Case, comm: MPI.Intracomm) -> list[str]:
 
 
 def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:
-    """Mass and centre of mass of a rigid blade, in a line. Collective.
-
-    Raises:
-        InputError: if the layup of a file cannot be meshed.
-    """
+    """Mass and centre of mass of a rigid blade, in a line. Collective."""
     plan = plan_rotor(case, comm)
     inertia = on_rank0(comm, plan.blades.find_inertia)
     if inertia is None:

@@ -35,8 +35,6 @@ class JudgedBasis:
     """A basis that was made and judged.
 
     Args:
-        path: Its file.
-        verdict: How good it is.
         picture: The picture of the verdict; None without Matplotlib.
     """
 
@@ -46,12 +44,7 @@ class JudgedBasis:
 
 
 def load_blade(case: Case, comm: MPI.Intracomm) -> ClampedBlade:
-    """One of the blades of a case. Collective.
-
-    Raises:
-        ModelError: if their mesh cannot be made, or is not theirs.
-        InputError: if a file cannot be read.
-    """
+    """One of the blades of a case. Collective."""
     rotor = plan_rotor(case, comm)
     single = SingleMesh(rotor)
     try:
@@ -62,21 +55,12 @@ def load_blade(case: Case, comm: MPI.Intracomm) -> ClampedBlade:
 
 
 def reduce_case(case: Case, comm: MPI.Intracomm, out: str | None) -> JudgedBasis:
-    """Make the basis of the blades of a case, or take it from a file, and judge it.
+    """Make the basis of the blades of a case, or take it from a file, and judge it. Collective.
 
     Beside the basis are written the verdict, ``.txt``, and its picture, ``.png``.
 
     Args:
-        case: A case with reduced blades.
-        comm: Communicator.
         out: File of the basis; None for the one that a run takes.
-
-    Raises:
-        InputError: if the file cannot be written, or that of the case is not a basis of its blades.
-        ModelError: as of `load_blade`.
-
-    Note:
-        Collective.
     """
     path = Path(out) if out is not None else on_rank0(comm, lambda: name_basis(case))
     if path is None:
@@ -109,14 +93,10 @@ def describe_reduction(case: Case, nodes: int) -> list[str]:
     """Cost and quality of reduced blades in words; called on rank 0.
 
     Args:
-        case: The case.
         nodes: Number of nodes of the displacement of one blade.
 
     Returns:
         Lines; none without reduced blades.
-
-    Raises:
-        InputError: if the file of the case is no basis.
     """
     if not case.has_reduced_blades:
         return []

@@ -45,11 +45,7 @@ def label_case(case: Case) -> dict[str, str]:
 
 
 def change_case(folder: Path, overrides: list[str]) -> Case:
-    """The case of an output folder with changes.
-
-    Raises:
-        InputError: if there is none, or something changes that may not.
-    """
+    """The case of an output folder with changes."""
     data = read_tables(folder / "case.json")
     if data is None or holds_modes(folder):
         raise InputError(f"there is no run in {str(folder)!r} to resume")

@@ -76,8 +76,6 @@ def turbine_channels(turbine: Turbine, stepper: Stepper, stress: bool) -> Channe
     """Columns of both time series from left to right. Collective.
 
     Args:
-        turbine: The turbine.
-        stepper: What integrates it.
         stress: Whether the largest stress has a column, if anything is flexible.
     """
     system = turbine.system
@@ -261,8 +259,6 @@ def _write_bases(turbine: Turbine, folder: Path, resumed: Case | None) -> None:
     """Write the bases of reduced bodies, which restarts and later evaluations need.
 
     Args:
-        turbine: The turbine.
-        folder: The output folder.
         resumed: The case of a resumed run, which has taken its bases from the folder unless they
             were missing or damaged.
     """
@@ -297,11 +293,7 @@ def _read_worst_ply(history: Path) -> WorstPly | None:
 
 
 def _refuse_to_overwrite(folder: Path) -> None:
-    """Keep earlier results, unless the user wants them replaced.
-
-    Raises:
-        InputError: if the folder holds some.
-    """
+    """Keep earlier results, unless the user wants them replaced."""
     if holds_run(folder):
         raise InputError(
             f"{str(folder)!r} holds the results of a run: `turbine-fenicsx restart` resumes it, "

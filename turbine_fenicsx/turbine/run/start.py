@@ -82,13 +82,7 @@ def make_start(case: Case, system: MultibodySystem) -> State | None:
 
 
 def turn_blades(case: Case, system: MultibodySystem, state: State) -> None:
-    """Turn the blades of the initial state to the pitch at which they start, as if rigid.
-
-    Args:
-        case: The case.
-        system: The system of its turbine.
-        state: Its initial state, which is changed.
-    """
+    """Turn the blades of the initial state to the pitch at which they start, as if rigid."""
     if not case.has_pitch_bearings or not any(case.pitch.initial):
         return
     layout, names = plan_layout(case.turbine), system.joint_coordinate_names
@@ -117,7 +111,6 @@ def _find_blades(model: BodyModel, X: Array, spans: Array) -> IntArray:
     """Number of the blade that each node belongs to, from 0.
 
     Args:
-        model: The model of all blades.
         X: Its nodes, points from the rotor centre, shape (n, 3) [m].
         spans: Directions of the blades, shape (blades, 3).
     """

@@ -135,8 +135,6 @@ def summarise(
     """Everything worth keeping about a run. Collective.
 
     Args:
-        turbine: The turbine.
-        statistics: What was seen during the run.
         seconds: Wall time of the time loop, since the run continued if it did [s].
         simulation: The run, for what its steps and its solver count.
     """
