@@ -28,8 +28,6 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.reduction.reduced_states import ReducedStates
 
-pytestmark = pytest.mark.parallel
-
 
 @pytest.fixture(scope="module")
 def verdict():
@@ -60,6 +58,7 @@ def find_turning_frequencies(body):
     return [mode.frequency for mode in found.modes]
 
 
+@pytest.mark.parallel
 def test_unseen_states_are_found_to_a_percent_and_a_tenth_of_a_degree(verdict):
     assert len(verdict.states) == 8
     assert max(s.tip for s in verdict.states) > 1.8
@@ -75,6 +74,7 @@ def test_the_compliance_is_that_of_the_full_body_and_never_more(verdict):
     assert all(-1e-9 < error < 0.02 for error in verdict.compliances.values())
 
 
+@pytest.mark.parallel
 def test_nodes_of_a_basis_may_stand_in_another_order(verdict):
     """As those of a file that another number of ranks has written."""
     made = basis()
@@ -128,6 +128,7 @@ def test_the_energy_is_never_more_than_that_of_the_full_body():
     assert 0.01 * whole < few <= whole
 
 
+@pytest.mark.parallel
 def test_energy_and_momenta_stay_as_exact_with_few_strain_coordinates():
     body = ReducedBody("blade", blade()[0], basis())
     hub = RigidBody("hub", 500.0, (500.0,) * 3, angular_velocity=(0.3, 0.2, 3.0))

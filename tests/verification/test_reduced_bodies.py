@@ -47,8 +47,6 @@ from turbine_fenicsx.foundation.errors import ForeignError
 from turbine_fenicsx.simulation.checkpoint import save_state
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 
-pytestmark = pytest.mark.parallel
-
 CONSERVED = 1e-11
 steps_and_lengths = pytest.mark.parametrize(
     ("steps", "dt"),
@@ -88,6 +86,7 @@ def test_a_bent_body_in_free_flight_keeps_energy_and_momenta(steps, dt):
         assert np.max(np.abs(a - b)) < CONSERVED * np.linalg.norm(a)
 
 
+@pytest.mark.parallel
 @steps_and_lengths
 @pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), None])
 def test_blades_on_a_hub_keep_energy_and_momenta(steps, dt, axis):
@@ -161,6 +160,7 @@ def one_body_each(alone):
     return state.q, np.concatenate([model.expand(u) for model, u in pairs])
 
 
+@pytest.mark.parallel
 def test_three_copies_are_three_bodies_on_any_number_of_ranks():
     body = rotor(12)
     system = on_hub([body], *gusts(body))
@@ -174,6 +174,7 @@ def test_three_copies_are_three_bodies_on_any_number_of_ranks():
             assert np.max(np.abs(x - each)) < 1e-11 * np.max(np.abs(x))
 
 
+@pytest.mark.parallel
 def test_a_restart_continues_bit_for_bit(shared_tmp_path):
     def run(name, end, resume=False):
         body = rotor(12)
@@ -189,6 +190,7 @@ def test_a_restart_continues_bit_for_bit(shared_tmp_path):
     assert all(np.array_equal(a, b) for a, b in zip(whole, parts, strict=True))
 
 
+@pytest.mark.parallel
 def test_a_checkpoint_of_several_ranks_serves_one(shared_tmp_path):
     """Most vectors stand at the origin: their positions tell nothing."""
     together = rotor(12)
@@ -233,6 +235,7 @@ def test_a_reduced_blade_follows_the_full_one_beside_it():
     assert system.balance(state).total == pytest.approx(before.total, abs=1e-9 * before.kinetic)
 
 
+@pytest.mark.parallel
 def test_all_ranks_hear_of_a_force_that_fails():
     def fail(t):
         if t > 0.03:
@@ -284,6 +287,7 @@ def test_points_of_all_copies_move_as_their_nodes():
         Points(system, [Point("p", body, (9.0, 9.0, 9.0))])
 
 
+@pytest.mark.parallel
 def test_reactions_at_a_root_change_the_momenta_of_the_blade():
     g, dt, point = np.array([1.0, -9.81, 2.0]), 0.02, np.array([0.0, 0.0, 0.3])
     full = beam()

@@ -17,8 +17,6 @@ from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.run import restart_case
 from turbine_fenicsx.turbine.run.start import make_start
 
-pytestmark = pytest.mark.parallel
-
 FULL = "blade.model=full"
 
 
@@ -41,6 +39,7 @@ def error(runs, name):
     return np.max(np.abs(reduced - full)) / np.max(np.abs(full))
 
 
+@pytest.mark.parallel
 def test_loads_and_power_are_those_of_full_blades(runs):
     for name in ("aero_power_[W]", "aero_thrust_[N]", "root_moment_1_y_[Nm]", "root_force_2_z_[N]"):
         assert error(runs, name) < 2e-3, name
@@ -138,6 +137,7 @@ def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path, to
     assert files[0] == files[1]
 
 
+@pytest.mark.parallel
 def test_the_motion_that_is_stored_is_that_of_the_run(path, runs):
     out = path.parent / "reduced"
     motion = on_rank0(COMM, lambda: read_motion(out / "motion.bin"))

@@ -29,8 +29,6 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.system.system import MultibodySystem
 
-pytestmark = pytest.mark.parallel
-
 LAMBDA, MU, DENSITY, TAU = 6e4, 4e4, 3.0, 2e-3
 BODY = RigidBody("a", 2.0, (1.0, 2.0, 3.0))
 HINGE = Revolute("hinge", None, BODY, point=(0, 0, 0), axis=(0, 0, 1))
@@ -152,6 +150,7 @@ def test_without_damping_modes_are_those_of_the_symmetric_problem(comm):
     free(plain)
 
 
+@pytest.mark.parallel
 def test_a_free_viscous_body_has_six_rigid_modes_and_damped_ones(comm):
     found = damped_modes(box(comm, held=False), count=8)
     assert [mode.is_rigid for mode in found.modes] == 6 * [True] + 2 * [False]
@@ -200,6 +199,7 @@ def test_another_start_helps_where_lapack_fails_on_the_projected_problem(
     assert not left[0]
 
 
+@pytest.mark.parallel
 def test_two_ranks_find_what_one_finds(comm):
     found = damped_modes(box(comm), count=4)
     expected = np.array(ONE_RANK)  # of a run on one rank
@@ -224,6 +224,7 @@ def test_numbers_of_modes_that_there_are_not_are_refused(comm, count):
         damped_modes(MultibodySystem(comm, [BODY, HINGE]), count=count)
 
 
+@pytest.mark.parallel
 def test_a_state_that_is_not_in_equilibrium_is_refused(comm):
     hinge = Revolute("hinge", None, BODY, point=(1.0, 0, 0), axis=(0, 0, 1))
     system = MultibodySystem(comm, [BODY, hinge, Gravity()])

@@ -23,8 +23,6 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import InputError, ModelError, StepFailure
 from turbine_fenicsx.system.system import MultibodySystem
 
-pytestmark = pytest.mark.parallel
-
 pytest.importorskip("slepc4py")
 
 PLAIN = Path(__file__).parents[3] / "demos" / "verification" / "small_vibrations" / "plain.py"
@@ -185,6 +183,7 @@ def test_two_masses_on_springs_swing_in_and_against_phase(comm):
 # --- one choice among many
 
 
+@pytest.mark.parallel
 def test_equal_blades_move_each_alone(comm):
     blades = [brick(comm, name=name) for name in "abc"]
     found = modes(MultibodySystem(comm, [*blades, *(clamped(b) for b in blades)]), count=6)
@@ -207,6 +206,7 @@ def test_no_copy_of_a_repeated_frequency_is_missing(comm, count):
     assert frequencies(modes(system, count=count)) == pytest.approx(np.repeat(one, 6)[:count])
 
 
+@pytest.mark.parallel
 def test_any_number_of_ranks_finds_the_same_modes(comm, machine):
     """Six bodies' worth of coordinates and equal bending both ways; on ranks alone and together."""
     together, alone = (modes(machine(comm=c).system(), count=6) for c in (comm, MPI.COMM_SELF))
@@ -234,6 +234,7 @@ def test_motions_that_grow_but_are_not_among_the_modes_are_told(comm, caplog, co
     assert sum(m.is_unstable for m in found.modes) == (count == 13)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("strain, growing", [(3e-4, 0), (3e-3, 2)])
 def test_directions_in_which_a_beam_buckles_are_counted(comm, strain, growing):
     """Euler's column of a clamped and a free end: at strains of pi^2/4 (r/l)^2, 5.1e-4 and 7.4e-4.
@@ -256,6 +257,7 @@ def test_directions_in_which_a_beam_buckles_are_counted(comm, strain, growing):
 # --- what is refused
 
 
+@pytest.mark.parallel
 def test_a_state_that_is_not_in_equilibrium_is_refused_with_its_residual(comm):
     body = RigidBody("a", 2.0, (1, 2, 3), position=(1.0, 0.0, 0.0))
     system = MultibodySystem(

@@ -14,8 +14,6 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.system.system import MultibodySystem
 
-pytestmark = pytest.mark.parallel
-
 pytest.importorskip("slepc4py")
 
 LENGTH, YOUNG, DENSITY = 10.0, 2e11, 7800.0
@@ -38,6 +36,7 @@ def free(found):
     found.state.destroy()
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("find", [modes, damped_modes])
 def test_a_clamped_wire_of_a_thousand_diameters_vibrates(comm, find):
     found = find(MultibodySystem(comm, make_wire(comm, 0.008)), count=2)
@@ -48,6 +47,7 @@ def test_a_clamped_wire_of_a_thousand_diameters_vibrates(comm, find):
     free(found)
 
 
+@pytest.mark.parallel
 def test_a_wire_that_is_too_thin_is_warned_of(comm, caplog):
     found = modes(MultibodySystem(comm, make_wire(comm, 0.001)), count=2)
     assert not any(mode.is_rigid for mode in found.modes)

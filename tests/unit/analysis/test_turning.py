@@ -25,8 +25,6 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
-pytestmark = pytest.mark.parallel
-
 EULER = (0.2, 0.1, 0.05)
 HUB = RigidBody("hub", 1.0, EULER)
 ROTOR = Revolute("rotor", None, HUB, point=(0, 0, 0), axis=E3)
@@ -85,6 +83,7 @@ def test_a_governor_rises_as_it_turns(comm, speed):
     assert after.joint_rates[0] == pytest.approx(2 * np.arctan(0.15) / 0.3 * speed, rel=1e-12)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(("law", "degree"), [("svk", 1), ("neo_hooke", 2)])
 def test_a_blade_stays_still_in_the_turning_frame(comm, machine, law, degree):
     system = rotor_on_ground(machine(law=law, degree=degree))
@@ -103,6 +102,7 @@ def test_a_blade_stays_still_in_the_turning_frame(comm, machine, law, degree):
     assert most <= 2
 
 
+@pytest.mark.parallel
 def test_the_multipliers_are_those_of_the_first_step(comm, machine):
     """Forces in the middle of a step are those at its start, turned by half its angle."""
     system = rotor_on_ground(machine())
@@ -290,6 +290,7 @@ def test_other_coordinates_can_be_held(comm, machine):
         turning_equilibrium(system, "rotor", 3.0, held=["jaw"])
 
 
+@pytest.mark.parallel
 def test_no_equilibrium_is_told(comm):
     system = MultibodySystem(comm, [HUB, ROTOR])
     with pytest.raises(StepFailure, match="no equilibrium at t = 0 s"):

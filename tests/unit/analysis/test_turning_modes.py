@@ -20,8 +20,6 @@ from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
-pytestmark = pytest.mark.parallel
-
 SPEEDS = (0.0, 3.0, -7.0)
 
 
@@ -34,6 +32,7 @@ def free(modes):
     modes.state.destroy()
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_hinged_blades_on_a_driven_hub_vibrate_as_in_closed_form(comm, speed):
     rotor = Rotor(blades=2, speed=speed)
@@ -228,6 +227,7 @@ def test_all_modes_there_are_can_be_had(comm):
     free(found)
 
 
+@pytest.mark.parallel
 def test_a_damper_that_resists_the_rotation_itself_is_refused(comm):
     rotor = Rotor(3, yaw=300.0)
     parts = list(rotor.parts())
@@ -261,6 +261,7 @@ def test_a_spring_that_finds_the_rotor_alike_at_every_azimuth_is_allowed(comm):
     free(found)
 
 
+@pytest.mark.parallel
 def test_the_state_of_the_modes_is_the_turning_equilibrium(comm):
     system = Rotor(3, speed=2.0).system(comm)
     found, expected = (

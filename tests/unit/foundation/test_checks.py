@@ -18,8 +18,6 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.own_fields import evaluate_field
 from turbine_fenicsx.system.system import MultibodySystem
 
-pytestmark = pytest.mark.parallel
-
 SVK = StVenantKirchhoff(1.0, 1.0)
 
 
@@ -111,6 +109,7 @@ def test_a_velocity_field_has_a_row_per_point(comm, velocity):
         starting(comm, velocity)
 
 
+@pytest.mark.parallel
 def test_a_velocity_field_of_a_rank_with_three_nodes_is_not_mistaken(comm):
     """Of three points both conventions have the same shape."""
 
@@ -122,11 +121,13 @@ def test_a_velocity_field_of_a_rank_with_three_nodes_is_not_mistaken(comm):
         values(np.transpose)
 
 
+@pytest.mark.parallel
 def test_a_velocity_field_is_finite(comm):
     with pytest.raises(ValueError, match="velocity of 'b' must be finite"):
         starting(comm, lambda x: np.where(x > 1.9, np.nan, x))
 
 
+@pytest.mark.parallel
 def test_what_a_velocity_field_raises_on_one_rank_is_raised_on_all(comm):
     def velocity(x):
         if np.any(x[:, 0] > 1.9):
@@ -149,6 +150,7 @@ def test_facets_are_numbers_of_facets(comm):
                 MultibodySystem(comm, [body, part])
 
 
+@pytest.mark.parallel
 def test_facets_that_are_wrong_on_one_rank_are_refused_on_all(comm):
     body = FlexibleBody("b", box(comm), SVK, 1.0)
     facets = [10**6] if comm.rank == comm.size - 1 else [0]

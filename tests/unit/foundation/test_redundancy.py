@@ -15,8 +15,6 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
-pytestmark = pytest.mark.parallel
-
 EULER = (0.1, 0.2, 0.3)
 
 
@@ -152,6 +150,7 @@ def test_a_planar_four_bar_has_three_redundant_constraints_in_the_hinge_that_clo
     assert min(smallest) > 0.5 * smallest[0]
 
 
+@pytest.mark.parallel
 def test_redundant_constraints_are_told_once(comm, caplog):
     with caplog.at_level(logging.WARNING, logger="turbine_fenicsx"):
         MultibodySystem(comm, four_bar())

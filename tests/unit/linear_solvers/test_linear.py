@@ -18,8 +18,6 @@ from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
-pytestmark = pytest.mark.parallel
-
 EXACT = [Elimination, MonolithicLU]
 all_exact = pytest.mark.parametrize("solver", EXACT)
 DT = 0.05
@@ -95,6 +93,7 @@ def kinds(*names):
     return pytest.mark.parametrize("kind", names or KINDS)
 
 
+@pytest.mark.parallel
 @kinds()
 def test_elimination_and_monolithic_solver_find_the_same_solution(make, kind):
     step, _ = begun(make(kind))
@@ -138,6 +137,7 @@ def test_solving_twice_gives_the_same_and_leaves_the_right_hand_side(machine, so
     linear.destroy()
 
 
+@pytest.mark.parallel
 @kinds("carrier and ground", "free", "two bodies")
 @pytest.mark.parametrize("squeezed", [0.0, 0.6])
 def test_negative_eigenvalues_are_counted_as_of_the_nested_matrix(make, kind, squeezed):
@@ -182,6 +182,7 @@ def accuracy(comm):
     return 1e-9 if comm.size == 1 else shared.NEGLIGIBLE
 
 
+@pytest.mark.parallel
 @kinds()
 def test_frozen_factor_is_exact_where_it_was_made(make, kind, accuracy):
     system = make(kind)
@@ -222,6 +223,7 @@ def test_frozen_factor_turns_with_the_system(make, kind, accuracy):
         solver.destroy()
 
 
+@pytest.mark.parallel
 @kinds("two carriers", "two bodies")
 def test_a_restored_frozen_factor_solves_as_the_one_that_was_saved(make, kind):
     """To the last bit, although the state that it was made at is another one by then."""

@@ -24,8 +24,6 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.materials.pointwise import CellPoints, write_out
 
-pytestmark = pytest.mark.parallel
-
 NEO_HOOKE = NeoHooke(3.0, 0.8)
 
 
@@ -82,6 +80,7 @@ def test_laws_with_directions_and_fields_pass(comm):
         assert check_material(law, cells) == []
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(
     ("law", "words"),
     [
@@ -148,6 +147,7 @@ def test_what_cannot_be_evaluated_is_logged(comm, caplog):
     assert "law Own is not checked: it depends on CellVolume" in caplog.text
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("where", ["ours", "mirrored", "crushed"])
 def test_a_start_that_turns_cells_inside_out_is_refused(comm, where):
     change = {"ours": [0.5, 0.0, 0.0], "mirrored": [-2.0, 0.0, 0.0], "crushed": [0.0, -1.5, 0.0]}
@@ -161,6 +161,7 @@ def test_a_start_that_turns_cells_inside_out_is_refused(comm, where):
             MultibodySystem(comm, [body])
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("degree", [0, 1, 2])
 def test_fields_have_their_values_in_the_middle_of_cells(comm, degree):
     cells = mesh.create_box(

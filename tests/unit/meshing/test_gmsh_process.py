@@ -12,8 +12,6 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, gmsh_child, gmsh_process, read_msh
 from turbine_fenicsx.meshing.quality import examine
 
-pytestmark = pytest.mark.parallel
-
 ROTOR = Path(__file__).parents[3] / "meshes" / "blade_rotor_2x2x12.msh"
 BLADES, ROOTS = ["blade_1", "blade_2", "blade_3"], ["root_1", "root_2", "root_3"]
 
@@ -97,6 +95,7 @@ def test_cells_without_finite_size_are_degenerate(number):
     assert f"{touched} of 144 cells are inverted or degenerate" in report.mistakes[0]
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("name", ["SIGSEGV", "SIGABRT", "SIGKILL"])
 def test_a_crash_of_gmsh_is_a_sentence(comm, copy, child, name):
     child(f"import os, signal; os.kill(os.getpid(), signal.{name})")
@@ -131,6 +130,7 @@ def test_too_little_memory_is_a_sentence(comm, copy, child):
         read(comm, path)
 
 
+@pytest.mark.parallel
 def test_gmsh_knows_nothing_of_mpi(comm, copy, child, monkeypatch):
     """Or a library that it loads would take itself for this rank."""
     for name in ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_FD"):
@@ -142,6 +142,7 @@ def test_gmsh_knows_nothing_of_mpi(comm, copy, child, monkeypatch):
     assert not any(name in str(caught.value) for name in ("OMPI_", "PMIX_", "PMI_"))
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_reading_at_once(comm, copy, child, number):
     """Where it would only be noted otherwise; the process that reads is killed."""

@@ -9,8 +9,6 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.meshing import MeshError, MeshOptions, build_rotor, load_msh
 from turbine_fenicsx.meshing.session import gmsh_session
 
-pytestmark = pytest.mark.parallel
-
 
 def gmsh_file(file, make, **options):
     """Let gmsh make and write a mesh, on rank 0."""
@@ -96,6 +94,7 @@ def mixed(model):
     model.mesh.generate(3)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -128,6 +127,7 @@ def test_inverted_cells_of_a_users_mesh_are_counted(shared_tmp_path):
         load_msh(comm, shared_tmp_path / "own.msh")
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -145,6 +145,7 @@ def test_a_file_that_is_no_mesh_is_refused_on_every_rank(shared_tmp_path, conten
         load_msh(comm, file)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("name", ["no/such/folder.msh", "mesh.vtk"])
 def test_a_mesh_that_cannot_be_written_is_refused(shared_tmp_path, name):
     with pytest.raises(MeshError, match=r"cannot write the mesh to .*(no such dir|end with .msh)"):

@@ -26,14 +26,13 @@ from turbine_fenicsx.foundation.errors import FileError
 from turbine_fenicsx.records.stored_grids import read_grids
 from turbine_fenicsx.records.xdmf import CELL_KINDS, XdmfSeries
 
-pytestmark = pytest.mark.parallel
-
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return comm.bcast(tmp_path)
 
 
+@pytest.mark.parallel
 @needs_pyvista
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_every_number_of_a_mixed_moving_grid_comes_back(folder, dtype):
@@ -105,6 +104,7 @@ def test_xml_that_does_not_fit_on_the_disk_leaves_earlier_times(folder):
     assert_holds(folder / "fields.xdmf", [0.0, 1.0, 2.0])
 
 
+@pytest.mark.parallel
 @needs_pyvista
 def test_append_keeps_earlier_times_and_drops_later_ones(folder):
     path = folder / "fields.xdmf"
@@ -203,6 +203,7 @@ def test_new_series_removes_the_old_xml_at_once(folder):
     assert not (folder / "fields.xdmf").exists()
 
 
+@pytest.mark.parallel
 @needs_pyvista
 def test_numbers_beyond_two_gibibytes_go_to_a_further_file(folder):
     series = Bricks().series(folder / "fields.xdmf")
@@ -216,6 +217,7 @@ def test_numbers_beyond_two_gibibytes_go_to_a_further_file(folder):
     assert_holds(folder / "fields.xdmf", [0.0, 1.0, 2.0])
 
 
+@pytest.mark.parallel
 @needs_pyvista
 def test_ranks_may_hold_no_points_and_no_cells(folder):
     n = 8 if comm.rank == comm.size - 1 else 0
@@ -228,6 +230,7 @@ def test_ranks_may_hold_no_points_and_no_cells(folder):
     assert found["0/cell/stress"].tolist() == [1.0]
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("path", ["/dev/null/fields.xdmf", "/proc/none/fields.xdmf"])
 def test_unwritable_path_is_one_sentence_on_all_ranks(path):
     with pytest.raises(OSError) as caught:
@@ -236,6 +239,7 @@ def test_unwritable_path_is_one_sentence_on_all_ranks(path):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parallel
 def test_shape_that_is_wrong_on_one_rank_raises_on_all(folder):
     series = Bricks().series(folder / "fields.xdmf")
     points, point_data, cell_data = Bricks().fields(0.0)
@@ -246,6 +250,7 @@ def test_shape_that_is_wrong_on_one_rank_raises_on_all(folder):
         series.write(0.0, points, {"u": np.ones((len(points), 3 - last))})
 
 
+@pytest.mark.parallel
 @pytest.mark.skipif(comm.size == 1, reason="needs two ranks that can differ")
 def test_ranks_must_write_the_same_fields(folder):
     series = Bricks().series(folder / "fields.xdmf")
@@ -254,6 +259,7 @@ def test_ranks_must_write_the_same_fields(folder):
         series.write(0.0, points, {f"u{comm.rank}": points})
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(
     ("cells", "message"),
     [

@@ -16,8 +16,6 @@ from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.first_guess import FirstGuess
 from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
-pytestmark = pytest.mark.parallel
-
 
 @pytest.fixture
 def flexible(machine):
@@ -30,6 +28,7 @@ def flexible(machine):
     return machine(spin=3.0).system(*loads)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("name", ["frozen", "iterative", "lu", "monolithic"])
 def test_a_run_goes_on_bit_for_bit_with_any_linear_solver(flexible, name):
     def stepper(chosen=name):
@@ -83,6 +82,7 @@ def test_a_run_goes_on_bit_for_bit_while_the_exact_solver_stands_in(flexible, mo
     assert 0 < min(filter(None, waits)) and 0 in waits
 
 
+@pytest.mark.parallel
 def test_a_run_goes_on_bit_for_bit_in_the_middle_of_halved_steps(flexible):
     def options():
         return {"fails": lambda t, dt: 0.045 < t < 0.12 and dt > 0.003, "end": 0.18}
@@ -180,6 +180,7 @@ def test_a_run_that_is_at_its_end_or_beyond_stays_there(flexible, end):
     assert rest[3][0][0] == 0.06
 
 
+@pytest.mark.parallel
 def test_a_step_that_fails_leaves_a_checkpoint_of_the_last_good_one(flexible):
     keeper, recorder = Keeper(), Recorder()
     keeper.due = lambda time, wall_time: False

@@ -13,8 +13,6 @@ from turbine_fenicsx.simulation.step_error import StepError
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 
-pytestmark = pytest.mark.parallel
-
 END = 1.2
 TOLERANCES = (4e-4, 5e-5, 6.25e-6)
 
@@ -159,6 +157,7 @@ def test_each_tolerance_limits_its_own_coordinates(comm):
     assert found[1.0, 1e-9] == max(found[1.0, None], found[None, 1e-9])
 
 
+@pytest.mark.parallel
 def test_nodes_of_flexible_bodies_count_as_displacements(comm, machine):
     """The nodes of a beam whose root turns jerk more than the centres of rigid bodies."""
     states, _ = history(machine(spin=3.0).system(Gravity()), 0.02)
@@ -202,6 +201,7 @@ def test_tolerances_must_be_positive(comm, name, tolerance):
         StepError(comm, **{name: tolerance})
 
 
+@pytest.mark.parallel
 def test_what_is_saved_gives_the_same_estimate(comm, machine):
     states, _ = history(machine(spin=3.0).system(Gravity()), 0.02)
     first, second = taught(comm, states, 0.02, 1e-3, 1e-3), StepError(comm, 1e-3, 1e-3)
@@ -319,6 +319,7 @@ def test_a_second_run_starts_again(comm):
     assert np.array_equal(seen.q[:half], seen.q[half:])
 
 
+@pytest.mark.parallel
 def test_a_tolerance_out_of_reach_ends_in_one_sentence(comm):
     error = StepError(comm, 1e-14)
     simulation = Simulation(pendulum(comm), 0.1, 0.5, step_error=error, smallest_step=0.125)

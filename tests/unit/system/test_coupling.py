@@ -10,8 +10,6 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
-pytestmark = pytest.mark.parallel
-
 KINDS = [("hexahedron", 1, 4), ("hexahedron", 2, 9), ("tetrahedron", 1, 4), ("tetrahedron", 2, 9)]
 """Cell, degree, and nodes on a face of the beam, which is one cell (or two triangles) wide."""
 RIGID_SIZE, FIRST = 40, 12
@@ -45,6 +43,7 @@ def random_like(vector, seed):
     return vector
 
 
+@pytest.mark.parallel
 @all_kinds
 def test_coupling_holds_every_node_of_the_face_once(comm, machine, cell, degree, nodes):
     _, block, coupling = coupled(machine, cell, degree)
@@ -84,6 +83,7 @@ def test_gap_is_where_the_carrier_is_minus_where_the_node_is(machine):
     assert np.allclose(gap, [-0.01, -0.02, -0.03], rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.parallel
 @all_kinds
 @pytest.mark.parametrize("carriers", [("hub",), ("hub", "nacelle"), (None, "hub"), ("hub", "hub")])
 def test_matrices_are_the_derivatives_of_the_gap(machine, cell, degree, nodes, carriers):
@@ -155,6 +155,7 @@ def test_a_body_without_coupling_has_none(comm, machine):
     assert coupling.gap(coordinates(m), block.new_vector()).size == 0
 
 
+@pytest.mark.parallel
 def test_facets_may_come_from_one_side_of_a_process_boundary_only(comm, machine):
     """A facet on the boundary between two ranks is a ghost on one of them, and may be left out."""
     m = machine()
@@ -176,6 +177,7 @@ def refused(comm, message, make):
     assert all(re.search(message, str(words)) for words in comm.allgather(said))
 
 
+@pytest.mark.parallel
 def test_a_coupling_without_nodes_is_refused_on_all_ranks(comm, machine):
     m = machine()
     block = FlexibleModel(m.beam)
@@ -185,6 +187,7 @@ def test_a_coupling_without_nodes_is_refused_on_all_ranks(comm, machine):
         refused(comm, message, lambda c=couplings: CouplingBlock(block, c, {m.hub: 0}, RIGID_SIZE))
 
 
+@pytest.mark.parallel
 def test_a_node_in_two_couplings_is_refused_on_all_ranks(comm, machine):
     m = machine()
     block = FlexibleModel(m.beam)

@@ -22,8 +22,6 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
-pytestmark = pytest.mark.parallel
-
 LAMBDA, MU = 1200.0, 800.0
 ELASTIC = StVenantKirchhoff(LAMBDA, MU)
 DT = 0.02
@@ -68,6 +66,7 @@ CASES = {
 }
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize(("material", "chi", "names"), CASES.values(), ids=CASES)
 def test_energy_falls_steadily_by_what_is_dissipated_and_momenta_stay(
     comm, machine, material, chi, names
@@ -200,6 +199,7 @@ def test_numerical_dissipation_must_not_be_negative(comm, machine, chi):
         EnergyMomentum(machine().system(), numerical_dissipation=chi)
 
 
+@pytest.mark.parallel
 def test_dampers_dissipate_by_name_and_the_balance_closes(comm, machine):
     m = machine(spin=3.0)
     hinge = JointDamper("bearing", "rotor", 0.3)

@@ -27,8 +27,6 @@ from small_body import (
 from turbine_fenicsx import NodeForce, Pressure, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
 
-pytestmark = pytest.mark.parallel
-
 
 @pytest.fixture(scope="module")
 def make():
@@ -56,6 +54,7 @@ def test_strain_energy_is_frame_invariant(make, cell, degree, law):
     assert energy(model, turned) == pytest.approx(W, abs=200 * EPS * 20)  # moduli of 20
 
 
+@pytest.mark.parallel
 @all_kinds
 def test_nodal_mass_adds_up_to_density_times_volume(make, cell, degree):
     model = make(cell, degree, "svk")
@@ -64,6 +63,7 @@ def test_nodal_mass_adds_up_to_density_times_volume(make, cell, degree):
     assert np.allclose(centre, SIZE / 2, rtol=0, atol=1e-14)
 
 
+@pytest.mark.parallel
 @all_kinds
 def test_momenta_and_kinetic_energy_of_a_turning_block_equal_those_of_a_rigid_one(
     make, cell, degree
@@ -145,6 +145,7 @@ def test_a_body_without_fibres_has_no_fibre_directions(make):
     assert model.fibre_directions(model.new_vector()) is None
 
 
+@pytest.mark.parallel
 @all_kinds
 def test_nodal_values_come_with_ghosts(make, cell, degree):
     model = make(cell, degree, "svk")
@@ -177,6 +178,7 @@ def make_loaded():
     return model
 
 
+@pytest.mark.parallel
 @all_kinds
 @all_laws
 def test_stiffness_is_the_derivative_of_the_forces_at_rest(make_loaded, cell, degree, law):

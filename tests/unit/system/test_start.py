@@ -13,8 +13,6 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.system.system import MultibodySystem
 
-pytestmark = pytest.mark.parallel
-
 EULER = (0.2, 0.1, 0.05)
 ROUND_OFF = 1e-14  # of velocities of order one
 
@@ -153,6 +151,7 @@ def test_mistakes_are_refused_in_a_sentence(comm, rates, words):
         initial_motion(rods(comm), rates)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("degree", [1, 2])
 def test_a_flexible_body_moves_with_what_carries_it(machine, degree):
     m = machine(degree=degree)
@@ -196,6 +195,7 @@ def linkage(comm, tie):
     return MultibodySystem(comm, [left, right, bar, *pins, *couplings])
 
 
+@pytest.mark.parallel
 def test_carriers_of_one_body_move_together(comm):
     """Rockers that are clamped to the same bar can only rest, however it bends later."""
     words = "the rate 1 of 'pin_l' contradicts the joints and the other rates, which make it"
@@ -207,6 +207,7 @@ def test_carriers_of_one_body_move_together(comm):
     assert np.allclose(state.joint_rates, [0.0, 1.0], rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.parallel
 def test_a_velocity_field_that_does_not_fit_is_refused(comm, machine):
     m = machine()
     m.beam = FlexibleBody(

@@ -17,8 +17,6 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.time_stepping.first_guess import mean_turns
 
-pytestmark = pytest.mark.parallel
-
 HALF_DT2 = 0.5 * DT**2
 EPS = np.finfo(float).eps
 KINDS = [
@@ -61,6 +59,7 @@ def test_unknowns_are_displacements_then_couplings_then_the_rigid_part(comm, mac
     assert step.tangent_matrix.getSize() == (98, 98)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("form", FORMS)
 @all_kinds
 def test_nested_tangent_agrees_with_finite_differences_of_the_residual(
@@ -236,6 +235,7 @@ def test_work_of_a_step_is_torque_at_its_middle_times_increment_of_the_angle(mac
     assert dissipated.size == 0
 
 
+@pytest.mark.parallel
 def test_a_step_with_guess_beyond_a_quarter_turn_is_not_accepted_on_any_rank(comm, machine):
     step = EnergyMomentumStep(loaded(machine))
     step.start_step(step.system.initial_state(), DT)
@@ -284,6 +284,7 @@ def test_a_step_forgets_the_previous_one(machine):
     assert found.norm() == 0.0
 
 
+@pytest.mark.parallel
 def test_relative_residuals_are_the_same_on_all_ranks_and_of_order_one_far_away(comm, machine):
     step, _ = begun(loaded(machine))
     R = residual_at(step, step.x)

@@ -32,8 +32,6 @@ from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.time_stepping.discrete_gradients import SMALL_INCREMENT, mean_stress
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
 
-pytestmark = pytest.mark.parallel
-
 DT = 0.6
 HALF_DT2 = 0.5 * DT**2
 
@@ -168,6 +166,7 @@ def test_rigid_motion_makes_no_internal_force(make, cell, degree, law):
     assert abs(energy(model, u)) <= 100 * EPS * 20 * np.prod(SIZE)
 
 
+@pytest.mark.parallel
 @all_kinds
 def test_a_free_block_at_rest_is_in_balance_in_free_fall_only(make, cell, degree):
     step = make(cell, degree, "svk")
@@ -179,6 +178,7 @@ def test_a_free_block_at_rest_is_in_balance_in_free_fall_only(make, cell, degree
     assert residual(step, zero, zero, fall).norm() <= 100 * EPS * MASS * 2
 
 
+@pytest.mark.parallel
 @all_kinds
 @all_laws
 def test_numbers_do_not_depend_on_the_number_of_ranks(make, cell, degree, law):
@@ -199,6 +199,7 @@ def test_numbers_do_not_depend_on_the_number_of_ranks(make, cell, degree, law):
     assert np.allclose(*found, rtol=1e-12, atol=0)  # sums in another order
 
 
+@pytest.mark.parallel
 @all_kinds
 @all_laws
 def test_round_off_of_the_forces_is_of_the_size_that_is_estimated(make, cell, degree, law):

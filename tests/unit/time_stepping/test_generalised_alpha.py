@@ -31,8 +31,6 @@ from turbine_fenicsx.time_stepping.generalised_alpha import (
     GeneralisedAlphaStep,
 )
 
-pytestmark = pytest.mark.parallel
-
 DT, END = 0.05, 0.4
 EPS = np.finfo(float).eps
 
@@ -98,6 +96,7 @@ def test_coefficients_are_those_of_chung_and_hulbert():
         assert c.alpha_m < c.alpha_f < 0.5  # stable
 
 
+@pytest.mark.parallel
 def test_tangent_agrees_with_finite_differences_of_the_residual(machine):
     step, _ = begun(loaded(machine))
     step.tangent(step.x)
@@ -154,6 +153,7 @@ def test_order_is_two_for_positions_and_joint_coordinates(machine, exact, rho):
     assert np.all(orders[-1] > 1.9) and np.all(orders[-1] < 2.2)
 
 
+@pytest.mark.parallel
 def test_constraints_and_motions_hold_at_the_ends_of_steps(machine):
     system = loaded(machine, driven=True)
     state = advance(GeneralisedAlpha(system), 0.02)
@@ -206,6 +206,7 @@ def test_rejected_step_changes_nothing(machine):
         assert np.allclose(a, b, rtol=0, atol=1e-9 * max(np.max(np.abs(a), initial=0.0), 1.0))
 
 
+@pytest.mark.parallel
 def test_restart_is_the_run_that_was_not_interrupted_bit_for_bit(machine):
     system = loaded(machine)
     stepper, state = GeneralisedAlpha(system), system.initial_state()

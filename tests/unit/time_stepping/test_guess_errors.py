@@ -13,8 +13,6 @@ from turbine_fenicsx.foundation.rotations import E3, rotation_about
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 from turbine_fenicsx.time_stepping.first_guess import TERMS, FirstGuess
 
-pytestmark = pytest.mark.parallel
-
 N = TERMS + 1
 EPS = np.finfo(float).eps
 
@@ -173,6 +171,7 @@ def test_a_step_that_fails_leaves_no_past(machine, solve):
     assert not solver.save().part("guess")
 
 
+@pytest.mark.parallel
 def test_a_solver_goes_on_bit_for_bit(machine, solve):
     system = swaying(machine())
     first, second, third = (solve(system, options("frozen")) for _ in range(3))
@@ -191,6 +190,7 @@ def test_a_solver_goes_on_bit_for_bit(machine, solve):
     assert not equal(found[0], found[2])  # from another guess it would not be the same
 
 
+@pytest.mark.parallel
 def test_ranks_do_not_matter(machine, solve, comm):
     """Except for round-off, at which these iterations end."""
     counts, ends = [], []

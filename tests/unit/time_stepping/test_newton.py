@@ -16,8 +16,6 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum
 from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 
-pytestmark = pytest.mark.parallel
-
 
 @pytest.fixture
 def database():
@@ -65,6 +63,7 @@ def test_a_linear_solver_is_made_at_the_first_step(solve, machine, monkeypatch):
     assert made == [1]
 
 
+@pytest.mark.parallel
 @all_solvers
 def test_a_step_conserves_energy_and_keeps_constraints(solve, machine, name):
     system = loaded(machine(spin=3.0))
@@ -80,6 +79,7 @@ def test_a_step_conserves_energy_and_keeps_constraints(solve, machine, name):
     assert max(r.residual for r in reports) <= 1e-9
 
 
+@pytest.mark.parallel
 def test_all_linear_solvers_lead_to_the_same_state(solve, machine):
     system = loaded(machine(spin=3.0, cell="tetrahedron", degree=2))
     found = []
@@ -93,6 +93,7 @@ def test_all_linear_solvers_lead_to_the_same_state(solve, machine):
             assert np.allclose(a, b, rtol=0, atol=1e-9)  # positions of order one
 
 
+@pytest.mark.parallel
 @all_solvers
 def test_the_state_does_not_depend_on_the_number_of_ranks(solve, comm, machine, name):
     found = []

@@ -22,8 +22,6 @@ from turbine_fenicsx.turbine.run.run import make_stepper, run_case
 from turbine_fenicsx.turbine.run.start import list_held
 from turbine_fenicsx.turbine.run.summary import list_masses
 
-pytestmark = pytest.mark.parallel
-
 MESH = {"span": 5, "around": 16}
 OPEN = {**MESH, "tip": "open"}
 STANDING = {"tower": {"flexible": False}}
@@ -161,6 +159,7 @@ def test_a_turbine_of_a_file_conserves_energy(make, comm, layup):
     assert max(errors) < 1e-9 * max(energies)
 
 
+@pytest.mark.parallel
 def test_the_equilibrium_is_the_same_on_any_number_of_ranks(make, comm):
     tips = []
     for each in (comm, MPI.COMM_SELF):
@@ -173,6 +172,7 @@ def test_the_equilibrium_is_the_same_on_any_number_of_ranks(make, comm):
     assert tips[0] == pytest.approx(tips[1], rel=1e-8)
 
 
+@pytest.mark.parallel
 def test_a_file_that_vanishes_is_an_error_on_all_ranks(make, comm):
     case = make()
     gone = case.turbine.model_copy(update={"file": "/no/such/file.yaml"})
@@ -180,6 +180,7 @@ def test_a_file_that_vanishes_is_an_error_on_all_ranks(make, comm):
         plan_rotor(case.model_copy(update={"turbine": gone}), comm)
 
 
+@pytest.mark.parallel
 def test_failure_of_plies_goes_into_the_output(make, comm, shared_tmp_path):
     """Columns of each panel and web, and a field in the cells; the largest is the same in both."""
     case = make(time={"step": 0.01, "end": 0.02}, output={"fields_every": 0.02})

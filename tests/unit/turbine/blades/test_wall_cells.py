@@ -20,8 +20,6 @@ from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
 from turbine_fenicsx.turbine.run.run import run_case
 
-pytestmark = pytest.mark.parallel
-
 NOISE = (
     "energy_error_[J]",
     "external_work_[J]",
@@ -71,6 +69,7 @@ def describe_cells(turbine):
     return every[np.lexsort(every.round(6).T)], sorted(plies.panels)
 
 
+@pytest.mark.parallel
 def test_what_the_command_mesh_writes_can_be_read_again(arrays, comm, shared_tmp_path):
     case = take_file(arrays, comm, shared_tmp_path)
     assert case.warnings[:-1] == []  # the last one says that it starts undeformed
@@ -136,6 +135,7 @@ def test_cells_that_stand_for_nothing_are_refused(arrays, shared_tmp_path, name,
     assert sentence in found
 
 
+@pytest.mark.parallel
 def test_a_mesh_of_somebody_else_is_refused_in_a_sentence(arrays, comm, shared_tmp_path):
     path = shared_tmp_path / "boxes.msh"
     roots = {f"root_{k}": k - 1 for k in (1, 2, 3)}

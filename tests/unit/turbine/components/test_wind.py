@@ -26,8 +26,6 @@ from turbine_fenicsx.turbine.run.inspection import inspect_mesh
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
 
-pytestmark = pytest.mark.parallel
-
 RPM = np.pi / 30.0
 QUIET = {"output": {"fields_every": 0}, "pitch": {"drive": "prescribed"}}
 
@@ -88,6 +86,7 @@ def test_the_work_of_the_wind_is_its_power_times_the_time(rigid):
     assert table[-1]["work_of_wind_[J]"] == pytest.approx(work, rel=1e-8)
 
 
+@pytest.mark.parallel
 @needs_pyvista
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_loads_and_wind_are_written_as_vectors(comm, files, tmp_path_factory, model):
@@ -114,6 +113,7 @@ def test_loads_and_wind_are_written_as_vectors(comm, files, tmp_path_factory, mo
     assert abs(turned[1] - turned[0]) == pytest.approx(0.12 * 11.0 * RPM, rel=2e-2)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_works_of_the_blades_add_up_to_that_of_the_wind(comm, files, tmp_path_factory, model):
     wind, stations = {"speed": 9.0, "shear": 0.3}, 20 if model == "rigid" else 6
@@ -147,6 +147,7 @@ def test_power_is_work_over_time_in_long_steps_of_a_coned_rotor(comm, files, tmp
     assert last["aero_power_[W]"] == pytest.approx(work / 0.1, rel=1e-8)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_the_energy_balance_closes(comm, files, rigid, tmp_path_factory, model):
     if model == "rigid":
@@ -173,6 +174,7 @@ def test_openfast_reads_the_same(files, rigid):
     assert (found["Wind1VelX"], found["Wind1VelY"], found["Wind1VelZ"]) == (9.0, 0.0, 0.0)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_a_run_in_turbulence_goes_on_bit_for_bit(comm, files, tmp_path_factory, model):
     aero = {"file": files[0], "stations": 6, "dynamic_stall": "oeye", "skewed_wake": True}

@@ -26,8 +26,6 @@ from turbine_fenicsx.turbine.run import run
 from turbine_fenicsx.turbine.run.run import make_stepper
 from turbine_fenicsx.turbine.run.start import list_held, make_start
 
-pytestmark = pytest.mark.parallel
-
 RPM = np.pi / 30.0
 SMALL = {"elements": [1, 1, 4]}
 TOWER = {"flexible": True, "elements": [4, 1, 2]}
@@ -104,6 +102,7 @@ def test_the_rotor_turns_from_the_beginning(comm, model):
     assert np.array_equal(state.q, expected.q)
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("start", ["undeformed", "turning"])
 def test_the_azimuth_is_the_angle_of_the_rotor(comm, start):
     _, turbine, state = started(
@@ -119,6 +118,7 @@ def test_the_azimuth_is_the_angle_of_the_rotor(comm, start):
         assert state.u[0].norm() <= 1e-10
 
 
+@pytest.mark.parallel
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
 def test_each_blade_starts_at_the_pitch_of_its_entry(comm, model):
     angles = np.radians([10.0, -5.0, 40.0])
@@ -195,6 +195,7 @@ def test_under_the_weight_there_is_no_shock(comm, tower):
         assert np.all(loads["undeformed"][0] > 1.4 * second)
 
 
+@pytest.mark.parallel
 def test_a_start_is_the_same_on_any_number_of_ranks(comm):
     args = ({"rotor_speed": "12 rpm", "azimuth": 1.0}, {"start": "turning"})
     _, turbine, state = started(comm, *args)
@@ -268,6 +269,7 @@ def test_a_turbine_that_turns_freely_has_an_equilibrium_once_it_is_held(comm):
     assert state.u[0].norm(3) > 0.2 and not state.joint_coordinates.any()
 
 
+@pytest.mark.parallel
 def test_a_signal_ends_a_start_that_takes_long_and_leaves_no_results(monkeypatch, tmp_path):
     def start(case, system):
         os.kill(os.getpid(), signal.SIGTERM)
