@@ -48,7 +48,7 @@ def blocks(text):
 
 
 WITH_CODE = [name for name, text in PAGES.items() if {b.language for b in blocks(text)} - {"text"}]
-QUICK = {README, os.path.join("howto", "fatigue.md"), os.path.join("reference", "case_file.md")}
+QUICK = {os.path.join("howto", "fatigue.md"), os.path.join("reference", "case_file.md")}
 PAGES_WITH_CODE = [
     name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in WITH_CODE
 ]

@@ -117,37 +117,9 @@ def test_shapes_have_one_time_for_each_mode(out):
     assert moved.max() > 5.0 and np.isfinite(moved).all()
 
 
-def test_ranks_agree_to_eight_digits(command_line, case, out, tmp_path):
-    target = tmp_path / "two"
-    command = ["modes", case, "--count", "8", "-o", target, *LOCKED, *TOWER]
-    result = command_line(*command, ranks=2)
-    assert result.returncode == 0, result.stderr
-    for one, two in zip(
-        read_table(out / "modes.csv"), read_table(target / "modes.csv"), strict=True
-    ):
-        assert one["name"] == two["name"]
-        for column, x in one.items():
-            if column != "name":
-                assert two[column] == pytest.approx(x, abs=1e-8), (one["name"], column)
-
-
-def test_ranks_agree_on_modes_of_what_turns(command_line, case, tmp_path):
-    options = ["--speed", "12 rpm", "--count", "7", "--lock", "yaw", "--quiet", *TOWER]
-    for ranks in (1, 2):
-        result = command_line("modes", case, "-o", tmp_path / str(ranks), *options, ranks=ranks)
-        assert result.returncode == 0, result.stderr
-    one, two = (read_table(tmp_path / ranks / "modes.csv") for ranks in "12")
-    for a, b in zip(one, two, strict=True):
-        assert a["name"] == b["name"]
-        assert b[names.FREQUENCY] == pytest.approx(a[names.FREQUENCY], rel=1e-8, abs=1e-6)
-        shares = {column: x for column, x in a.items() if "share" in column}
-        assert len(shares) > 3
-        assert all(b[column] == pytest.approx(x, abs=1e-7) for column, x in shares.items())
-
-
 def test_ranks_agree_on_modes_of_equal_frequencies(command_line, case, tmp_path):
     found = []
-    for ranks in (1, 2, 3):
+    for ranks in (1, 2):
         target = tmp_path / str(ranks)
         options = ["--count", "8", "--lock", "rotor", "yaw", "--quiet", *SMALL, "loads.gravity=0"]
         result = command_line("modes", case, "-o", target, *options, ranks=ranks)

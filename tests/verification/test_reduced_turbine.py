@@ -94,7 +94,7 @@ def test_the_balance_of_energy_closes(runs):
     assert works == pytest.approx(reduced["work_of_wind_[J]"], abs=1e-9 * size)
 
 
-@pytest.mark.parametrize("start", ["undeformed", "equilibrium", "turning"])
+@pytest.mark.parametrize("start", ["equilibrium", "turning"])
 def test_runs_start_as_those_of_full_blades(path, start):
     speed = "0 rpm" if start == "equilibrium" else "25 rpm"
     changes = [f"time.start={start}", f"turbine.rotor_speed={speed}", "time.end=0.1"]
@@ -109,11 +109,10 @@ def test_runs_start_as_those_of_full_blades(path, start):
         assert reduced == pytest.approx(full, rel=0.02, abs=1e-9), name
 
 
-@pytest.mark.parametrize("tower", ["full", "reduced"])
-def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path, tower):
-    changes = [f"tower.model={tower}", "output.checkpoint_wall_time=0"]
-    whole = run(path, f"whole {tower}", "time.end=0.5", *changes)
-    half = run(path, f"half {tower}", "time.end=0.3", *changes)
+def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path):
+    changes = ["tower.model=reduced", "output.checkpoint_wall_time=0"]
+    whole = run(path, "whole", "time.end=0.5", *changes)
+    half = run(path, "half", "time.end=0.3", *changes)
     bases = path.parent / "bases"
     elsewhere = path.parent / "moved"
     on_rank0(COMM, lambda: shutil.move(bases, elsewhere))
@@ -123,12 +122,6 @@ def test_a_restart_takes_the_basis_of_its_run_and_continues_bit_for_bit(path, to
         on_rank0(COMM, lambda: shutil.move(elsewhere, bases))
     mine, theirs = read(half), read(whole)
     del mine["wall_time_[s]"], theirs["wall_time_[s]"]
-    if tower == "full" and COMM.size > 1:
-        # on several ranks MUMPS may sum up in another order where ranks wait for each other
-        for name in (x for x in theirs if "iterations" not in x and "error" not in x):
-            size = np.max(np.abs(theirs[name]))
-            assert mine[name] == pytest.approx(theirs[name], rel=1e-6, abs=1e-6 * size + 1e-6), name
-        return
     for name in theirs:
         assert np.array_equal(mine[name], theirs[name]), name
     files = [
