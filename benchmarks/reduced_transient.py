@@ -24,8 +24,8 @@ from turbine_fenicsx import (
     equilibrium,
 )
 from turbine_fenicsx.foundation.threads import one_thread
+from turbine_fenicsx.reduction.judge import SpanMeter
 from turbine_fenicsx.reduction.long_axis import LongAxis
-from turbine_fenicsx.reduction.span_meter import SpanMeter
 from turbine_fenicsx.turbine.blades.operating_points import OperatingPoint
 
 DT, END = 0.02, 4.0

@@ -23,7 +23,7 @@ import numpy as np
 from turbine_fenicsx.linear_solvers.sections import CELLS, LEAST, MOST
 from turbine_fenicsx.linear_solvers.shared import SLAB
 from turbine_fenicsx.linear_solvers.substructures import MAX_INTERFACE_RATIO, WIDEST
-from turbine_fenicsx.meshing.parts import THINNEST
+from turbine_fenicsx.meshing.load import THINNEST
 
 HERE = Path(__file__).parent
 RANKS = [2**k for k in range(15) if 2**k <= 10_000] + [10_000]

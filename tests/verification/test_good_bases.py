@@ -26,7 +26,7 @@ from turbine_fenicsx import (
     smooth_loads,
     turning_modes,
 )
-from turbine_fenicsx.reduction.reduced_states import ReducedStates
+from turbine_fenicsx.reduction.judge import ReducedStates
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ it, see `BodyElimination`. With the motion P of the contact nodes
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from petsc4py import PETSc
@@ -21,10 +21,30 @@ from turbine_fenicsx.foundation.dense import ScaledFactor, count_negative
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.base import DirectSolver
+from turbine_fenicsx.linear_solvers.body_elimination import BodyElimination
+from turbine_fenicsx.linear_solvers.dense_elimination import DenseElimination
 from turbine_fenicsx.linear_solvers.factor import FreeSolver, SparseFactor
-from turbine_fenicsx.linear_solvers.make_elimination import make_elimination
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.system.body_model import BodyModel
+from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.nested_blocks import NestedBlocks
+
+
+def make_elimination(
+    model: BodyModel,
+    tangent: PETSc.Mat,
+    coupling: CouplingBlock,
+    make_solver: Callable[[PETSc.Mat, PETSc.IS], FreeSolver],
+) -> BodyElimination | DenseElimination:
+    """The elimination of a body from its tangent, dense if the tangent is.
+
+    Args:
+        make_solver: Makes the solver for A_II of a sparse tangent from the matrix and its free
+            nodes.
+    """
+    if "dense" in tangent.getType():
+        return DenseElimination(model, tangent, coupling)
+    return BodyElimination(model, tangent, coupling, make_solver)
 
 
 class EliminatedBody(Protocol):

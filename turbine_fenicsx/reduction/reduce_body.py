@@ -19,10 +19,13 @@ from turbine_fenicsx.reduction.elasticity import Law
 from turbine_fenicsx.reduction.fingerprint import describe_cells
 from turbine_fenicsx.reduction.interfaces import find_origins
 from turbine_fenicsx.reduction.load_path import LoadPath, check_loads
-from turbine_fenicsx.reduction.pair_stiffness import sum_pair_stiffness
 from turbine_fenicsx.reduction.smooth_loads import smooth_loads
 from turbine_fenicsx.reduction.static_states import find_states
-from turbine_fenicsx.reduction.strain_coordinates import choose_strains, keep_all_strains
+from turbine_fenicsx.reduction.strain_coordinates import (
+    choose_strains,
+    keep_all_strains,
+    sum_pair_stiffness,
+)
 from turbine_fenicsx.reduction.whole_body import gather_body
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.ply import PlyMaterial
 from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
 from turbine_fenicsx.windio.control import ControllerData, read_control
+from turbine_fenicsx.windio.curves import Curve, read_curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
 from turbine_fenicsx.windio.materials import WindIOMaterial, read_materials
 from turbine_fenicsx.windio.plausible import list_implausible
@@ -24,10 +29,159 @@ from turbine_fenicsx.windio.rigid_parts import (
     read_nacelle,
     read_rigid_part,
 )
-from turbine_fenicsx.windio.sections import SectionProperties, read_damping, read_section_properties
-from turbine_fenicsx.windio.tower import Tower, read_tower
 from turbine_fenicsx.windio.yaml_file import read_yaml
 from turbine_fenicsx.windio.yaml_text import YamlError
+
+HIGHEST = 1000.0
+"""A tower is no higher [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tower:
+    """An upright tube.
+
+    Args:
+        base: Height of its base above ground or mean sea level [m].
+        top: Height of its top [m].
+        diameter: Outer diameter over the fraction of its height [m].
+        wall: Thickness of the wall over the fraction of its height [m].
+        outfitting: Its mass over that of the tube alone [-].
+    """
+
+    base: float
+    top: float
+    diameter: Curve
+    wall: Curve
+    material: PlyMaterial
+    outfitting: float
+
+    @property
+    def mass(self) -> float:
+        """Mass of tube and outfitting [kg]."""
+        s = np.linspace(0.0, 1.0, 401)
+        area = np.pi * self.wall(s) * (self.diameter(s) - self.wall(s))
+        density = self.material.density * self.outfitting
+        return density * (self.top - self.base) * Curve(s, area).integral
+
+
+def read_tower(entry: Entry, materials: Mapping[str, PlyMaterial]) -> Tower:
+    """The component `tower`."""
+    x, y, z = (
+        read_curve(entry["reference_axis"][key], -HIGHEST, HIGHEST, whole=True) for key in "xyz"
+    )
+    if max(np.ptp(x.values), np.ptp(y.values)) > 1e-3:
+        entry["reference_axis"].fail("must be upright: x and y must not change")
+    if (np.diff(z.values) <= 0.0).any():
+        entry["reference_axis"]["z"].fail("must rise from the base to the top")
+    diameter = read_curve(entry["outer_shape"]["outer_diameter"], 0.01, 100.0, whole=True)
+    structure = entry["structure"]
+    layers = [(e["material"].text(), e) for e in structure["layers"].entries()]
+    names = {name for name, _ in layers}
+    if len(names) != 1:
+        structure["layers"].fail(f"must be of one material, got {len(names)}")
+    name = names.pop()
+    if name not in materials:
+        structure["layers"].fail(f"are of {name!r}, which is not among the materials of the file")
+    walls = [read_curve(layer["thickness"], 0.0, 5.0, whole=True) for _, layer in layers]
+    grid = np.unique(np.concatenate([wall.grid for wall in walls]))
+    wall = Curve(grid, np.asarray(sum(wall(grid) for wall in walls)))
+    wrong = grid[(wall.values <= 0.0) | (2.0 * wall.values >= diameter(grid))]
+    if len(wrong):
+        structure["layers"].fail(
+            f"must be thicker than 0 and thinner than the radius, got {wall(wrong[0]):g} m at "
+            f"station {wrong[0]:g}"
+        )
+    outfitting = structure.get("outfitting_factor")
+    return Tower(
+        base=float(z.values[0]),
+        top=float(z.values[-1]),
+        diameter=diameter,
+        wall=wall,
+        material=materials[name],
+        outfitting=outfitting.number(1.0, 10.0) if outfitting else 1.0,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SectionProperties:
+    """Matrices of a Timoshenko beam along the reference axis, in axes that turn with the twist.
+
+    Axis x points to the suction side, y to the trailing edge, z along the span; rows and columns
+    are forces and strains along x, y, z, then moments and curvatures about them: x bends edgewise.
+    (The words of windIO's schema have x and y the other way round. Its files have them like this,
+    and only so the centre of mass and the moments of inertia that they give go together.)
+
+    Args:
+        grid: Span fractions, (m,) [-].
+        stiffness: Shape (m, 6, 6) [N, N m, N m^2]; None where the file has diagonals alone.
+        inertia: About the reference axis, shape (m, 6, 6); zero where the file has nothing but
+            masses [kg/m, kg, kg m].
+    """
+
+    grid: Array
+    stiffness: Array | None
+    inertia: Array
+
+    @property
+    def line_mass(self) -> Curve:
+        """Mass per length [kg/m]."""
+        return Curve(self.grid, self.inertia[:, 0, 0])
+
+
+def read_section_properties(entry: Entry) -> SectionProperties:
+    """The blade's `elastic_properties`; a stiffness of diagonals alone is left out."""
+    stiffness, inertia = entry["stiffness_matrix"], entry["inertia_matrix"]
+    grid = read_grid(stiffness["grid"])
+    M = _at_stations(grid, *_read_inertia(inertia))
+    places = [(i, j) for i in range(6) for j in range(i, 6)]
+    if not any(f"K{i + 1}{j + 1}" in stiffness for i, j in places if i != j):
+        return SectionProperties(grid, None, M)
+    K = np.zeros((len(grid), 6, 6))
+    for i, j in places:
+        K[:, i, j] = K[:, j, i] = stiffness[f"K{i + 1}{j + 1}"].numbers(len(grid))
+    return SectionProperties(grid, K, M)
+
+
+def read_damping(entry: Entry | None) -> float:
+    """Mean factor of the bending stiffness in the damping matrix [s], 0 where there is none.
+
+    Args:
+        entry: `elastic_properties` of blade or tower, with ``mu`` of shear along x and y, stretch,
+            bending about x and y, and torsion; None where there are none.
+    """
+    damping = entry.get("structural_damping") if entry else None
+    if damping is None or "mu" not in damping:
+        return 0.0
+    mu = damping["mu"].numbers(6)
+    if (mu < 0.0).any():
+        damping["mu"].fail("must not be negative")
+    return float(mu[3:5].mean())
+
+
+def _read_inertia(entry: Entry) -> tuple[Array, Array]:
+    grid = read_grid(entry["grid"])
+    m = entry["mass"].numbers(len(grid))
+    x, y, edge, flap, polar, cross = (
+        entry[key].numbers(len(grid)) if key in entry else np.zeros(len(grid))
+        for key in ("cm_x", "cm_y", "i_edge", "i_flap", "i_plr", "i_cp")
+    )
+    M = np.zeros((len(grid), 6, 6))
+    M[:, 0, 0] = M[:, 1, 1] = M[:, 2, 2] = m
+    M[:, 0, 5] = M[:, 5, 0] = -m * y
+    M[:, 1, 5] = M[:, 5, 1] = m * x
+    M[:, 2, 3] = M[:, 3, 2] = m * y
+    M[:, 2, 4] = M[:, 4, 2] = -m * x
+    M[:, 3, 3], M[:, 4, 4], M[:, 5, 5] = edge, flap, polar
+    M[:, 3, 4] = M[:, 4, 3] = -cross
+    return grid, M
+
+
+def _at_stations(wanted: Array, grid: Array, values: Array) -> Array:
+    """Matrices at other stations, straight between their own."""
+    flat = values.reshape(len(grid), -1)
+    columns = [np.interp(wanted, grid, column) for column in flat.T]
+    return np.column_stack(columns).reshape(len(wanted), 6, 6)
+
 
 T = TypeVar("T")
 

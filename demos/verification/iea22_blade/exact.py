@@ -18,7 +18,7 @@ from scipy import linalg
 from scipy.interpolate import make_interp_spline
 
 from turbine_fenicsx.windio.curves import Curve
-from turbine_fenicsx.windio.sections import SectionProperties
+from turbine_fenicsx.windio.turbine import SectionProperties
 
 GRAVITY = 9.81  # [m/s^2]
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)

@@ -12,10 +12,9 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from turbine_fenicsx.control import call_history, foreign
-from turbine_fenicsx.control.call_history import CallHistory, unpack
+from turbine_fenicsx.control import foreign
 from turbine_fenicsx.control.command_check import check_commands
-from turbine_fenicsx.control.foreign import ForeignController
+from turbine_fenicsx.control.foreign import CallHistory, ForeignController, unpack
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.python_class import PythonClass
 from turbine_fenicsx.foundation import interrupts
@@ -368,7 +367,7 @@ def test_data_of_another_layout_are_a_sentence(tmp_path):
 
 @pytest.mark.parametrize("count", [0, 1, 9, 10, 25])
 def test_a_history_of_calls_is_packed_and_unpacked(monkeypatch, count):
-    monkeypatch.setattr(call_history, "BLOCK", 10)
+    monkeypatch.setattr(foreign, "BLOCK", 10)
     rows = np.random.default_rng(0).standard_normal((count, 3))
     calls = CallHistory()
     for row in rows:

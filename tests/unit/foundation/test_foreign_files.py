@@ -15,8 +15,7 @@ from turbine_fenicsx.meshing.read import check_header
 from turbine_fenicsx.records.mode_tables import read_table
 from turbine_fenicsx.records.output_folder import read_history, read_tables
 from turbine_fenicsx.turbine.tables.tables import Tables
-from turbine_fenicsx.wind.aerodyn_files import read_aerodyn_polar
-from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
+from turbine_fenicsx.wind.aerodyn_files import read_aerodyn, read_aerodyn_polar
 from turbine_fenicsx.wind.inflow import SteadyWind
 from turbine_fenicsx.wind.mann import read_mann_box
 from turbine_fenicsx.wind.turbsim import read_turbsim

@@ -7,7 +7,7 @@ from rotor_meshes import BLADE, ROTOR
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.meshing import MeshOptions, load_arrays
-from turbine_fenicsx.meshing.parts import share_equal_components
+from turbine_fenicsx.meshing.load import share_equal_components
 from turbine_fenicsx.meshing.rotor import mesh_rotor
 
 pytestmark = pytest.mark.parallel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.postprocessing.deformation import exaggerate, fit_motion
+from turbine_fenicsx.postprocessing.field_reader import exaggerate, fit_motion
 from turbine_fenicsx.records.parts import Part, Parts
 
 CUBE = np.array([(x, y, z) for y in (0, 1, 2) for x in (-1, 1) for z in (-1, 1)], dtype=float)

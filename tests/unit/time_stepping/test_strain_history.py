@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.forces.force import StepTimes
-from turbine_fenicsx.time_stepping.strain_history import StrainHistory
+from turbine_fenicsx.time_stepping.reduced_step import StrainHistory
 
 DT = 0.1
 

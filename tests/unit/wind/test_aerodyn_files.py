@@ -10,10 +10,10 @@ from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aerodyn_files import (
     PolarColumns,
+    read_aerodyn,
     read_aerodyn_blade,
     read_aerodyn_polar,
 )
-from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
 
 POLAR = """! ------------ AirfoilInfo ------------
 "DEFAULT"     InterpOrd

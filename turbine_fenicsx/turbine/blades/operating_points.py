@@ -4,12 +4,14 @@ The air is that of blade-element momentum theory at a steady wind speed. With th
 of the rotor's speed it grows until t = 1 s; then the weight turns around the blade. Axes of the
 blade are those of its mesh: along the span from the rotor centre, to the leading edge, to the
 suction side.
+
+Loads act on the skin as in a run, so that thin walls are bent by them as they are there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,14 +19,15 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.body_force import BodyForce
-from turbine_fenicsx.forces.section_loads import SectionLoads
+from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion
 from turbine_fenicsx.forces.time_functions import Ramp, Table
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.system.find_stations import find_stations
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.turbine.blades.growing_air import GrowingAir
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.rotor import (
     Operation,
@@ -33,6 +36,69 @@ from turbine_fenicsx.wind.rotor import (
     find_pitch,
     find_section_loads,
 )
+
+SUBDIVISIONS = 20
+"""Number of intervals between two stations in which loads are summed up."""
+
+
+@dataclass(eq=False)
+class GrowingAir:
+    """A `LineLoad` on stations: line loads, shared out between the two stations beside them.
+
+    Args:
+        stations: Distances of the stations along the span, shape (n,) [m].
+        along: Distances at which the loads are known, rising, shape (m,) [m].
+        places: Where they act, shape (m, 3) [m].
+        forces: Forces for each length, shape (m, 3) [N/m].
+        moments: Moments for each length about the places, shape (m, 3) [N].
+        function: Factor as a function of time [s].
+    """
+
+    stations: Array
+    along: Array
+    places: Array
+    forces: Array
+    moments: Array
+    function: Callable[[float], float]
+    _summed: tuple[Array, Array] | None = field(default=None, init=False)
+
+    def start_step(self, times: StepTimes) -> None:
+        """Nothing changes with steps."""
+
+    def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
+        """The loads at a time; see `LineLoad.loads`."""
+        if self._summed is None:
+            self._summed = self._sum_up(motion.initial)
+        factor = self.function(time)
+        return factor * self._summed[0], factor * self._summed[1]
+
+    def accept(self, motion: SectionMotion, times: StepTimes) -> None:
+        """Nothing moves on."""
+
+    def save(self) -> RestartData:
+        """Nothing is kept."""
+        return RestartData()
+
+    def restore(self, data: RestartData) -> None:
+        """Nothing was kept."""
+
+    def _sum_up(self, centres: Array) -> tuple[Array, Array]:
+        """Forces on the stations, and moments about their centres."""
+        s, ends = self.stations, self.along[[0, -1]]
+        knots = np.concatenate([[ends[0]], s[(s > ends[0]) & (s < ends[1])], [ends[1]]])
+        part = (np.arange(SUBDIVISIONS) + 0.5) / SUBDIVISIONS
+        middles = (knots[:-1, None] + np.diff(knots)[:, None] * part).ravel()
+        lengths = np.repeat(np.diff(knots) / SUBDIVISIONS, SUBDIVISIONS)
+        x, f, m = (self._interpolate(y, middles) for y in (self.places, self.forces, self.moments))
+        # hat functions of the stations, constant beyond the ends
+        hats = np.array([np.interp(middles, s, e) for e in np.eye(len(s))]) * lengths
+        F = hats @ f
+        return F, hats @ (m + np.cross(x, f)) - np.cross(centres, F)
+
+    def _interpolate(self, values: Array, places: Array) -> Array:
+        """Values at distances along the span, shape (k, 3)."""
+        return np.stack([np.interp(places, self.along, column) for column in values.T], axis=1)
+
 
 GRAVITY = 9.81
 STEEPEST = np.radians(30.0)

@@ -11,7 +11,7 @@ from turbine_fenicsx.turbine.case.turbine_file import give_hub, load_turbine
 from turbine_fenicsx.turbine.tables.parts import is_windio, list_parts
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aero_blade import AeroBlade
-from turbine_fenicsx.wind.aerodyn_primary import read_aerodyn
+from turbine_fenicsx.wind.aerodyn_files import read_aerodyn
 from turbine_fenicsx.wind.resampling import place_stations, resample_blade
 
 

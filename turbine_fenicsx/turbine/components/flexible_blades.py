@@ -5,11 +5,15 @@ downwind, without precone along the shaft, and z along the span to the tip. So y
 the trailing edge of a rotor that turns clockwise, seen from upwind. It is fixed to what carries the
 root: to the hub, or with pitch bearings to the ring, so that it pitches with the blade. Root loads
 are those that the blade exerts on its parent body.
+
+The yaw axis moves with the nacelle. Tips below the yaw bearing have their distance from the axis,
+tips above it that from the bearing. Without the radius of the tower this is no gap yet.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +27,15 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.conventions import BLADES, HUB
+from turbine_fenicsx.records.conventions import BLADES, HUB, NACELLE
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.simulation.observers.gauges import gauge_channel
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.observers.section_turns import Section, SectionTurns
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.blades.blade_basis import find_basis
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh, place_copies
@@ -37,8 +43,60 @@ from turbine_fenicsx.turbine.blades.station_check import check_stations
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.pitch import RINGS
-from turbine_fenicsx.turbine.components.twists import make_twist_channel
-from turbine_fenicsx.turbine.components.yaw_distances import YawDistances
+
+
+class YawDistances:
+    """Distances of tips from the yaw axis. Collective.
+
+    Args:
+        turbine: The turbine, whose yaw bearing starts in the origin and turns about e2.
+    """
+
+    def __init__(self, turbine: Turbine, tips: Sequence[Tip]) -> None:
+        nacelle = turbine.part(NACELLE)
+        seen = [replace(tip, carrier=nacelle, axes=np.eye(3)) for tip in tips]
+        self._tips = Tips(turbine.system, seen)
+        self._starts = self._tips.starts
+
+    def at(self, snapshot: Snapshot) -> Array:
+        """Distances at a snapshot [m], shape (tips,). Collective."""
+        side, height, ahead = (self._starts + self._tips.at(snapshot)).T
+        distances: Array = np.hypot(np.hypot(side, ahead), np.maximum(height, 0.0))
+        return distances
+
+
+HALF_WIDTH = 0.02
+"""Half of the part of the span that a section is made of."""
+
+
+def make_twist_channel(turbine: Turbine) -> Channel | None:
+    """Columns with the twist of each blade at ``output.twists``; None without any. Collective.
+
+    Twist is positive towards feather, as that of the shape of a blade.
+    """
+    places, layout, blades = turbine.case.output.twists, turbine.rotor.layout, turbine.rotor.blades
+    if not places:
+        return None
+    sections, columns = [], []
+    for k, root in enumerate(ROOTS[: len(BLADES)], start=1):
+        coupling = turbine.part(root)
+        for place in places:
+            columns.append(names.TWIST(blade=k, place=f"{place:g}"))
+            sections.append(
+                Section(
+                    columns[-1],
+                    coupling.flexible,
+                    origin=layout.centre,
+                    axis=-layout.frame(k)[0],
+                    distance=-(blades.hub_radius + place * blades.length),
+                    half_width=HALF_WIDTH * blades.length,
+                    carrier=coupling.rigid,
+                    copy=coupling.copy,
+                )
+            )
+    turns = SectionTurns(turbine.system, sections)
+    return Channel(tuple(columns), lambda s: turns.at(s).tolist())
+
 
 BODY = "blades"
 """Name of the flexible body of all blades."""

@@ -27,7 +27,7 @@ def list_parts(name: str) -> Iterable[str]:
     """
     if is_windio(name):
         return list_included(name)
-    from turbine_fenicsx.wind.aerodyn_primary import AeroDynNames
+    from turbine_fenicsx.wind.aerodyn_files import AeroDynNames
 
     try:
         return AeroDynNames.read(name).list_paths()

@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 from turbine_fenicsx import Coupling, MultibodySystem, SectionLoads, StationLine
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.system.find_stations import find_stations
-from turbine_fenicsx.turbine.blades.growing_air import GrowingAir
+from turbine_fenicsx.turbine.blades.operating_points import GrowingAir
 
 pytestmark = pytest.mark.parallel
 

@@ -11,7 +11,7 @@ from turbine_fenicsx.control.discon import Discon
 from turbine_fenicsx.control.interface import Measurements
 from turbine_fenicsx.foundation.rotations import E3
 from turbine_fenicsx.simulation.simulation import Simulation
-from turbine_fenicsx.turbine.components.load_sensors import RootMoments, TopAcceleration
+from turbine_fenicsx.turbine.components.sensors import RootMoments, TopAcceleration
 from turbine_fenicsx.turbine.components.wind import find_loads
 from turbine_fenicsx.turbine.run.start import make_start
 

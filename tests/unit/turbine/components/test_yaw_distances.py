@@ -8,8 +8,8 @@ import pytest
 from turbine_fenicsx.foundation.rotations import E2, rotation_about
 from turbine_fenicsx.simulation.observers.tips import Tip
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.flexible_blades import YawDistances
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.components.yaw_distances import YawDistances
 
 CASE = {"mesh": {"elements": [1, 1, 2]}, "turbine": {"tilt": "-5 deg"}}
 

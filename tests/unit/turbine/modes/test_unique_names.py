@@ -8,7 +8,7 @@ from windio_files import small_turbine, write_turbine
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.mode_names import Title
 from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
-from turbine_fenicsx.turbine.modes.unique_names import choose_names
+from turbine_fenicsx.turbine.modes.mode_table import choose_names
 
 FLAP = "second flap, backward whirl"
 FORE = "second fore-aft of the tower"
