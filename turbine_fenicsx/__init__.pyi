@@ -68,8 +68,8 @@ from turbine_fenicsx.joints.rigid import Rigid as Rigid
 from turbine_fenicsx.joints.spherical import Spherical as Spherical
 from turbine_fenicsx.joints.universal import Universal as Universal
 from turbine_fenicsx.materials.cell_fields import cell_field as cell_field
-from turbine_fenicsx.materials.check import check_material as check_material
 from turbine_fenicsx.materials.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from turbine_fenicsx.materials.law_check import check_material as check_material
 from turbine_fenicsx.materials.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from turbine_fenicsx.materials.neo_hooke import NeoHooke as NeoHooke
 from turbine_fenicsx.materials.orthotropic import OrthotropicSVK as OrthotropicSVK

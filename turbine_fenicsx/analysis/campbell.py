@@ -23,7 +23,7 @@ from scipy.optimize import linear_sum_assignment
 
 from turbine_fenicsx.analysis.mode import Mode, Modes, Motion
 from turbine_fenicsx.analysis.turning_modes import turning_modes_near
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.argument_checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.state import State

@@ -16,7 +16,7 @@ from turbine_fenicsx.analysis.mode import Mode, Modes
 from turbine_fenicsx.analysis.slepc import Pair, import_slepc
 from turbine_fenicsx.analysis.squared_frequencies import SquaredFrequencies
 from turbine_fenicsx.analysis.statics import equilibrium
-from turbine_fenicsx.foundation.checks import check_positive
+from turbine_fenicsx.foundation.argument_checks import check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.system.state import State

@@ -22,7 +22,7 @@ import numpy as np
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.argument_checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import QuadraticMap
 from turbine_fenicsx.foundation.rotations import rotation_about, skew

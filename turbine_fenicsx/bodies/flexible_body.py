@@ -10,7 +10,7 @@ from dolfinx.mesh import Mesh
 from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material

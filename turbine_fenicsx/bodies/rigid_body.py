@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.inertia import principal_inertia
-from turbine_fenicsx.foundation.checks import check_array, check_positive, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_array, check_positive, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import AffineVector, Quadratic, dot
 from turbine_fenicsx.foundation.types import Array

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import check_vectors, describe
+from turbine_fenicsx.foundation.argument_checks import check_vectors, describe
 from turbine_fenicsx.foundation.errors import ModelError
 
 

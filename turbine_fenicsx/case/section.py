@@ -32,7 +32,7 @@ class Section(BaseModel):
 
     Docstrings below the keys say what they mean. Marks in their types say when they count
     (`turbine_fenicsx.case.rules`) and which of them name files (`turbine_fenicsx.case.files`).
-    Methods can be checks (`turbine_fenicsx.case.checks`).
+    Methods can be checks (`turbine_fenicsx.case.contradictions`).
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_number, check_positive
+from turbine_fenicsx.foundation.argument_checks import check_number, check_positive
 
 _STATE = ("time", "angle", "rate", "target")
 

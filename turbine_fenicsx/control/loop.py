@@ -14,8 +14,8 @@ from typing import Protocol, runtime_checkable
 from turbine_fenicsx.control.command_check import check_commands
 from turbine_fenicsx.control.drives import PitchDrive, YawDrive
 from turbine_fenicsx.control.events import Event, Orders, supervise
-from turbine_fenicsx.control.held import HeldBrake, HeldTorque
 from turbine_fenicsx.control.interface import Controller, Measurements
+from turbine_fenicsx.control.step_torques import HeldBrake, HeldTorque
 from turbine_fenicsx.foundation.errors import ForeignError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.snapshot import Snapshot

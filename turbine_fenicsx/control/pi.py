@@ -15,7 +15,11 @@ from math import exp
 
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.torque_law import TorqueLaw
-from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
+from turbine_fenicsx.foundation.argument_checks import (
+    check_not_negative,
+    check_number,
+    check_positive,
+)
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from turbine_fenicsx.foundation.checks import check_positive
+from turbine_fenicsx.foundation.argument_checks import check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 
 

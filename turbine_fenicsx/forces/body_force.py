@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, describe
+from turbine_fenicsx.foundation.argument_checks import check_function, describe
 from turbine_fenicsx.foundation.types import Array
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import AffineVector, QuadraticMap

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.prescribed_force import ForceSum
-from turbine_fenicsx.foundation.checks import check_array
+from turbine_fenicsx.foundation.argument_checks import check_array
 
 
 @dataclass(frozen=True, eq=False)

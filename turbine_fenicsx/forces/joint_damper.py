@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, LinearForce
-from turbine_fenicsx.foundation.checks import check_not_negative
+from turbine_fenicsx.foundation.argument_checks import check_not_negative
 
 
 @dataclass(frozen=True, eq=False)

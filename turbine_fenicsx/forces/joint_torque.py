@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_number
+from turbine_fenicsx.foundation.argument_checks import check_function, check_number
 from turbine_fenicsx.foundation.errors import ModelError
 
 

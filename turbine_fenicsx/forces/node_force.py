@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_function, check_vectors
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_ends
 from turbine_fenicsx.forces.force import BoundForce, DistanceForce, Kind, Layout
-from turbine_fenicsx.foundation.checks import check_not_negative, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_not_negative, check_vectors
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
 from turbine_fenicsx.forces.prescribed_force import ForceSum
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_function, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 

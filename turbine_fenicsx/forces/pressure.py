@@ -13,7 +13,7 @@ import ufl
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_number
+from turbine_fenicsx.foundation.argument_checks import check_function, check_number
 
 
 @dataclass(frozen=True, eq=False)

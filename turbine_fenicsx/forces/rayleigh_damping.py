@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.argument_checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 
 

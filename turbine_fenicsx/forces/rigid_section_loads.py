@@ -26,7 +26,7 @@ from turbine_fenicsx.forces.body_checks import check_body
 from turbine_fenicsx.forces.force import Kind, Layout, StepTimes
 from turbine_fenicsx.forces.line_source import LineSource, StepLoads
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
-from turbine_fenicsx.foundation.checks import check_array, check_methods
+from turbine_fenicsx.foundation.argument_checks import check_array, check_methods
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.restart_data import RestartData

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.force import StepTimes
-from turbine_fenicsx.foundation.checks import (
+from turbine_fenicsx.foundation.argument_checks import (
     check_array,
     check_directions,
     check_methods,

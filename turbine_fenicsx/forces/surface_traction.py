@@ -12,7 +12,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.surface_point import SurfacePoint
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_function, check_vectors
 
 
 @dataclass(frozen=True, eq=False)

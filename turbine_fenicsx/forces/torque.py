@@ -12,7 +12,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.body_checks import check_body
 from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.time_functions import ALWAYS
-from turbine_fenicsx.foundation.checks import check_function, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_function, check_vectors
 from turbine_fenicsx.foundation.rotations import skew
 from turbine_fenicsx.foundation.types import Array
 

@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame
-from turbine_fenicsx.foundation.checks import check_directions
+from turbine_fenicsx.foundation.argument_checks import check_directions
 from turbine_fenicsx.foundation.quadratic import Quadratic, dot
 from turbine_fenicsx.foundation.rotations import frame_with_axis
 from turbine_fenicsx.joints.coordinates import Displacement, JointCoordinate, angle_between

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Protocol, runtime_checkable
 
-from turbine_fenicsx.foundation.checks import check_number, describe
+from turbine_fenicsx.foundation.argument_checks import check_number, describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.own_code import describe_kind, name_errors
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame
-from turbine_fenicsx.foundation.checks import check_directions
+from turbine_fenicsx.foundation.argument_checks import check_directions
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.quadratic import Quadratic, dot
 from turbine_fenicsx.foundation.rotations import unit

@@ -10,7 +10,7 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.materials.base import Material, Quadrature, Sampled, Viscous
 from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
 

@@ -19,10 +19,10 @@ from scipy import sparse
 
 from turbine_fenicsx.foundation.rotations import nearest_rotation, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.reduction.gathered_body import WholeBody
 from turbine_fenicsx.reduction.interfaces import make_interface_functions
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.vector_fields import HeldBody
-from turbine_fenicsx.reduction.whole_body import WholeBody
 
 
 class Orthonormal:

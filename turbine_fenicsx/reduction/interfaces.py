@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from turbine_fenicsx.foundation.rotations import skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.reduction.whole_body import WholeBody
+from turbine_fenicsx.reduction.gathered_body import WholeBody
 
 
 def find_origins(whole: WholeBody, surfaces: Sequence[IntArray]) -> Array:

@@ -14,7 +14,7 @@ from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis, ReducedBody
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.reduction.load_path import LoadPath, check_loads

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 
 

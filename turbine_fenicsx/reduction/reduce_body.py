@@ -10,13 +10,14 @@ import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis, make_strain_vectors, make_vectors
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.reduction.basis_functions import BasisFunctions
 from turbine_fenicsx.reduction.elasticity import Law
 from turbine_fenicsx.reduction.fingerprint import describe_cells
+from turbine_fenicsx.reduction.gathered_body import gather_body
 from turbine_fenicsx.reduction.interfaces import find_origins
 from turbine_fenicsx.reduction.load_path import LoadPath, check_loads
 from turbine_fenicsx.reduction.smooth_loads import smooth_loads
@@ -26,7 +27,6 @@ from turbine_fenicsx.reduction.strain_coordinates import (
     keep_all_strains,
     sum_pair_stiffness,
 )
-from turbine_fenicsx.reduction.whole_body import gather_body
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.system import MultibodySystem
 

@@ -9,7 +9,7 @@ import numpy as np
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.time_functions import Ramp
-from turbine_fenicsx.foundation.checks import check_positive
+from turbine_fenicsx.foundation.argument_checks import check_positive
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.reduction.long_axis import LongAxis

@@ -19,9 +19,9 @@ from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.linear_solvers.factor import to_petsc
 from turbine_fenicsx.linear_solvers.symmetric import SymmetricFactor
+from turbine_fenicsx.reduction.gathered_body import WholeBody
 from turbine_fenicsx.reduction.interfaces import rigid_motions
 from turbine_fenicsx.reduction.long_axis import LongAxis
-from turbine_fenicsx.reduction.whole_body import WholeBody
 
 SHIFT = 0.1
 """Share of a frequency's square that keeps the factor of a free body from being singular."""

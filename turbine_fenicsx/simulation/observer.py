@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any, Protocol, runtime_checkable
 
-from turbine_fenicsx.foundation.checks import check_methods
+from turbine_fenicsx.foundation.argument_checks import check_methods
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.simulation.snapshot import Snapshot

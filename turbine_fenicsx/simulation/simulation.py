@@ -12,7 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from turbine_fenicsx.foundation import timing
-from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
+from turbine_fenicsx.foundation.argument_checks import (
+    check_not_negative,
+    check_number,
+    check_positive,
+)
 from turbine_fenicsx.foundation.errors import ForeignError, ModelError, StepFailure
 from turbine_fenicsx.foundation.own_code import end_all_on_error, name_exits
 from turbine_fenicsx.foundation.parallel import raise_together, sum_over_ranks

@@ -11,7 +11,7 @@ from dolfinx import fem
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import (
     deformation_gradient,

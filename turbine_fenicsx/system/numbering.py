@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame, RigidBody
 from turbine_fenicsx.forces.force import BoundForce, Force, Layout
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
@@ -35,7 +35,7 @@ from turbine_fenicsx.joints.functions import find_functions
 from turbine_fenicsx.joints.relation import Relation
 from turbine_fenicsx.joints.rheonomic import Rheonomic, function_of
 from turbine_fenicsx.system.parts import Parts
-from turbine_fenicsx.system.paths import Paths, refuse_dependent_paths
+from turbine_fenicsx.system.prescribed_rows import Paths, refuse_dependent_paths
 from turbine_fenicsx.system.rigid_model import RigidModel
 
 LARGEST_PART = 1e-9

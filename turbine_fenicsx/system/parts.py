@@ -16,7 +16,7 @@ from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.prescribed_force import PrescribedForce, SurfaceForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.joints.relation import Relation

@@ -9,7 +9,7 @@ import ufl
 from dolfinx import fem
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array

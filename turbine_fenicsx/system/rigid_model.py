@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import BoundForce, StepTimes, evaluate_force
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.own_code import name_errors
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap

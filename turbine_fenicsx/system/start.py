@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import BodyFrame
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.argument_checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import largest_of_ranks
 from turbine_fenicsx.foundation.quadratic import Quadratic, QuadraticMap
@@ -30,7 +30,7 @@ from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.initial_fields import initial_velocity
-from turbine_fenicsx.system.paths import find_rates
+from turbine_fenicsx.system.prescribed_rows import find_rates
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 

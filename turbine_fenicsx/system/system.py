@@ -19,13 +19,13 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum, check_force_sum, has_energy
 from turbine_fenicsx.forces.rigid_section_loads import BoundRigidLoads
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelWarning
-from turbine_fenicsx.foundation.listing import list_names
 from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors, on_rank0_if_own
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, raise_together, sum_over_ranks
+from turbine_fenicsx.foundation.repr_text import list_names
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.check import check_material
+from turbine_fenicsx.materials.law_check import check_material
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.initial_fields import initial_displacement, initial_velocity
 from turbine_fenicsx.system.make_model import make_model

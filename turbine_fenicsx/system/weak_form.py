@@ -20,7 +20,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.forces.prescribed_force import SurfaceForce, SurfacePotential, has_energy
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.surface_point import SurfacePoint
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.own_code import evaluate_function, name_errors
 from turbine_fenicsx.foundation.types import Array

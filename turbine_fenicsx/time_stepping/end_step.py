@@ -29,7 +29,7 @@ from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.body_step import MemorylessStep
+from turbine_fenicsx.time_stepping.body_step_interface import MemorylessStep
 from turbine_fenicsx.time_stepping.force_round_off import ForceRoundOff, smallest_edges
 from turbine_fenicsx.time_stepping.midpoint_works import MidpointWorks
 from turbine_fenicsx.time_stepping.nested_step import NestedStep

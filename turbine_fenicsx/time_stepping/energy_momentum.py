@@ -21,7 +21,7 @@ from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.body_step import BodyStep
+from turbine_fenicsx.time_stepping.body_step_interface import BodyStep
 from turbine_fenicsx.time_stepping.discrete_gradients import AlgorithmicStress
 from turbine_fenicsx.time_stepping.first_guess import mean_turns
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep

@@ -29,7 +29,7 @@ from turbine_fenicsx.materials.base import second_piola_kirchhoff, stress_at_res
 from turbine_fenicsx.materials.kinematics import deformation_gradient, strain_rate
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.linear_form import LinearForm
-from turbine_fenicsx.time_stepping.body_step import MemorylessStep
+from turbine_fenicsx.time_stepping.body_step_interface import MemorylessStep
 from turbine_fenicsx.time_stepping.discrete_gradients import (
     AlgorithmicStress,
     discrete_gradient_stress,

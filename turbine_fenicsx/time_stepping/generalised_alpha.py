@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_number
+from turbine_fenicsx.foundation.argument_checks import check_number
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array

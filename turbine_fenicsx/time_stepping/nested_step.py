@@ -30,7 +30,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.blocks import StepBlocks, StepStart
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.time_stepping.body_step import BodyStep
+from turbine_fenicsx.time_stepping.body_step_interface import BodyStep
 
 
 class RigidPart(Protocol):

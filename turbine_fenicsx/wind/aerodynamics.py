@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.section_loads import SectionMotion
-from turbine_fenicsx.foundation.checks import check_array, check_positive
+from turbine_fenicsx.foundation.argument_checks import check_array, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation

@@ -10,7 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
+from turbine_fenicsx.foundation.argument_checks import (
+    check_not_negative,
+    check_number,
+    check_positive,
+)
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.inflow import SteadyWind, check_one_of, turn
 

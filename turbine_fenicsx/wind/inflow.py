@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.time_functions import Ramp
-from turbine_fenicsx.foundation.checks import (
+from turbine_fenicsx.foundation.argument_checks import (
     check_array,
     check_not_negative,
     check_number,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.checks import check_array
+from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
 from turbine_fenicsx.foundation.types import Array

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.checks import check_array
+from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import AeroBlade

@@ -7,7 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_not_negative, check_number, check_positive
+from turbine_fenicsx.foundation.argument_checks import (
+    check_not_negative,
+    check_number,
+    check_positive,
+)
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aero_blade import AeroBlade

@@ -15,7 +15,7 @@ from math import hypot
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_not_negative
+from turbine_fenicsx.foundation.argument_checks import check_not_negative
 from turbine_fenicsx.foundation.types import Array
 
 PITT_PETERS = 15.0 * np.pi / 32.0

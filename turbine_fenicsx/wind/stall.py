@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.foundation.checks import check_positive
+from turbine_fenicsx.foundation.argument_checks import check_positive
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.polar import (
     SMALL_ANGLE,

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.foundation.checks import check_array, check_not_negative
+from turbine_fenicsx.foundation.argument_checks import check_array, check_not_negative
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import frame_with_axis
 from turbine_fenicsx.foundation.types import Array

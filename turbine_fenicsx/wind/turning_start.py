@@ -8,7 +8,7 @@ import numpy.typing as npt
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.load_slopes import find_slopes
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
-from turbine_fenicsx.foundation.checks import check_array, check_number
+from turbine_fenicsx.foundation.argument_checks import check_array, check_number
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.aerodynamics import fit_rotation

@@ -17,8 +17,8 @@ from turbine_fenicsx.windio.blade import WindIOBlade, read_blade
 from turbine_fenicsx.windio.control import ControllerData, read_control
 from turbine_fenicsx.windio.curves import Curve, read_curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
+from turbine_fenicsx.windio.implausible_entries import list_implausible
 from turbine_fenicsx.windio.materials import WindIOMaterial, read_materials
-from turbine_fenicsx.windio.plausible import list_implausible
 from turbine_fenicsx.windio.polars import PolarSource
 from turbine_fenicsx.windio.references import References, read_references
 from turbine_fenicsx.windio.rigid_parts import (

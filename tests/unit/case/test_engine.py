@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import pytest
 
-from turbine_fenicsx.case.checks import check, find_contradictions, list_checks
+from turbine_fenicsx.case.contradictions import check, find_contradictions, list_checks
 from turbine_fenicsx.case.files import (
     DataFile,
     change_files,

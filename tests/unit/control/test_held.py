@@ -11,7 +11,7 @@ from turbine_fenicsx import (
     RigidBody,
     Simulation,
 )
-from turbine_fenicsx.control.held import HeldBrake, HeldTorque
+from turbine_fenicsx.control.step_torques import HeldBrake, HeldTorque
 from turbine_fenicsx.system.start import initial_motion
 
 pytestmark = pytest.mark.parallel

@@ -14,10 +14,10 @@ from turbine_fenicsx import (
 from turbine_fenicsx.control.drives import PitchDrive
 from turbine_fenicsx.control.events import Event
 from turbine_fenicsx.control.foreign import ForeignController
-from turbine_fenicsx.control.held import HeldTorque
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.loop import Actuators, ControlLoop
 from turbine_fenicsx.control.pi import PIController, PitchLaw
+from turbine_fenicsx.control.step_torques import HeldTorque
 from turbine_fenicsx.foundation.errors import ForeignError, InputError, StepFailure
 from turbine_fenicsx.system.start import initial_motion
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentum

@@ -12,7 +12,7 @@ from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import describe
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.simulation.observers.history import Channel, History, energy_channel
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.own_fields import evaluate_field

@@ -35,10 +35,10 @@ from turbine_fenicsx import (
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.reduction.basis_functions import BasisFunctions
+from turbine_fenicsx.reduction.gathered_body import gather_body
 from turbine_fenicsx.reduction.interfaces import find_origins
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.vector_fields import HeldBody
-from turbine_fenicsx.reduction.whole_body import gather_body
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 pytestmark = pytest.mark.parallel

@@ -9,7 +9,7 @@ from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.meshing import TowerGeometry, load_arrays
 from turbine_fenicsx.meshing.tower import mesh_tower
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.skin import Skin
+from turbine_fenicsx.system.surface_rays import Skin
 
 pytestmark = pytest.mark.parallel
 

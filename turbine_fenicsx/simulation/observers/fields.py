@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.xdmf import XdmfSeries
 from turbine_fenicsx.simulation.observers.cell_values import CellValues, gather_values

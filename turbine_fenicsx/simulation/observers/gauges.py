@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
@@ -26,7 +26,7 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.mesh_view import MeshView
-from turbine_fenicsx.system.skin import Crossing, Skin
+from turbine_fenicsx.system.surface_rays import Crossing, Skin
 from turbine_fenicsx.system.system import MultibodySystem
 
 

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.rigid_body import GROUND
-from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_array, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint

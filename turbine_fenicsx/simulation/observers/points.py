@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix, vstack
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import check_among_parts, check_vectors, describe
+from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_vectors, describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array

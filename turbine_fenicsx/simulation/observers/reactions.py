@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.rigid_body import GROUND
-from turbine_fenicsx.foundation.checks import check_among_parts
+from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.step_loads import StepLoads

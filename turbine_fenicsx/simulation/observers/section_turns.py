@@ -17,7 +17,11 @@ from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.checks import check_among_parts, check_directions, check_vectors
+from turbine_fenicsx.foundation.argument_checks import (
+    check_among_parts,
+    check_directions,
+    check_vectors,
+)
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import nearest_rotation

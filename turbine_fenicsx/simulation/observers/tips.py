@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
-from turbine_fenicsx.foundation.checks import check_among_parts, check_array, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_array, check_vectors
 from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records import names

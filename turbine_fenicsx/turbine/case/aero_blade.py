@@ -8,7 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.turbine.case.turbine_file import give_hub, load_turbine
-from turbine_fenicsx.turbine.tables.parts import is_windio, list_parts
+from turbine_fenicsx.turbine.tables.named_files import is_windio, list_parts
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.aerodyn_files import read_aerodyn

@@ -11,10 +11,10 @@ from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
 
-from turbine_fenicsx.case.checks import find_contradictions, list_checks
+from turbine_fenicsx.case.contradictions import find_contradictions, list_checks
 from turbine_fenicsx.case.files import Nested, place_files
+from turbine_fenicsx.case.implausible_keys import find_implausible_keys
 from turbine_fenicsx.case.mistakes import Mistake, find_mistakes, remove_keys
-from turbine_fenicsx.case.plausible import find_implausible_keys
 from turbine_fenicsx.case.rules import find_unused_keys, walk_sections
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.case.toml_file import parse_toml, read_toml

@@ -33,7 +33,7 @@ def doubt_files(case: Tables) -> Iterator[str]:
     if not case.wind.blows or case.aero.file is None:
         return
     from turbine_fenicsx.turbine.case.aero_blade import find_aero_file, load_aero_blade
-    from turbine_fenicsx.turbine.tables.parts import is_windio
+    from turbine_fenicsx.turbine.tables.named_files import is_windio
 
     path, aero = find_aero_file(case), load_aero_blade(case)
     yield from aero.warnings

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turbine_fenicsx.case.checks import Check
+from turbine_fenicsx.case.contradictions import Check
 from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError, ModelError
@@ -30,7 +30,7 @@ from turbine_fenicsx.turbine.case.turbine_control import (
     find_generator,
 )
 from turbine_fenicsx.turbine.tables.damping import DEFAULT_MODES
-from turbine_fenicsx.turbine.tables.parts import list_included
+from turbine_fenicsx.turbine.tables.named_files import list_included
 from turbine_fenicsx.turbine.tables.tables import Tables
 
 if TYPE_CHECKING:  # cases without a file do not wait for what reads one

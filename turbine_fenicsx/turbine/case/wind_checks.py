@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import degrees
 from pathlib import Path
 
-from turbine_fenicsx.case.checks import Check
+from turbine_fenicsx.case.contradictions import Check
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.tables import Tables

@@ -13,11 +13,11 @@ from turbine_fenicsx.control.discon import Discon
 from turbine_fenicsx.control.drives import PitchDrive, YawDrive
 from turbine_fenicsx.control.fixed import FixedCommands
 from turbine_fenicsx.control.foreign import ForeignController
-from turbine_fenicsx.control.held import HeldBrake, HeldTorque
 from turbine_fenicsx.control.interface import Controller
 from turbine_fenicsx.control.loop import Actuators, ControlLoop
 from turbine_fenicsx.control.pi import PIController
 from turbine_fenicsx.control.python_class import PythonClass
+from turbine_fenicsx.control.step_torques import HeldBrake, HeldTorque
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot

@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
 from turbine_fenicsx.system.mesh_view import MeshView
-from turbine_fenicsx.system.skin import Skin
+from turbine_fenicsx.system.surface_rays import Skin
 from turbine_fenicsx.turbine.blades.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.tables.output import PLACES, GaugeCase

@@ -7,7 +7,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from turbine_fenicsx.case.checks import find_contradictions, list_checks
+from turbine_fenicsx.case.contradictions import find_contradictions, list_checks
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import NACELLE, PART_NUMBERS

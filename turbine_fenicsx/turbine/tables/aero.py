@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile, find_beside
 from turbine_fenicsx.case.quantities import Number, Whole
 from turbine_fenicsx.case.rules import Only
 from turbine_fenicsx.case.section import Flag, Section
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.turbine.tables.parts import is_windio, list_parts
+from turbine_fenicsx.turbine.tables.named_files import is_windio, list_parts
 
 
 def find_beside_or_example(name: str, folder: str | os.PathLike[str]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Metres, Number, Radians
 from turbine_fenicsx.case.rules import Beside, NotBeside, Only, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section

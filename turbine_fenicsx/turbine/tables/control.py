@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import (
     AngularSpeed,

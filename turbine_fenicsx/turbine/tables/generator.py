@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Torque
 from turbine_fenicsx.case.rules import Only
 from turbine_fenicsx.case.section import Finite, Section

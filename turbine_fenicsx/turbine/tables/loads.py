@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile, read_if_changed
 from turbine_fenicsx.case.quantities import Acceleration, Seconds, Torque
 from turbine_fenicsx.case.rules import AnyOf, Only, Unless

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Density, Number, Pascal, Viscosity
 from turbine_fenicsx.case.rules import NotBeside, Only
 from turbine_fenicsx.case.section import Finite, NotNegative, Positive, Section

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import Metres
 from turbine_fenicsx.case.rules import AnyOf, Beside, NotBeside, Only, With

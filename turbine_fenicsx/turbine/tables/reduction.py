@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile, DataFolder
 from turbine_fenicsx.case.quantities import Whole
 from turbine_fenicsx.case.rules import Beside

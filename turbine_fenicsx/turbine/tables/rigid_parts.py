@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from turbine_fenicsx.bodies.inertia import principal_inertia
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import EulerMoment, Kilograms, Metres
 from turbine_fenicsx.case.rules import Beside, find_name
 from turbine_fenicsx.case.section import Finite, Moment, Positive, Section

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from turbine_fenicsx.case.checks import check
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Metres, Number, Seconds, Whole
 from turbine_fenicsx.case.rules import AnyOf, Only, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section

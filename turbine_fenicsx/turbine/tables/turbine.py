@@ -13,7 +13,7 @@ from turbine_fenicsx.case.quantities import AngularSpeed, Metres, Number, Radian
 from turbine_fenicsx.case.rules import AnyOf, Beside, Only, Unless
 from turbine_fenicsx.case.section import HUGE, Finite, NotNegative, Positive, Section
 from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
-from turbine_fenicsx.turbine.tables.parts import list_included
+from turbine_fenicsx.turbine.tables.named_files import list_included
 from turbine_fenicsx.turbine.tables.rigid_parts import (
     PRINTED_ARMS,
     HubCase,

@@ -9,7 +9,7 @@ from users_meshes import write_mesh
 from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.skin import Skin
+from turbine_fenicsx.system.surface_rays import Skin
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.model import build_turbine

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import BoundForce, Kind, Layout, StepTimes
 from turbine_fenicsx.forces.prescribed_force import ForceSum
-from turbine_fenicsx.foundation.checks import check_not_negative, check_positive
+from turbine_fenicsx.foundation.argument_checks import check_not_negative, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
