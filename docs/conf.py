@@ -54,7 +54,7 @@ nitpick_ignore_regex = [
     # type variables, and types whose marks are no classes
     (
         "py:class",
-        r"turbine_fenicsx\.(foundation\.memo\.Value|case\.(checks\.Method|files\.Result))",
+        r"turbine_fenicsx\.(foundation\.memo\.Value|case\.(contradictions\.Method|files\.Result))",
     ),
     ("py:class", r"turbine_fenicsx\..*\.Annotated\[.*"),
 ]
