@@ -66,7 +66,7 @@ class Only(Rule):
 
 
 class Unless(Only):
-    """The key does not count if another has one of some values."""
+    """The key has no effect if another key has one of these values."""
 
     def explain(self, case: Any, table: str) -> str:
         """The value of the other key."""

@@ -24,8 +24,8 @@ TOLERANCE = 1e-4
 ITERATIONS = 9
 """Maximum number of iterations of a load step."""
 
-ASTRAY = 0.5
-"""Part of the displacements above which increments must not grow."""
+MAX_GROWING_INCREMENT = 0.5
+"""Give up if an increment grows while it exceeds this part of the displacements."""
 
 LIGHT = 1e-6
 """Mass [kg] and moments of inertia [kg m^2] of the rigid bodies that other surfaces move with."""
@@ -87,7 +87,7 @@ class StaticBody:
         try:
             with one_thread():
                 solve_load_step(
-                    self._blocks, self._solver, time, TOLERANCE, ITERATIONS, astray=ASTRAY
+                    self._blocks, self._solver, time, TOLERANCE, ITERATIONS, astray=MAX_GROWING_INCREMENT
                 )
         except StepFailure:
             self.restore(before)

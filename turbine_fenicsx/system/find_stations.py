@@ -1,4 +1,4 @@
-"""Stations along a body on a mesh, a third as many as the nodes of its skin allow.
+"""Equally spaced load stations of a body on a mesh, three rows of skin nodes or more for each.
 
 With more of them the loads of a station rest on a single row of nodes, and thin walls buckle under
 it as under no pressure.

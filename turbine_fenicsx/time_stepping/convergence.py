@@ -25,9 +25,8 @@ iteration per step of the paper's stiff case.
 """
 
 CONTRACTION = 0.03
-"""Maximum ratio of the last two residuals at which small bodies keep their tangents from the second
-iteration on: the next residual is smaller by as much again, with a new tangent by little more. The
-tangent of the first guess is not kept, as that is much further from the end."""
+"""Keep the tangent of a small body while the residual falls to this part or less per iteration. The
+tangent of the first guess is not kept."""
 
 DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""

@@ -28,13 +28,8 @@ log = logging.getLogger(__name__)
 
 STILL: dict[str, Any] = {}
 IN_WIND: dict[str, Any] = {"tolerance": 1e-9, "max_iterations": 60, "add_change": False}
-"""How well a rotation is found: the tangent does not know the loads of the air, so that Newton's
-method converges linearly. An error of 1e-6 of the displacements, 14 micrometres at the tips of the
-IEA 15 MW turbine, kicks walls of 0.1 mm into vibrations that Newton's method hardly follows.
-Iterations grow from 3 to 13 per step in ten steps, and then a frozen factor fails. Blades begin
-with the velocities of the rotation alone, which their air loads belong to. Those of a quasi-static
-change with the azimuth, 1.5 m/s at the tips in shear, would change these loads by 6 % suddenly,
-another such kick."""
+"""Tolerance and iterations of a turning start in wind, see theory/turning. The tangent lacks air
+loads, so that convergence is linear; an error of 1e-6 of the displacements would excite walls."""
 
 
 def make_start(case: Case, system: MultibodySystem) -> State | None:
