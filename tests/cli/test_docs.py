@@ -146,7 +146,7 @@ def test_blocks_of_a_page_run(name, sandbox, tmp_path):
             assert_documented(next(csv.reader(file)), PAGES["reference/output.md"] + PAGES[name])
     for path in tmp_path.glob("out/*/history.out"):
         channels = path.read_text().splitlines()[6].split()[1:]
-        assert_documented(channels, PAGES["howto/loads.md"] + PAGES["howto/wind.md"])
+        assert_documented(channels, PAGES["howto/root_loads.md"] + PAGES["howto/wind.md"])
 
 
 def assert_documented(columns, page):

@@ -25,7 +25,7 @@ ITERATIONS = 9
 """Maximum number of iterations of a load step."""
 
 MAX_GROWING_INCREMENT = 0.5
-"""Give up if an increment grows while it exceeds this part of the displacements."""
+"""Maximum part of the displacements that an increment may have while it grows."""
 
 LIGHT = 1e-6
 """Mass [kg] and moments of inertia [kg m^2] of the rigid bodies that other surfaces move with."""
