@@ -3,5 +3,5 @@
 import sys
 from pathlib import Path
 
-# the files beside tests/conftest.py are modules, as pytest makes them
-sys.path.append(str(Path(__file__).parents[1]))
+# conftest.py and the files of tests/support are modules, as pytest makes them
+sys.path += [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "support")]

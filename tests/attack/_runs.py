@@ -24,7 +24,7 @@ def rows(folder):
 
 def differences(folder, whole):
     """Names of the series of a folder that are not those of another run bit for bit."""
-    from tests.outputs import read_fields
+    from outputs import read_fields
 
     found = []
     if rows(folder) != rows(whole):

@@ -4,7 +4,8 @@ import contextlib
 import io
 import re
 
-from tests.aero_files import write_aerodyn
+from aero_files import write_aerodyn
+
 from tests.attack._runs import ROOT
 from tests.attack._tally import Tally
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+from damage import damaged
 
 from tests.attack._runs import ROOT
 from tests.attack._tally import Tally
-from tests.damage import damaged
 from turbine_fenicsx.meshing import BladeGeometry, MeshError, MeshOptions, RotorLayout, build_rotor
 from turbine_fenicsx.meshing.read import read_msh
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades

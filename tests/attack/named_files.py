@@ -5,10 +5,11 @@ import io
 import warnings
 from pathlib import Path
 
-from tests.aero_files import write_aerodyn, write_box, write_turbsim
+from aero_files import write_aerodyn, write_box, write_turbsim
+from damage import damaged
+from windio_files import small_turbine, write_turbine
+
 from tests.attack._tally import Tally
-from tests.damage import damaged
-from tests.windio_files import small_turbine, write_turbine
 
 TRIES = 3000
 RIGID = """

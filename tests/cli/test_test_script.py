@@ -42,7 +42,12 @@ def start(tmp_path, command_line):
     started = []
 
     def run(ranks, *arguments, hang=300.0):
-        for name in ("pyproject.toml", "scripts/test.sh", "tests/conftest.py", "tests/patience.py"):
+        for name in (
+            "pyproject.toml",
+            "scripts/test.sh",
+            "tests/conftest.py",
+            "tests/support/patience.py",
+        ):
             (tmp_path / name).parent.mkdir(exist_ok=True)
             shutil.copy(ROOT / name, tmp_path / name)
         progress = (ROOT / "tests" / "progress.py").read_text()

@@ -87,7 +87,12 @@ class StaticBody:
         try:
             with one_thread():
                 solve_load_step(
-                    self._blocks, self._solver, time, TOLERANCE, ITERATIONS, astray=MAX_GROWING_INCREMENT
+                    self._blocks,
+                    self._solver,
+                    time,
+                    TOLERANCE,
+                    ITERATIONS,
+                    astray=MAX_GROWING_INCREMENT,
                 )
         except StepFailure:
             self.restore(before)

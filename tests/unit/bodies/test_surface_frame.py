@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from bricks import box, facets_at, frequencies
 
-from tests.bricks import box, facets_at, frequencies
 from turbine_fenicsx import (
     Coupling,
     EnergyMomentum,

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from bricks import box, facets_at
 from dolfinx import mesh
 
-from tests.bricks import box, facets_at
 from turbine_fenicsx import EnergyMomentum, GeneralisedAlpha, NeoHooke, StVenantKirchhoff
 from turbine_fenicsx.analysis.damped_modes import damped_modes
 from turbine_fenicsx.analysis.modes import modes

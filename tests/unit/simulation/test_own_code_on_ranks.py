@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 import pytest
+from bricks import brick, clamped, facets_at
 
-from tests.bricks import brick, clamped, facets_at
 from turbine_fenicsx import (
     BodyForce,
     History,

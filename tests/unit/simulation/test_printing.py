@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from bricks import body_system, brick
 
-from tests.bricks import body_system, brick
 from turbine_fenicsx import Simulation, modes
 
 pytestmark = pytest.mark.parallel

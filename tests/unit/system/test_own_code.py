@@ -6,9 +6,9 @@ import logging
 import numpy as np
 import pytest
 import ufl
+from bricks import box, facets_at
 
 import turbine_fenicsx
-from tests.bricks import box, facets_at
 from turbine_fenicsx import (
     Checkpoints,
     EnergyMomentum,

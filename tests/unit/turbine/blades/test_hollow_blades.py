@@ -7,8 +7,8 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from outputs import read_fields
+from windio_files import small_turbine, write_turbine
 
-from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx import KelvinVoigt, _compat
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.foundation.errors import InputError, ModelError

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from windio_files import small_turbine, write_turbine
 
-from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.postprocessing.fatigue import list_loads

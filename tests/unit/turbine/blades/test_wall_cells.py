@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from users_meshes import write_mesh
+from windio_files import small_turbine, write_turbine
 
-from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0

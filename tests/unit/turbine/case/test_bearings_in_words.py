@@ -1,8 +1,8 @@
 """Claims about what is said of a case: bearings, damping, wind."""
 
 import pytest
+from aero_files import write_aerodyn
 
-from tests.aero_files import write_aerodyn
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.description import describe_bearings
 from turbine_fenicsx.turbine.case.wind_checks import describe_aerodynamics

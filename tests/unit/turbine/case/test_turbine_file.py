@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from windio_files import IEA_15, IEA_22, find_turbine, load_yaml, small_turbine, write_turbine
 
-from tests.windio_files import IEA_15, IEA_22, find_turbine, load_yaml, small_turbine, write_turbine
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case

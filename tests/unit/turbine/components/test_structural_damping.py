@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
+from windio_files import IEA_15, find_turbine, small_turbine, write_turbine
 
-from tests.windio_files import IEA_15, find_turbine, small_turbine, write_turbine
 from turbine_fenicsx import Gravity, Simulation
 from turbine_fenicsx.analysis.damped_modes import damped_modes
 from turbine_fenicsx.analysis.turning_modes import turning_modes

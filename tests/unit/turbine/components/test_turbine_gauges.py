@@ -5,8 +5,8 @@ import csv
 import numpy as np
 import pytest
 from users_meshes import write_mesh
+from windio_files import small_turbine, write_turbine
 
-from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.surface_rays import Skin

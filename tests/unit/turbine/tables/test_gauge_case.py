@@ -2,8 +2,8 @@
 
 import pytest
 from case_mistakes import mistakes
+from windio_files import small_turbine, write_turbine
 
-from tests.windio_files import small_turbine, write_turbine
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.records.output_folder import read_tables
 from turbine_fenicsx.turbine.case.case import Case

@@ -7,7 +7,7 @@ import numpy as np
 
 from turbine_fenicsx.materials.ply import Ply, PlyMaterial
 
-_BENCHMARK = Path(__file__).parents[1] / "demos" / "verification" / "laminate_walls"
+_BENCHMARK = Path(__file__).parents[2] / "demos" / "verification" / "laminate_walls"
 _MESH = runpy.run_path(str(_BENCHMARK / "mesh.py"))
 HEXAHEDRON, wall_arrays, load_wall = (
     _MESH[name] for name in ("HEXAHEDRON", "wall_arrays", "load_wall")

@@ -7,7 +7,7 @@ import pytest
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.case.case import Case
 
-DEMOS = Path(__file__).parents[1] / "demos" / "paper"
+DEMOS = Path(__file__).parents[2] / "demos" / "paper"
 
 
 def mistakes(data):

@@ -5,7 +5,7 @@ import inspect
 import re
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 GENERATED = ("case_file.md", "commands.md", "changelog.md")
 """Pages made of docstrings, which are read where they stand, and the changelog."""
 
