@@ -1,9 +1,8 @@
 """Conservation with all at once: joints, elements, loads, motions, viscosity, dissipation."""
 
-import copy
-
 import numpy as np
 import pytest
+from recorded_runs import Keeper
 from runs import (
     Record,
     assert_constraints_hold,
@@ -279,19 +278,6 @@ def test_everything_is_the_same_on_all_ranks_together_and_on_each_alone():
         x, y = getattr(a, name), getattr(b, name)
         # two iterations that end at 1e-12 of the forces
         assert np.allclose(x, y, rtol=0, atol=1e-10 * np.max(np.abs(y))), name
-
-
-class Keeper:
-    """Stands for `Checkpoints`: keeps the restart data of every step."""
-
-    def __init__(self):
-        self.saved = {}
-
-    def due(self, time, wall_time):
-        return True
-
-    def write(self, index, time, wall_time, data):
-        self.saved[index] = copy.deepcopy(data)
 
 
 @pytest.mark.parallel

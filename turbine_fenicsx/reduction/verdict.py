@@ -45,7 +45,7 @@ def draw_basis(
             }
             for axes, values in zip((middle, right), pair, strict=True):
                 axes.plot(stations, values, label=name, **look)
-        middle.set(title="Error of the displacement", ylabel="error, of the tip's way [%]")
+        middle.set(title="Error of the displacement", ylabel="error / displacement of the tip [%]")
         right.set(title="Error of the twist", ylabel="error [deg]")
         for axes in (middle, right):
             axes.set(xlabel="place along the span", xlim=(0.0, 1.0))

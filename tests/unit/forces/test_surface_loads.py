@@ -9,6 +9,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from dolfinx import mesh
+from small_body import affine, wild
 
 from turbine_fenicsx import NodeForce, Pressure, StepTimes, StVenantKirchhoff, SurfaceTraction
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -91,16 +92,6 @@ def make():
         return made[comm.size, cell]
 
     return loaded
-
-
-def wild(seed, size):
-    rng = np.random.default_rng(seed)
-    K, phase = rng.uniform(5, 30, (3, 3)), rng.uniform(0, 7, 3)
-    return lambda X: size * np.sin(X @ K + phase)
-
-
-def affine(H, shift=(0.0, 0.0, 0.0)):
-    return lambda X: X @ np.asarray(H).T + shift
 
 
 @all_kinds
