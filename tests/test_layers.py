@@ -155,6 +155,16 @@ def test_files_are_no_longer_than_400_lines_and_functions_than_60():
     assert {name: n for name, n in functions.items() if n > 60} == {}
 
 
+def test_no_file_defines_a_name_twice():
+    """The second of two constants would count for both."""
+    wrong = []
+    for path, short in MODULES.items():
+        targets = [t for n in parse(path).body if isinstance(n, ast.Assign) for t in n.targets]
+        names = [t.id for t in targets if isinstance(t, ast.Name)]
+        wrong += [f"{short}: {name}" for name in set(names) if names.count(name) > 1]
+    assert wrong == []
+
+
 def test_only_the_command_line_takes_the_world_communicator():
     users = set()
     for path, short in MODULES.items():

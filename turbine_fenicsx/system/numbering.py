@@ -47,7 +47,7 @@ ROUND_OFF = 1e-14
 CURVATURE = 1e-6
 """Round-off of a curvature, relative to its terms."""
 
-ROUND_OFF = 1e-9
+ZERO_FACTOR = 1e-9
 """Factor of a constraint, relative to the largest one, below which it is zero [-]."""
 
 
@@ -100,7 +100,7 @@ def find_singular_rows(
     G, G_r = functions.jacobian(q), rest.jacobian(q)
     factors = np.linalg.lstsq(G.T, G_r.T, rcond=None)[0].T
     # round-off of zero must not be compared with itself below
-    factors[np.abs(factors) < ROUND_OFF * np.abs(factors).max(axis=1, keepdims=True)] = 0.0
+    factors[np.abs(factors) < ZERO_FACTOR * np.abs(factors).max(axis=1, keepdims=True)] = 0.0
     free = np.linalg.svd(G)[2][len(G) :].T  # columns v, G v = 0
     found = []
     for row, k in enumerate(redundant.tolist()):
