@@ -70,7 +70,7 @@ trap 'stop INT 130' INT
 trap 'stop TERM 143' TERM
 
 if [ "${1:-}" = --slowest ]; then
-    exec python tests/progress.py "${@:2}"
+    PYTHONPATH=tests/support exec python tests/progress.py "${@:2}"
 fi
 on_one="not slow" on_two="parallel and not slow"
 if [ "${1:-}" = --all ]; then

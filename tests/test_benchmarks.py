@@ -41,6 +41,7 @@ def report(*records):
     return module.report({"machine": machine, "records": list(records)})
 
 
+@pytest.mark.slow
 def test_smallest_run_agrees_and_writes_all_files(tmp_path):
     command = [sys.executable, str(FOLDER / "run.py"), "--parts", "compare", "--sizes", "2x2x4"]
     command += ["--steps", "3", "--repeat", "1", "--only", "ours-hybrid|fenicsx-lu"]
@@ -133,6 +134,7 @@ def test_a_size_that_all_codes_ran_counts_as_growth_too():
     assert "| one rank / two ranks, 300 k | at least 1.7 | 2 | met |" in text
 
 
+@pytest.mark.slow
 def test_the_benchmark_of_the_whole_command_runs_it_as_often_as_it_needs(tmp_path, monkeypatch):
     paper = load("paper", monkeypatch)
     for _ in range(2):
@@ -147,6 +149,7 @@ def load(name, monkeypatch):
 
 
 @pytest.mark.skipif(not shutil.which("mpicc"), reason="needs mpicc")
+@pytest.mark.slow
 def test_a_step_on_two_ranks_sends_between_neighbours_and_has_the_same_result(tmp_path):
     command = [sys.executable, str(FOLDER / "ranks.py"), "--sizes", "2x2x12", "--ranks", "1,2"]
     command += ["--solvers", "frozen", "--steps", "3", "--out", str(tmp_path)]

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from histories import read_lines
+
 from tests.cli.conftest import run_command
 
 ROOT = Path(__file__).parents[2]
@@ -16,18 +18,12 @@ def command(*arguments, ranks=None, timeout=600.0):
     return run_command(*arguments, ranks=ranks, timeout=timeout)
 
 
-def rows(folder):
-    """Lines of ``history.csv`` without the wall time."""
-    lines = (folder / "history.csv").read_text().splitlines()
-    return [line.rsplit(",", 1)[0] for line in lines]
-
-
 def differences(folder, whole):
     """Names of the series of a folder that are not those of another run bit for bit."""
     from outputs import read_fields
 
     found = []
-    if rows(folder) != rows(whole):
+    if read_lines(folder) != read_lines(whole):
         found.append("history.csv")
     if (folder / "history.out").read_bytes() != (whole / "history.out").read_bytes():
         found.append("history.out")

@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 
-from tests.attack._runs import ROOT, SIZE, SOFT, command, differences, rows
+from histories import read_lines
+
+from tests.attack._runs import ROOT, SIZE, SOFT, command, differences
 from tests.attack._tally import Tally
 from tests.cli.conftest import mpirun
 
@@ -26,7 +28,7 @@ def attack(tries, random, folder):
             again = any((out / "checkpoints").glob("*.npz"))
             task = ("restart", out) if again else ("run", SOFT, "-o", out)
             more = () if again else SIZE
-            before = len(rows(out)) if again else 0
+            before = len(read_lines(out)) if again else 0
             _kill(out, before + int(random.integers(0, 8)), random, *task, *settings, *more)
         result = command("restart", out, *settings, ranks=2)
         if result.returncode == 2 and "there is no checkpoint" in result.stderr:

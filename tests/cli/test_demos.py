@@ -1,6 +1,5 @@
 """The paper's three cases, shortened: the files they promise and what stands in them."""
 
-import csv
 import importlib.util
 import json
 import subprocess
@@ -9,6 +8,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
+from histories import read_columns
 from patience import patience
 
 DEMOS = ("rigid", "hybrid_stiff", "hybrid_soft")
@@ -73,13 +73,6 @@ def shortened(command_line, demo, tmp_path_factory):
     return run
 
 
-def history(folder):
-    """Header and columns of ``history.csv``."""
-    with (folder / "history.csv").open(newline="") as file:
-        header, *rows = csv.reader(file)
-    return header, dict(zip(header, np.array(rows, dtype=float).T, strict=True))
-
-
 @pytest.mark.parametrize("name", DEMOS)
 def test_demo_creates_exactly_the_promised_files(shortened, name):
     out, result = shortened(name)
@@ -105,13 +98,13 @@ def test_demo_creates_exactly_the_promised_files(shortened, name):
     ],
 )
 def test_history_has_exactly_the_promised_columns(shortened, name, columns):
-    header, _ = history(shortened(name)[0])
+    header = list(read_columns(shortened(name)[0]))
     assert header == [*FIRST_COLUMNS, *columns, *LAST_COLUMNS]
 
 
 @pytest.mark.parametrize("name", DEMOS)
 def test_history_is_consistent(shortened, name):
-    _, h = history(shortened(name)[0])
+    h = read_columns(shortened(name)[0])
     assert h["time_[s]"] == pytest.approx(np.arange(6) * STEP, abs=1e-15)
     total = h["kinetic_energy_[J]"] + h["strain_energy_[J]"] + h["potential_energy_[J]"]
     scale = np.max(np.abs(h["kinetic_energy_[J]"]))
@@ -135,7 +128,7 @@ def test_history_is_consistent(shortened, name):
 
 @pytest.mark.parametrize("name", HYBRID)
 def test_blades_bend_and_are_stressed(shortened, name):
-    _, h = history(shortened(name)[0])
+    h = read_columns(shortened(name)[0])
     for column in (*TIP_COLUMNS, "max_stress_[Pa]", "strain_energy_[J]"):
         assert h[column][0] == pytest.approx(0.0, abs=1e-6)  # undeformed, stress in Pa
         assert h[column][-1] > 0.0
@@ -148,7 +141,7 @@ def test_energy_of_the_rigid_demo_is_that_of_its_inertia(shortened):
     # Kinetic energy L3^2/(2 J) of a rotor with the inertia of the summary, up to the two per mille
     # that gravity makes with the unbalanced blades.
     out, _ = shortened("rigid")
-    _, h = history(out)
+    h = read_columns(out)
     inertia = json.loads((out / "summary.json").read_text())["rotor_inertia_[kgm2]"]
     kinetic = h["angular_momentum_3_[Nms]"][-1] ** 2 / (2.0 * inertia)
     assert h["kinetic_energy_[J]"][-1] == pytest.approx(kinetic, rel=0.005)
@@ -162,7 +155,7 @@ def test_summary_tells_versions_unknowns_and_costs(shortened, name):
     assert {"fenics-dolfinx", "dolfinx-solver-real"} & s["versions"].keys()
     assert (s["ranks"], s["steps"], s["halved_steps"]) == (1, 5, 0)
     assert s["end_time_[s]"] == pytest.approx(END, abs=1e-15)
-    _, h = history(out)
+    h = read_columns(out)
     # the extreme over the same numbers
     assert s["worst_energy_error_[J]"] == np.max(np.abs(h["energy_error_[J]"]))
     assert s["worst_constraint_error_[-]"] == np.max(h["constraint_error_[-]"])
@@ -292,7 +285,7 @@ def test_fields_hold_all_times_arrays_and_parts(shortened, name):
         assert f["cell"].keys() == {"cauchy_stress_norm", "von_mises_stress", "fibre", "part"}
         assert f["cell"]["fibre"] == [f["cells"], 3]
         assert f["cells"] > hexahedra
-    _, h = history(out)
+    h = read_columns(out)
     first, last = found[0], found[-1]
     # the turbine of the first picture: tips at 2.25 + 54 m, the upper one straight up
     assert first["bounds"][3] == pytest.approx(56.25, abs=1e-4)
@@ -313,7 +306,7 @@ def test_fields_can_be_left_out(command_line, demo, tmp_path):
     assert result.returncode == 0, result.stderr
     assert not [path for path in tmp_path.iterdir() if path.name.startswith("fields")]
     assert "fields.xdmf" not in result.stdout
-    header, _ = history(tmp_path)
+    header = list(read_columns(tmp_path))
     # stress is written with the fields only
     assert header == [*FIRST_COLUMNS, *HYBRID_COLUMNS, *LAST_COLUMNS]
 
@@ -327,8 +320,8 @@ def test_python_demo_is_short_and_gives_the_same_turbine(shortened, demo, tmp_pa
     command = [sys.executable, "-c", code, str(script.parent)]
     child = subprocess.run(command, capture_output=True, text=True, timeout=patience(120))
     assert child.returncode == 0, child.stderr
-    _, script_history = history(tmp_path)
-    _, case_history = history(shortened("hybrid_stiff")[0])
+    script_history = read_columns(tmp_path)
+    case_history = read_columns(shortened("hybrid_stiff")[0])
     for column in ("kinetic_energy_[J]", "total_energy_[J]", "angle_rotor_[rad]"):
         a, b = script_history[column], case_history[column]
         # the same computation in another process

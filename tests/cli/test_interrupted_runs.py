@@ -150,8 +150,16 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-@pytest.mark.parametrize("name", ["turbine_fenicsx.cli.commands.run", "petsc4py", "dolfinx"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1])
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [
+        (signal.SIGINT, "turbine_fenicsx.cli.commands.run"),
+        (signal.SIGINT, "dolfinx"),
+        (signal.SIGTERM, "petsc4py"),
+        (signal.SIGHUP, "turbine_fenicsx.cli.commands.run"),
+        (signal.SIGUSR1, "petsc4py"),
+    ],
+)
 def test_a_signal_during_imports_ends_quietly(demo, tmp_path, number, name):
     """So that what sends it, such as a batch system, reads the code of an interrupt."""
     arguments = ["run", demo("hybrid_soft.toml"), "-o", tmp_path / "out", "--quiet"]

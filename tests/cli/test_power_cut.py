@@ -7,6 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
+from histories import read_lines
 
 from tests.attack.power_cuts import damage
 from turbine_fenicsx.cli.main import main
@@ -61,11 +62,6 @@ def out(half, tmp_path):
     return tmp_path / "out"
 
 
-def rows(folder):
-    """Lines of ``history.csv`` without the wall time."""
-    return [line.rsplit(",", 1)[0] for line in (folder / "history.csv").read_text().splitlines()]
-
-
 def restart(out, capfd):
     """Go on to the end; returns what is said, without the paths."""
     capfd.readouterr()
@@ -77,7 +73,7 @@ def restart(out, capfd):
 
 def assert_same(out, whole):
     """As if there had been no damage."""
-    assert rows(out) == rows(whole)
+    assert read_lines(out) == read_lines(whole)
     assert (out / "history.out").read_text() == (whole / "history.out").read_text()
     assert np.array_equal(
         read_field_times(out / "fields.xdmf"), read_field_times(whole / "fields.xdmf")
@@ -159,13 +155,13 @@ def test_a_series_that_is_lost_does_not_take_the_checkpoints_with_it(out, whole,
     assert found, sentence
     kept, lost = int(found[1]), int(found[2]) - int(found[1])
     assert kept == 0 or what == "begin"
-    expected = rows(whole)
+    expected = read_lines(whole)
     if name == "history.csv" and kept == 0:
-        assert_begins_at_the_checkpoint(rows(out), expected)
+        assert_begins_at_the_checkpoint(read_lines(out), expected)
     elif name == "history.csv":
-        assert rows(out) == [*expected[: 1 + kept], *expected[1 + kept + lost :]]
+        assert read_lines(out) == [*expected[: 1 + kept], *expected[1 + kept + lost :]]
     else:
-        assert rows(out) == expected
+        assert read_lines(out) == expected
     lines, all_lines = (
         (folder / "history.out").read_text().splitlines() for folder in (out, whole)
     )
@@ -222,7 +218,7 @@ def test_columns_changed_by_hand_are_noticed_and_the_file_is_kept(out, whole, ca
     (said,) = restart(out, capfd)
     assert "history.csv holds 0 of its 6 rows up to t = 0.1 s; the others are lost" in said
     assert (out / "history.csv.damaged").read_text() == mine
-    assert_begins_at_the_checkpoint(rows(out), rows(whole))
+    assert_begins_at_the_checkpoint(read_lines(out), read_lines(whole))
 
 
 def test_a_case_of_absurd_depth_is_one_sentence(out, capfd):
@@ -312,7 +308,7 @@ def test_a_folder_that_is_gone_ends_the_run_at_the_next_checkpoint(demo, tmp_pat
     assert not (out / "history.csv").exists()
     if how == "renamed":
         restart_case(tmp_path / "other", comm, ["time.end=0.2"], "none")
-        assert len(rows(tmp_path / "other")) == 12
+        assert len(read_lines(tmp_path / "other")) == 12
 
 
 def test_any_damage_to_the_series_ends_well(half, whole, tmp_path, capfd):
@@ -324,4 +320,4 @@ def test_any_damage_to_the_series_ends_well(half, whole, tmp_path, capfd):
         what = damage(out, random)
         said = restart(out, capfd)
         if not any("lost" in sentence for sentence in said):
-            assert rows(out) == rows(whole), what
+            assert read_lines(out) == read_lines(whole), what

@@ -6,8 +6,9 @@ import shutil
 
 import numpy as np
 import pytest
+from histories import read_columns, read_lines
 from outputs import read_fields
-from restarted_runs import SOFT, assert_same, columns, restart, rows, run, summary
+from restarted_runs import SOFT, assert_same, restart, run, summary
 
 from turbine_fenicsx.linear_solvers import quasi_newton
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
@@ -37,7 +38,7 @@ def test_a_run_that_is_extended_is_as_long_from_the_start(demo, tmp_path, name, 
     restart(tmp_path / "part", "time.end=0.14")
     restart(tmp_path / "part", "time.end=0.24")
     assert_same(tmp_path / "part", tmp_path / "whole")
-    assert len(rows(tmp_path / "part")) == 14
+    assert len(read_lines(tmp_path / "part")) == 14
     log = [
         s.split(" ", 3)[3]
         for s in (tmp_path / "part" / "run.log").read_text().splitlines()[:-1]
@@ -89,7 +90,7 @@ def test_a_run_with_an_error_tolerance_goes_on(demo, tmp_path, comm, every):
     changes = ["time.end=0.4", "time.step=0.1", f"output.fields_every={every}"]
     changes += ["time.angle_tolerance=1e-9", "turbine.model=rigid"]
     run(demo, "rigid", tmp_path / "whole", *changes)
-    times = columns(tmp_path / "whole")["time_[s]"]
+    times = read_columns(tmp_path / "whole")["time_[s]"]
     assert len(np.unique(np.diff(times).round(9))) > 1
     case = Case.load(demo("rigid.toml"), changes)
     counter = iter(range(10_000))
@@ -107,7 +108,7 @@ def test_an_end_between_two_steps_can_be_extended(demo, tmp_path):
     run(demo, "rigid", tmp_path, "time.end=0.05", "output.fields_every=0.02")
     assert list(read_fields(tmp_path / "fields.xdmf")) == [0.0, 0.02, 0.04, 0.05]
     restart(tmp_path, "time.end=0.1")
-    found = columns(tmp_path)
+    found = read_columns(tmp_path)
     assert found["time_[s]"] == pytest.approx([0.0, 0.02, 0.04, 0.05, 0.07, 0.09, 0.1], rel=1e-14)
     assert np.max(np.abs(found["energy_error_[J]"])) <= 1e-6
     times = list(read_fields(tmp_path / "fields.xdmf"))
@@ -119,7 +120,7 @@ def test_step_tolerance_and_output_may_change(demo, tmp_path):
     run(demo, "hybrid_soft", tmp_path, "time.end=0.06", *SOFT)
     changes = ["time.end=0.1", "time.step=0.01", "solver.linear_solver=lu", "title=other"]
     restart(tmp_path, *changes)
-    found = columns(tmp_path)
+    found = read_columns(tmp_path)
     expected = [0.0, 0.02, 0.04, 0.06, 0.07, 0.08, 0.09, 0.1]
     assert found["time_[s]"] == pytest.approx(expected, rel=1e-14)
     assert np.max(np.abs(found["energy_error_[J]"])) <= 1e-3
@@ -133,9 +134,9 @@ def test_fields_may_begin_or_end_when_a_run_goes_on(demo, tmp_path, first, then)
     changes = ["mesh.elements=[1,1,2]", f"output.fields_every={first}"]
     run(demo, "hybrid_soft", tmp_path, "time.end=0.06", *changes)
     restart(tmp_path, "time.end=0.12", f"output.fields_every={then}")
-    assert len({line.count(",") for line in rows(tmp_path)}) == 1
+    assert len({line.count(",") for line in read_lines(tmp_path)}) == 1
     restart(tmp_path, "time.end=0.14")  # which reads the history
-    assert len(rows(tmp_path)) == 9
+    assert len(read_lines(tmp_path)) == 9
     assert (tmp_path / "fields.xdmf").exists()
 
 
@@ -144,23 +145,23 @@ def test_a_run_keeps_its_columns(demo, tmp_path, every):
     """A column of stress neither comes nor goes where fields are off afterwards."""
     changes = ["mesh.elements=[1,1,2]", f"output.fields_every={every}"]
     run(demo, "hybrid_soft", tmp_path, "time.end=0.04", *changes)
-    names = list(columns(tmp_path))
+    names = list(read_columns(tmp_path))
     assert ("max_stress_[Pa]" in names) == (every != "0")
     restart(tmp_path, "time.end=0.08", "output.fields_every=0")
-    assert list(columns(tmp_path)) == names
+    assert list(read_columns(tmp_path)) == names
     assert "keeps its columns, without" not in (tmp_path / "run.log").read_text()
 
 
 def test_a_finished_run_stays_as_it_is(demo, tmp_path):
     run(demo, "hybrid_soft", tmp_path, "time.end=0.06", *SOFT)
     history, found, result = (
-        rows(tmp_path),
+        read_lines(tmp_path),
         read_fields(tmp_path / "fields.xdmf"),
         summary(tmp_path),
     )
     out = (tmp_path / "history.out").read_text()
     restart(tmp_path)
-    assert rows(tmp_path) == history
+    assert read_lines(tmp_path) == history
     assert (tmp_path / "history.out").read_text() == out
     assert list(read_fields(tmp_path / "fields.xdmf")) == list(found)
     assert summary(tmp_path) == result
@@ -229,7 +230,7 @@ def test_a_run_goes_on_with_any_number_of_ranks(runs, command_line, first, then)
     if first == then:
         assert_same(out, whole)
         return
-    found, expected = columns(out), columns(whole)
+    found, expected = read_columns(out), read_columns(whole)
     assert found.keys() == expected.keys()
     assert np.array_equal(found["time_[s]"], expected["time_[s]"])
     compared = 0

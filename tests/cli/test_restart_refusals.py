@@ -8,7 +8,8 @@ import signal
 from contextlib import contextmanager
 
 import pytest
-from restarted_runs import content, restart, rows, run
+from histories import read_lines
+from restarted_runs import content, restart, run
 
 from turbine_fenicsx.cli.main import main
 
@@ -104,7 +105,7 @@ def test_a_mesh_file_is_found_from_anywhere(demo, tmp_path, monkeypatch):
     assert main(["run", "cases/case.toml", "-o", "out", "--quiet", "--set", "time.end=0.04"]) == 0
     monkeypatch.chdir(tmp_path / "elsewhere")
     restart(tmp_path / "out", "time.end=0.06")
-    assert len(rows(tmp_path / "out")) == 5
+    assert len(read_lines(tmp_path / "out")) == 5
 
 
 @pytest.mark.parametrize("what", ["nothing", "empty", "no checkpoint", "only broken ones"])
@@ -155,4 +156,4 @@ def test_a_pipe_in_place_of_a_checkpoint_is_passed_over(short_run, tmp_path, cap
     with soon():
         restart(out, "time.end=0.06")
     assert "cannot be read: it is not a regular file" in capfd.readouterr().err
-    assert len(rows(out)) == 5
+    assert len(read_lines(out)) == 5

@@ -95,7 +95,7 @@ def test_progress_is_on_stderr_and_results_on_stdout(demo_study):
     assert "3 of 3 runs finished" in result.stdout
 
 
-def test_second_call_runs_only_what_is_new_or_changed(demo_study, command_line):
+def test_second_call_runs_only_what_is_new_or_changed(demo_study, command_line, capfd):
     out, path, _ = demo_study
     before = {p: p.stat().st_mtime_ns for p in out.glob("*/summary.json")}
     assert len(before) == 3
@@ -108,16 +108,16 @@ def test_second_call_runs_only_what_is_new_or_changed(demo_study, command_line):
     assert {p: p.stat().st_mtime_ns for p in before} == before
     assert len(table(out / "study.csv")) == 4
     # another end time is another case for all of them
-    listed = command_line("study", path, "-o", out, "--list", "--set", "time.end=0.4")
-    assert [line.split("  ")[0] for line in listed.stdout.splitlines()] == ["to run"] * 4
-    listed = command_line("study", path, "-o", out, "--list", "--set", "time.end=0.5")
-    assert [line.split("  ")[0] for line in listed.stdout.splitlines()] == ["finished"] * 4
+    for end, state in (("0.4", "to run"), ("0.5", "finished")):
+        assert main(["study", str(path), "-o", str(out), "--list", "--set", f"time.end={end}"]) == 0
+        listed = capfd.readouterr().out.splitlines()
+        assert [line.split("  ")[0] for line in listed] == [state] * 4
 
 
 def test_failed_run_does_not_stop_the_others(command_line, tmp_path):
     path = write_study(
         tmp_path,
-        "processes = 2\n[grid]\ntime.end = [0.04]\nloads.rotor_torque = [1e22, 0, -1e6]",
+        "processes = 2\n[grid]\ntime.end = [0.04]\nloads.rotor_torque = [1e22, -1e6]",
     )
     result = command_line("study", path, "-o", tmp_path / "out")
     assert result.returncode == 3
@@ -126,11 +126,11 @@ def test_failed_run_does_not_stop_the_others(command_line, tmp_path):
     assert "time.end=0.04,loads.rotor_torque=1e+22" in sentence
     assert "a step did not converge" in sentence
     rows = table(tmp_path / "out" / "study.csv")
-    assert [row["state"] for row in rows] == ["failed", "finished", "finished"]
+    assert [row["state"] for row in rows] == ["failed", "finished"]
     # all numbers of the summary and of the last row
     assert float(rows[1]["masses_[kg].hub"]) == 61e3
     assert rows[0]["masses_[kg].hub"] == ""
-    assert float(rows[2]["time_[s]"]) == 0.04
+    assert float(rows[1]["time_[s]"]) == 0.04
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from patience import patience
 
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 
 FAILS = """

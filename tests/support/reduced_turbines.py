@@ -2,7 +2,7 @@
 
 from mpi4py import MPI
 
-from restarted_runs import columns
+from histories import read_columns
 from windio_files import small_turbine, write_turbine
 from windio_polars import add_polars
 
@@ -21,7 +21,7 @@ CONTROL = {
 CASE = """
 [time]
 step = "0.05 s"
-end = "1 s"
+end = "0.5 s"
 start = "turning"
 [wind]
 speed = "9 m/s"
@@ -47,7 +47,7 @@ elements = [4, 1, 4]
 bearings = true
 drive = "prescribed"
 angle = "10 deg"
-duration = "0.5 s"
+duration = "0.3 s"
 [solver]
 tolerance = 1e-9
 [output]
@@ -79,4 +79,4 @@ def run(path, name, *changes):
 
 def read(out):
     """Columns of a run, on all ranks."""
-    return on_rank0(COMM, lambda: columns(out))
+    return on_rank0(COMM, lambda: read_columns(out))

@@ -1,23 +1,8 @@
 """Hollow blades of ``demos/verification`` on coarse meshes, and their references anew."""
 
-import sys
-from pathlib import Path
-
 import pytest
 from runs import comm
 from windio_files import IEA_22, find_turbine
-
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    import published
-
-    yield published
-    sys.path.remove(str(FOLDER))
 
 
 @pytest.fixture(scope="module")

@@ -1,24 +1,10 @@
 """The Campbell diagram of ``demos/verification/iea22_campbell``: its beam, and what is kept."""
 
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
 from windio_files import IEA_22, find_turbine
-
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    import published
-
-    yield published
-    sys.path.remove(str(FOLDER))
 
 
 @pytest.fixture(scope="module")

@@ -1,26 +1,12 @@
 """Walls of laminate of ``demos/verification``: its strips and tubes, and its theories anew."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from turbine_fenicsx.materials.laminate_theory import laminate_stiffness
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
 LAYUPS = ("[0]", "[90]", "[45, -45, -45, 45]", "[30]", "sandwich")
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    import published
-
-    yield published
-    sys.path.remove(str(FOLDER))
 
 
 @pytest.fixture(scope="module")

@@ -4,24 +4,11 @@ Coarse meshes pin what the table cannot show, numbers with all digits; they chan
 the elements or the model do, not with a machine or the number of ranks.
 """
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from runs import comm
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
 PINNED = 1e-7  # statics end at 1e-10 of the largest displacement; ranks and machines differ by less
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    yield importlib.import_module("published")
-    sys.path.remove(str(FOLDER))
 
 
 def test_thick_cantilever_rolls_up_like_the_exact_solid(published):

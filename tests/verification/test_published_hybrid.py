@@ -1,23 +1,10 @@
 """Hybrid benchmarks of ``demos/verification``: short versions of them."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from runs import comm
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
 PINNED = 1e-9
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    yield importlib.import_module("published")
-    sys.path.remove(str(FOLDER))
 
 
 def test_flexible_coupler_bends_like_a_chain_of_rigid_pieces(published):

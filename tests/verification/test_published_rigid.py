@@ -4,23 +4,10 @@ Runs with few steps pin what the table cannot show, numbers with all digits; the
 scheme or the model does, not with a machine: round-off moves them by 1e-12 and less.
 """
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
 PINNED = 1e-9
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    sys.path.insert(0, str(FOLDER))
-    yield importlib.import_module("published")
-    sys.path.remove(str(FOLDER))
 
 
 def rows_by_name(published, name, *steps):

@@ -21,6 +21,7 @@ from reduced_beams import (
     pull,
     rotor,
 )
+from seen import Seen
 
 from turbine_fenicsx import (
     BodyFields,
@@ -295,26 +296,19 @@ def test_reactions_at_a_root_change_the_momenta_of_the_blade():
     root = Coupling("root", body, facets_at(full, 0.0), None)
     system = MultibodySystem(COMM, [body, root, Gravity(g)])
     reactions, model = Reactions(system, [Reaction(root, point)]), system.flexible_models[0]
-    loads, momenta, moments = [], [], []
 
-    class Watch:
-        def start(self, snapshot, resumed):
-            self.observe(snapshot)
+    def see(snapshot):
+        u, v = snapshot.state.u[0], snapshot.state.v[0]
+        x = COMM.bcast(model.positions + u.array_r.reshape(-1, 3))
+        momenta = COMM.allreduce(model.integrals(u, v))[1:7]
+        return reactions.at(snapshot)[0], momenta, COMM.bcast(model.nodal_mass) @ x
 
-        def observe(self, snapshot):
-            state = snapshot.state
-            loads.append(reactions.at(snapshot)[0])
-            momenta.append(COMM.allreduce(model.integrals(state.u[0], state.v[0]))[1:7])
-            x = COMM.bcast(model.positions + state.u[0].array_r.reshape(-1, 3))
-            moments.append(COMM.bcast(model.nodal_mass) @ x)
-
-        def finish(self):
-            pass
-
-    Simulation(system, dt, 0.2, [Watch()]).run()
-    F, M = np.array(loads)[1:].transpose(1, 0, 2)
-    p, L = np.array(momenta).reshape(-1, 2, 3).transpose(1, 0, 2)
-    mx = 0.5 * (np.array(moments)[1:] + np.array(moments)[:-1])
+    seen = Seen(see)
+    Simulation(system, dt, 0.2, [seen]).run()
+    loads, momenta, moments = seen.columns
+    F, M = loads[1:].transpose(1, 0, 2)
+    p, L = momenta.reshape(-1, 2, 3).transpose(1, 0, 2)
+    mx = 0.5 * (moments[1:] + moments[:-1])
     mass = DENSITY * np.prod(SIZE)
     size = mass * np.linalg.norm(g)
     assert np.max(np.abs(F)) > 0.5 * size

@@ -1,23 +1,10 @@
 """The page on small vibrations: all of its rows, and what its closed forms and its run mean."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from runs import comm
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    pytest.importorskip("slepc4py")
-    sys.path.insert(0, str(FOLDER))
-    yield importlib.import_module("published")
-    sys.path.remove(str(FOLDER))
+pytest.importorskip("slepc4py")
 
 
 def test_all_rows_hold(published):

@@ -1,22 +1,9 @@
 """The page on modes of what turns: all of its rows, and what its closed forms mean."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-FOLDER = Path(__file__).parents[2] / "demos" / "verification"
-
-
-@pytest.fixture(scope="module")
-def published():
-    """The module that all benchmarks share."""
-    pytest.importorskip("slepc4py")
-    sys.path.insert(0, str(FOLDER))
-    yield importlib.import_module("published")
-    sys.path.remove(str(FOLDER))
+pytest.importorskip("slepc4py")
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx import (
     JointSpring,
@@ -33,19 +34,9 @@ def make_drivetrain(comm, *forces):
     return MultibodySystem(comm, parts)
 
 
-class Recorder:
-    def __init__(self):
-        self.snapshots = []
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, snapshot):
-        s = snapshot.state
-        self.snapshots.append((s.time, *s.joint_coordinates, *s.joint_rates, snapshot.energy_error))
-
-    def finish(self):
-        pass
+def times_and_rates(snapshot):
+    s = snapshot.state
+    return s.time, *s.joint_coordinates, *s.joint_rates, snapshot.energy_error
 
 
 def test_a_torque_on_a_sum_of_angles_does_the_work_of_torque_times_increment(comm):
@@ -69,12 +60,12 @@ def test_a_torque_on_an_unknown_coordinate_is_a_sentence(comm):
 
 
 def test_a_brake_stops_a_rotor_and_turns_its_energy_into_heat(comm):
-    brake, recorder = HeldBrake("brake", ["main", "shaft"], strength=100.0), Recorder()
+    brake, recorder = HeldBrake("brake", ["main", "shaft"], strength=100.0), Seen(times_and_rates)
     system = make_drivetrain(comm, brake)
     start = initial_motion(system, {"main": 2.0, "shaft": 0.0})
     energy = system.balance(start).total
     last = Simulation(system, 0.01, 3.0, [recorder], start=start).run()
-    time, main, shaft, *_ = np.array(recorder.snapshots).T
+    time, main, shaft, *_ = np.array(recorder.values).T
     # Coulomb's friction: constant deceleration M/J until it stands, in the mean of the vibration
     early = time < 0.9
     slope = np.polyfit(time[early], ((J1 * main + J2 * (main + shaft)) / (J1 + J2))[early], 2)[0]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx import (
     Checkpoints,
@@ -55,21 +56,6 @@ class Machine:
         )
 
 
-class Recorder:
-    def __init__(self):
-        self.rows = []
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, snapshot):
-        s = snapshot.state
-        self.rows.append([s.time, *s.q, *s.q_dot, *snapshot.works, snapshot.energy_error])
-
-    def finish(self):
-        pass
-
-
 class Steps:
     """A controller whose torque counts its calls."""
 
@@ -84,8 +70,13 @@ class Steps:
         pass
 
 
+def everything(snapshot):
+    s = snapshot.state
+    return [s.time, *s.q, *s.q_dot, *snapshot.works, snapshot.energy_error]
+
+
 def run(machine, loop, end, folder=None, stepper=None, resume=False, every=0.5):
-    recorder = Recorder()
+    recorder = Seen(everything)
     checkpoints = Checkpoints(machine.system, folder, every=every) if folder else None
     simulation = Simulation(
         machine.system,
@@ -97,7 +88,7 @@ def run(machine, loop, end, folder=None, stepper=None, resume=False, every=0.5):
         start=None if resume else machine.start,
     )
     last = simulation.resume() if resume else simulation.run()
-    return last, np.array(recorder.rows)
+    return last, np.array(recorder.values)
 
 
 def test_torque_and_pitch_are_held_over_each_step_and_works_are_exact(comm):
@@ -198,7 +189,7 @@ def test_a_controller_that_fails_leaves_a_checkpoint_and_all_rows(comm, shared_t
     whole = Machine(comm)
     _, rows = run(whole, whole.loop(ForeignController(comm, Steps, "steps")), 1.0)
     first = Machine(comm)
-    recorder = Recorder()
+    recorder = Seen(everything)
     checkpoints = Checkpoints(first.system, shared_tmp_path)
     loop = first.loop(ForeignController(comm, Failing, "steps"))
     observers = [loop, recorder]
@@ -207,7 +198,7 @@ def test_a_controller_that_fails_leaves_a_checkpoint_and_all_rows(comm, shared_t
     )
     with pytest.raises(ForeignError, match="'Failing' fails"):
         simulation.run()
-    assert np.array_equal(recorder.rows, rows[:11])
+    assert np.array_equal(recorder.values, rows[:11])
     second = Machine(comm)
     loop = second.loop(ForeignController(comm, Steps, "steps"))
     _, again = run(second, loop, 1.0, shared_tmp_path, resume=True)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import mesh
+from seen import Seen
 
 from turbine_fenicsx import Gravity, NeoHooke, Pressure
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
@@ -56,26 +57,6 @@ class Rough(Contact):
         return ufl.as_vector([0, 0, -at.parameter(self.stiffness) * depth(at.x)])
 
 
-class Watch:
-    """Energies of all steps."""
-
-    name = "watch"
-
-    def __init__(self):
-        self.spring, self.error, self.total = [], [], 0.0
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, snapshot):
-        self.spring.append(snapshot.balance.spring)
-        self.error.append(abs(snapshot.energy_error))
-        self.total = snapshot.balance.total
-
-    def finish(self):
-        pass
-
-
 class Interrupted(EnergyMomentum):
     """Long steps fail now and then, so that they are halved."""
 
@@ -95,40 +76,42 @@ def system(comm, make=Contact, **options):
 
 
 def run(model, stepper=None, end=END):
-    watch = Watch()
-    simulation = Simulation(model, DT, end, [watch], stepper=stepper)
-    return simulation, watch, simulation.run()
+    """The simulation, spring energies and energy errors of its steps, and the end."""
+    seen = Seen(lambda s: (s.balance.spring, abs(s.energy_error)))
+    simulation = Simulation(model, DT, end, [seen], stepper=stepper)
+    last = simulation.run()
+    return simulation, *seen.columns, last
 
 
 @pytest.mark.parametrize("make", [EnergyMomentum, Interrupted])
 def test_energy_is_kept_through_bounces_also_when_steps_are_halved(comm, make):
     model = system(comm)
-    simulation, watch, last = run(model, make(model))
-    touching = np.array(watch.spring) > 0.0
+    simulation, spring, error, last = run(model, make(model))
+    touching = spring > 0.0
     assert np.count_nonzero(np.diff(touching.astype(int)) == 1) >= 2  # bounces
-    assert max(watch.spring) > 0.1 * watch.total
-    assert max(watch.error) < 1e-9 * watch.total
+    assert max(spring) > 0.1 * last.balance.total
+    assert max(error) < 1e-9 * last.balance.total
     assert (simulation.halvings > 10) == (make is Interrupted)
     assert model.work_names == ("gravity",) and last.external_work == 0.0
     if make is EnergyMomentum:  # on any number of ranks
-        assert max(watch.spring) == pytest.approx(LARGEST, rel=1e-8)
+        assert max(spring) == pytest.approx(LARGEST, rel=1e-8)
 
 
 def test_a_force_that_is_no_discrete_gradient_shows_in_the_balance(comm):
-    _, watch, _ = run(system(comm, Rough), end=45 * DT)
-    assert max(watch.error) > 1e-4 * watch.total
+    _, _, error, last = run(system(comm, Rough), end=45 * DT)
+    assert max(error) > 1e-4 * last.balance.total
 
 
 def test_a_run_in_contact_goes_on_bit_for_bit(comm, shared_tmp_path):
-    whole = run(system(comm), end=44 * DT)[2]
+    whole = run(system(comm), end=44 * DT)[-1]
     steps = []
     for stop in (lambda: steps.append(0) or len(steps) == 38, None):
         model = system(comm)
         checkpoints = Checkpoints(model, shared_tmp_path)
-        watch = Watch()
-        simulation = Simulation(model, DT, 44 * DT, [watch], checkpoints=checkpoints, stop=stop)
+        seen = Seen(lambda snapshot: snapshot.balance.spring)
+        simulation = Simulation(model, DT, 44 * DT, [seen], checkpoints=checkpoints, stop=stop)
         last = simulation.run() if stop else simulation.resume()
-        assert watch.spring[-1 if stop else 0] > 0.0  # it stands in the floor
+        assert seen.values[-1 if stop else 0] > 0.0  # it stands in the floor
     assert last.energy_error == whole.energy_error
     assert np.array_equal(last.state.u[0].array_r, whole.state.u[0].array_r)
     assert last.balance.total == whole.balance.total

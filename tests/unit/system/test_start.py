@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from dolfinx import mesh
+from seen import Seen
 
 from turbine_fenicsx import Gravity, Prismatic, Revolute, StVenantKirchhoff
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -222,18 +223,7 @@ def test_a_run_starts_with_the_rates(machine):
     """And velocities do not alternate: after two steps the rate is still that of the start."""
     system = machine().system(Gravity())
     start = initial_motion(system, {"rotor": 3.0, "yaw": 0.0})
-    seen = []
-
-    class Rates:
-        def start(self, snapshot, resumed):
-            self.observe(snapshot)
-
-        def observe(self, snapshot):
-            seen.append(snapshot.state.joint_rates[1])
-
-        def finish(self):
-            pass
-
-    last = Simulation(system, 1e-3, 3e-3, [Rates()], start=start).run()
-    assert np.allclose(seen, 3.0, rtol=0, atol=0.05)
+    seen = Seen(lambda snapshot: snapshot.state.joint_rates[1])
+    last = Simulation(system, 1e-3, 3e-3, [seen], start=start).run()
+    assert np.allclose(seen.values, 3.0, rtol=0, atol=0.05)
     assert abs(last.energy_error) < 1e-9

@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx import (
     Gravity,
@@ -48,30 +49,19 @@ def loaded(comm, m):
     return MultibodySystem(comm, parts)
 
 
-class Recorder:
-    def __init__(self):
-        self.seen = []
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, s):
-        self.seen.append(
-            (s.state.time, s.balance.total, s.works, s.dissipated, s.external_work, s.energy_error)
-        )
-
-    def finish(self):
-        pass
-
-
 def simulate(system, end=0.5, more=lambda stepper: ()):
     """What each observation saw, and the names of what dissipated."""
-    recorder = Recorder()
+    recorder = Seen(
+        lambda s: (
+            *(s.state.time, s.balance.total, s.works),
+            *(s.dissipated, s.external_work, s.energy_error),
+        )
+    )
     stepper = EnergyMomentum(system)
     Simulation(system, 0.02, end, [recorder, *more(stepper)], stepper).run()
     names = stepper.dissipation_names
     stepper.destroy()
-    return recorder.seen, names
+    return recorder.values, names
 
 
 def test_works_and_dissipation_add_up_to_the_change_of_energy(comm, machine):

@@ -351,7 +351,7 @@ VALUES = st.one_of(
 
 @pytest.mark.slow
 @settings(
-    max_examples=600,
+    max_examples=300,
     deadline=None,
     derandomize=True,
     database=None,

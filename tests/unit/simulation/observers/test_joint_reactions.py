@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx import (
     Cylindrical,
@@ -40,20 +41,9 @@ AXES = rotation_about((1.0, 2.0, -1.0), 0.8)
 
 def run(system, *functions, steps=4, start=None):
     """What functions of the snapshots say, an array for each."""
-    seen = []
-
-    class Seen:
-        def start(self, snapshot, resumed):
-            self.observe(snapshot)
-
-        def observe(self, snapshot):
-            seen.append([np.copy(f(snapshot)) for f in functions])
-
-        def finish(self):
-            pass
-
-    Simulation(system, DT, steps * DT, [Seen()], start=start).run()
-    return [np.array(column) for column in zip(*seen, strict=True)]
+    seen = Seen(lambda snapshot: [np.copy(f(snapshot)) for f in functions])
+    Simulation(system, DT, steps * DT, [seen], start=start).run()
+    return seen.columns
 
 
 def pendulum(comm, first=None, second=None, more=()):
@@ -196,24 +186,13 @@ def test_what_is_written_of_a_gyroscope_is_its_moment_to_second_order(comm, shar
         reactions = JointReactions(system, [JointReaction(shaft), JointReaction(yaw)])
         path = shared_tmp_path / f"history_{k}.csv"
         history = History(comm, path, [joint_channel(reactions)])
-        steps = []
-
-        class Seen:
-            def start(self, snapshot, resumed):
-                self.observe(snapshot)
-
-            def observe(self, snapshot, steps=steps, reactions=reactions):
-                steps.append(np.linalg.norm(reactions.at(snapshot)[0, 1]))
-
-            def finish(self):
-                pass
-
+        steps = Seen(lambda s, r=reactions: np.linalg.norm(r.at(s)[0, 1]))
         start = initial_motion(system, {"yaw": 0.7, "shaft": 20.0})
-        Simulation(system, dt, 0.08, [history, Seen()], start=start).run()
+        Simulation(system, dt, 0.08, [history, steps], start=start).run()
         table = read_table(path)
         moment = np.array([table[f"joint_moment_shaft_{i}_[Nm]"] for i in (1, 2, 3)])
         errors.append(np.max(np.abs(np.linalg.norm(moment, axis=0)[2:] / expected - 1.0)))
-        single.append(np.max(np.abs(np.array(steps)[1:] / expected - 1.0)))
+        single.append(np.max(np.abs(np.array(steps.values)[1:] / expected - 1.0)))
     assert single[0] > 0.05  # measured 0.073
     assert errors[0] < 0.02
     assert np.all(np.log2(np.divide(errors[:-1], errors[1:])) > 1.8)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput, read_out_rows
@@ -95,23 +96,17 @@ def test_there_is_no_row_of_the_initial_state(system, shared_tmp_path):
 
 def test_rows_can_be_read_while_the_run_goes_on(comm, system, shared_tmp_path):
     path = shared_tmp_path / "history.out"
-    counts = []
 
-    class Watch:
-        def start(self, snapshot, resumed):
-            self.observe(snapshot)
+    def count(snapshot):
+        comm.barrier()
+        rows = len(path.read_text().splitlines()) - 8
+        comm.barrier()
+        return rows
 
-        def observe(self, snapshot):
-            comm.barrier()
-            counts.append(len(path.read_text().splitlines()) - 8)
-            comm.barrier()
-
-        def finish(self):
-            pass
-
+    seen = Seen(count)
     output = OpenFastOutput(comm, path, CHANNELS)
-    Simulation(system, 0.02, 0.06, [output, Watch()]).run()
-    assert counts == [0, 1, 2, 3]
+    Simulation(system, 0.02, 0.06, [output, seen]).run()
+    assert seen.values == [0, 1, 2, 3]
 
 
 def test_tiny_steps_keep_their_times_apart(system, shared_tmp_path):

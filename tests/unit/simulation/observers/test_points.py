@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import E3, rotation_about
@@ -79,23 +80,12 @@ def test_velocities_are_those_of_the_positions(machine, shared_tmp_path, comm):
     m = machine()
     system = m.system()
     points = Points(system, followed(m))
-    seen = []
-
-    class Seen:
-        def start(self, snapshot, resumed):
-            self.observe(snapshot)
-
-        def observe(self, snapshot):
-            seen.append(points.at(snapshot).copy())
-
-        def finish(self):
-            pass
-
+    seen = Seen(lambda snapshot: points.at(snapshot).copy())
     path = shared_tmp_path / "history.csv"
-    observers = [Seen(), History(comm, path, [point_channel(points)])]
+    observers = [seen, History(comm, path, [point_channel(points)])]
     start = initial_motion(system, {"rotor": SPIN})
     Simulation(system, 0.01, 0.05, observers, start=start).run()
-    x, v = np.array(seen).transpose(2, 0, 1, 3)
+    x, v = np.array(seen.values).transpose(2, 0, 1, 3)
     # the sizes are one, and the increments are divided by dt
     assert np.allclose(np.diff(x, axis=0) / 0.01, 0.5 * (v[1:] + v[:-1]), rtol=0, atol=1e-12)
     names, *rows = path.read_text().split()
@@ -104,7 +94,7 @@ def test_velocities_are_those_of_the_positions(machine, shared_tmp_path, comm):
         *(f"velocity_p0_{i}_[m/s]" for i in (1, 2, 3)),
     ]
     table = np.array([row.split(",") for row in rows], dtype=float)
-    assert np.array_equal(table, np.array(seen).reshape(6, -1))
+    assert np.array_equal(table, np.array(seen.values).reshape(6, -1))
 
 
 def test_a_point_outside_its_body_is_refused(machine):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.forces.gravity import Gravity
@@ -19,28 +20,12 @@ DT = 0.02
 G = np.array([0.0, -9.81, 0.0])
 
 
-class Seen:
-    """An observer that writes down what functions of the snapshots say."""
-
-    def __init__(self, *functions):
-        self.functions, self.values = functions, []
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, snapshot):
-        self.values.append([np.copy(f(snapshot)) for f in self.functions])
-
-    def finish(self):
-        self.values = [np.array(column) for column in zip(*self.values, strict=True)]
-
-
 def run(system, *functions, steps=4):
-    seen = Seen(*functions)
+    seen = Seen(lambda snapshot: [np.copy(f(snapshot)) for f in functions])
     simulation = Simulation(system, DT, steps * DT, [seen])
     simulation.run()
     simulation.stepper.destroy()
-    return seen.values
+    return seen.columns
 
 
 def mean(x):

@@ -7,6 +7,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from outputs import read_fields
+from seen import Seen
 from windio_files import small_turbine, write_turbine
 
 from turbine_fenicsx import KelvinVoigt, _compat
@@ -139,22 +140,11 @@ def test_a_turbine_of_a_file_conserves_energy(make, comm, layup):
     pitch = {"bearings": True, "drive": "prescribed", "angle": "5 deg", "duration": "0.1 s"}
     case = make(blade={"layup": layup}, pitch=pitch, time={"step": 0.01})
     turbine = build_turbine(case, comm)
-    errors, energies = [], []
-
-    class Watch:
-        def start(self, snapshot, resumed):
-            pass
-
-        def observe(self, snapshot):
-            errors.append(abs(snapshot.energy_error))
-            energies.append(snapshot.balance.kinetic)
-
-        def finish(self):
-            pass
-
+    seen = Seen(lambda s: (abs(s.energy_error), s.balance.kinetic))
     stepper = make_stepper(case, turbine.system)
-    Simulation(turbine.system, 0.01, 0.05, [Watch()], stepper).run()
+    Simulation(turbine.system, 0.01, 0.05, [seen], stepper).run()
     stepper.destroy()
+    errors, energies = np.array(seen.values[1:]).T
     assert max(energies) > 1.0
     assert max(errors) < 1e-9 * max(energies)
 

@@ -1,11 +1,11 @@
 """Claims about torques and pitch over the time from files."""
 
-import csv
 import json
 
 import numpy as np
 import pytest
 from case_mistakes import mistakes
+from histories import read_rows
 
 from turbine_fenicsx import restart_case, run_case
 from turbine_fenicsx.foundation.errors import InputError
@@ -31,11 +31,6 @@ def write(comm, tmp_path_factory):
         return on_rank0(comm, make)
 
     return write_file
-
-
-def rows(folder):
-    with open(folder / "history.csv") as file:
-        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
 
 def test_columns_are_read_with_their_units(write):
@@ -130,7 +125,7 @@ def test_torques_of_a_file_do_their_work_and_survive_a_restart(comm, write, tmp_
     folders = [on_rank0(comm, lambda: tmp_path_factory.mktemp("run")) for _ in range(2)]
     summary = run_case(Case.parse(given), folders[0], comm, progress="none")
     assert summary["worst_energy_error_[J]"] <= 1e-11 * summary["largest_energy_[J]"]
-    table = rows(folders[0])
+    table = read_rows(folders[0])
     angle = np.array([row["angle_rotor_[rad]"] for row in table])
     middle = 0.01 * np.arange(20) + 0.005
     torque = np.interp(middle, [0.0, 0.1, 2.0], [0.0, 3e6, -1e6])
@@ -139,7 +134,7 @@ def test_torques_of_a_file_do_their_work_and_survive_a_restart(comm, write, tmp_
     run_case(Case.parse({**given, "time": {"step": 0.01, "end": 0.1}}), folders[1], comm, "none")
     restart_case(folders[1], comm, ["time.end=0.2"], progress="none")
     timeless = [
-        [{k: v for k, v in row.items() if "wall" not in k} for row in rows(folder)]
+        [{k: v for k, v in row.items() if "wall" not in k} for row in read_rows(folder)]
         for folder in folders
     ]
     assert timeless[0] == timeless[1]
@@ -159,7 +154,7 @@ def test_torques_of_a_file_set_in_with_the_ramp(comm, write, tmp_path_factory):
         assert "time.ramp has no effect without a torque" not in given.warnings
         folder = on_rank0(comm, lambda: tmp_path_factory.mktemp("run"))
         run_case(given, folder, comm, progress="none")
-        works.append(rows(folder)[-1]["work_of_torque_on_rotor_[J]"])
+        works.append(read_rows(folder)[-1]["work_of_torque_on_rotor_[J]"])
     assert 0.0 < works[1] < works[0]
 
 

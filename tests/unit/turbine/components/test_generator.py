@@ -1,13 +1,12 @@
 """Claims about a generator without a controller, and about starts in wind."""
 
-import csv
-
 from mpi4py import MPI
 
 import numpy as np
 import pytest
 from aero_files import write_aerodyn
 from case_mistakes import mistakes
+from histories import read_rows
 
 from turbine_fenicsx import run_case
 from turbine_fenicsx.foundation.parallel import on_rank0
@@ -43,14 +42,9 @@ def case(aerodyn, model="rigid", wind=None, **tables):
     return Case.parse({**data, **tables})
 
 
-def rows(folder):
-    with open(folder / "history.csv") as file:
-        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
-
-
 def run(comm, tmp_path_factory, given):
     folder = on_rank0(comm, lambda: tmp_path_factory.mktemp("run"))
-    return run_case(given, folder, comm, progress="none"), rows(folder)
+    return run_case(given, folder, comm, progress="none"), read_rows(folder)
 
 
 def test_a_generator_that_keeps_its_speed_takes_what_the_wind_gives(

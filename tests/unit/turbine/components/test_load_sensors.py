@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from aero_files import write_aerodyn
+from seen import Seen
 
 from turbine_fenicsx import Case, build_turbine, run_case
 from turbine_fenicsx.control.discon import Discon
@@ -29,22 +30,6 @@ class Watch:
 """
 
 
-class Gauges:
-    """An observer that reads gauges after each step."""
-
-    def __init__(self, turbine, pitch):
-        self.moments, self.pitch, self.rows = RootMoments(turbine), (pitch,) * 3, []
-
-    def start(self, snapshot, resumed):
-        self.observe(snapshot)
-
-    def observe(self, snapshot):
-        self.rows.append(self.moments.at(snapshot, self.pitch))
-
-    def finish(self):
-        pass
-
-
 def test_gauges_of_rigid_blades_tell_the_moments_of_the_air(comm, shared_tmp_path):
     if comm.rank == 0:
         write_aerodyn(shared_tmp_path)
@@ -62,7 +47,8 @@ def test_gauges_of_rigid_blades_tell_the_moments_of_the_air(comm, shared_tmp_pat
     )
     turbine = build_turbine(case, comm)
     state = make_start(case, turbine.system)
-    gauges = Gauges(turbine, PITCH)
+    moments = RootMoments(turbine)
+    gauges = Seen(lambda snapshot: moments.at(snapshot, (PITCH,) * 3))
     last = Simulation(turbine.system, 0.01, 0.1, observers=[gauges], start=state).run()
     loads = find_loads(turbine.system, "wind", last.state)
     centre = np.asarray(turbine.rotor.layout.centre)
@@ -78,7 +64,7 @@ def test_gauges_of_rigid_blades_tell_the_moments_of_the_air(comm, shared_tmp_pat
     flap, edge = np.array(expected).T
     assert np.all(flap > 1e6) and np.all(edge > 1e4)
     # a speed that is kept lets the one at the ends of steps alternate: two steps have no inertia
-    found = np.mean(gauges.rows[-2:], axis=0)
+    found = np.mean(gauges.values[-2:], axis=0)
     assert np.allclose(found, [flap, edge], rtol=1e-3)
     state.destroy()
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
+from seen import Seen
 from windio_files import IEA_15, find_turbine, small_turbine, write_turbine
 
 from turbine_fenicsx import Gravity, Simulation
@@ -52,20 +53,9 @@ def ratios_of(found):
 
 def ring(system, time, step, sample):
     """Samples of a motion that begins at rest."""
-    values = []
-
-    class Watch:
-        def start(self, snapshot, resumed):
-            pass
-
-        def observe(self, snapshot):
-            values.append(sample(snapshot.state))
-
-        def finish(self):
-            pass
-
-    Simulation(system, step, time, [Watch()]).run()
-    return np.array(values)
+    seen = Seen(lambda snapshot: sample(snapshot.state))
+    Simulation(system, step, time, [seen]).run()
+    return np.array(seen.values[1:])
 
 
 def fit_decay(values, step):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from seen import Seen
 
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
@@ -125,29 +126,16 @@ def test_inertia_about_the_shaft_is_that_of_the_parts(comm):
 # --- motion
 
 
-class Watch:
-    """Balances of all steps."""
-
-    def start(self, snapshot, resumed):
-        self.balances, self.errors = [snapshot.balance], [0.0]
-
-    def observe(self, snapshot):
-        self.balances.append(snapshot.balance)
-        self.errors.append(snapshot.energy_error)
-
-    def finish(self):
-        pass
-
-
 def run(case, comm, end, state=None):
-    """Run a case; the turbine, what was seen, the last state."""
+    """Run a case; the turbine, balances and energy errors, the last state."""
     turbine = build_turbine(case, comm)
-    watch, stepper = Watch(), make_stepper(case, turbine.system)
+    watch, stepper = Seen(lambda s: (s.balance, s.energy_error)), make_stepper(case, turbine.system)
     start = make_start(case, turbine.system)
     simulation = Simulation(turbine.system, case.time.step, end, [watch], stepper, start=start)
     last = simulation.run()
     stepper.destroy()
-    return turbine, watch, last
+    balances, errors = zip(*watch.values, strict=True)
+    return turbine, balances, errors, last
 
 
 @pytest.mark.parametrize("model", ["rigid", "hybrid"])
@@ -156,13 +144,13 @@ def test_a_tilted_and_coned_rotor_conserves(comm, model):
     speed = {"model": model, "rotor_speed": "12 rpm"}
     for gravity in (9.81, 0.0):
         case = parse(speed, time={"step": 0.02}, loads={"gravity": gravity})
-        _, watch, _ = run(case, comm, 1.0)
-        scale = max(abs(b.kinetic) for b in watch.balances)
-        assert max(map(abs, watch.errors)) < 1e-10 * scale
-        spin = [b.angular @ E2 for b in watch.balances]
-        moved = max(np.abs(b.angular - watch.balances[0].angular).max() for b in watch.balances)
-        assert np.ptp(spin) < 1e-9 * max(np.linalg.norm(b.angular) for b in watch.balances)
-        assert moved > 1e-4 * np.linalg.norm(watch.balances[0].angular)  # of the other components
+        _, balances, errors, _ = run(case, comm, 1.0)
+        scale = max(abs(b.kinetic) for b in balances)
+        assert max(map(abs, errors)) < 1e-10 * scale
+        spin = [b.angular @ E2 for b in balances]
+        moved = max(np.abs(b.angular - balances[0].angular).max() for b in balances)
+        assert np.ptp(spin) < 1e-9 * max(np.linalg.norm(b.angular) for b in balances)
+        assert moved > 1e-4 * np.linalg.norm(balances[0].angular)  # of the other components
 
 
 def test_weight_acts_downwards(comm):
@@ -185,7 +173,7 @@ def test_it_turns_steadily_about_the_tilted_shaft(comm):
         loads={"gravity": 0.0},
         tower={"flexible": True, "elements": [4, 1, 2]},
     )
-    turbine, _, last = run(case, comm, 1.0)
+    turbine, _, _, last = run(case, comm, 1.0)
     start = make_start(case, turbine.system)
     frame = turning_frame(turbine.system, "rotor", 12.0 * np.pi / 30.0, start)
     assert frame.axis @ SHAFT > np.cos(np.radians(1.0))

@@ -1,12 +1,11 @@
 """Claims about the component of the wind: rigid and flexible blades in a case."""
 
-import csv
-
 from mpi4py import MPI
 
 import numpy as np
 import pytest
 from aero_files import write_aerodyn, write_turbsim
+from histories import read_rows
 from xdmf_bricks import needs_pyvista
 from xdmf_bricks import read as read_series
 
@@ -57,11 +56,6 @@ def run(comm, tmp_path_factory, given, name="run", **options):
     return folder, run_case(given, folder, comm, progress="none", **options)
 
 
-def rows(folder):
-    with open(folder / "history.csv") as file:
-        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
-
-
 @pytest.fixture(scope="module")
 def rigid(files, tmp_path_factory):
     return run(MPI.COMM_WORLD, tmp_path_factory, case(files, loads={"gravity": 0}))
@@ -71,7 +65,7 @@ def test_rigid_blades_begin_with_power_and_thrust_of_the_steady_rotor(files, rig
     given = case(files)
     rotor = Rotor(load_aero_blade(given), hub_height=90.0)
     steady = find_performance(rotor, Operation(9.0, 11.0 * RPM), sectors=1)
-    first, *_ = rows(rigid[0])
+    first, *_ = read_rows(rigid[0])
     assert first["rotor_speed_[rpm]"] == pytest.approx(11.0)
     assert first["rotor_wind_[m/s]"] == pytest.approx(9.0)
     assert first["hub_wind_x_[m/s]"] == 9.0
@@ -81,7 +75,7 @@ def test_rigid_blades_begin_with_power_and_thrust_of_the_steady_rotor(files, rig
 
 
 def test_the_work_of_the_wind_is_its_power_times_the_time(rigid):
-    table = rows(rigid[0])
+    table = read_rows(rigid[0])
     work = sum(0.02 * row["aero_power_[W]"] for row in table[1:])
     assert table[-1]["work_of_wind_[J]"] == pytest.approx(work, rel=1e-8)
 
@@ -101,7 +95,7 @@ def test_loads_and_wind_are_written_as_vectors(comm, files, tmp_path_factory, mo
     points, force = found["3/points"], found["3/point/force_per_length"]
     blade = load_aero_blade(given)
     thrust = np.tile(blade.parts, 3) @ force[:n, 2]
-    assert thrust == pytest.approx(rows(folder)[-1]["aero_thrust_[N]"], rel=1e-3)
+    assert thrust == pytest.approx(read_rows(folder)[-1]["aero_thrust_[N]"], rel=1e-3)
     assert not force[n:].any()
     expected = 9.0 * ((points[:, 1] + 90.0) / 90.0) ** 0.3
     assert found["3/point/wind"][:, 2] == pytest.approx(expected, rel=1e-6)
@@ -119,14 +113,14 @@ def test_works_of_the_blades_add_up_to_that_of_the_wind(comm, files, tmp_path_fa
     wind, stations = {"speed": 9.0, "shear": 0.3}, 20 if model == "rigid" else 6
     given = case(files, model, wind, end=0.2, stations=stations)
     folder, _ = run(comm, tmp_path_factory, given)
-    last = rows(folder)[-1]
+    last = read_rows(folder)[-1]
     works = [last[f"aero_work_{k}_[J]"] for k in (1, 2, 3)]
     assert works[1] > 1.02 * works[0] > 0.0  # the upright one meets more wind
     assert sum(works) == pytest.approx(last["work_of_wind_[J]"], rel=1e-11)
     short = case(files, model, wind, end=0.1, stations=stations)
     folder, _ = run(comm, tmp_path_factory, short)
     restart_case(folder, comm, ["time.end=0.2"], progress="none")
-    assert [rows(folder)[-1][f"aero_work_{k}_[J]"] for k in (1, 2, 3)] == works
+    assert [read_rows(folder)[-1][f"aero_work_{k}_[J]"] for k in (1, 2, 3)] == works
 
 
 def test_power_is_work_over_time_in_long_steps_of_a_coned_rotor(comm, files, tmp_path_factory):
@@ -140,7 +134,7 @@ def test_power_is_work_over_time_in_long_steps_of_a_coned_rotor(comm, files, tmp
         time={"step": 0.1, "end": 0.5},
     )
     folder, _ = run(comm, tmp_path_factory, given)
-    table = rows(folder)
+    table = read_rows(folder)
     assert table[0]["aero_power_[W]"] == pytest.approx(find_steady_loads(given).power, rel=1e-9)
     before, last = table[-2:]
     work = last["work_of_wind_[J]"] - before["work_of_wind_[J]"]
@@ -156,7 +150,7 @@ def test_the_energy_balance_closes(comm, files, rigid, tmp_path_factory, model):
         given = case(files, model, end=0.1, stations=6)
         folder, summary = run(comm, tmp_path_factory, given)
         if comm.rank == 0:
-            assert rows(folder)[-1]["aero_thrust_[N]"] > 1e5
+            assert read_rows(folder)[-1]["aero_thrust_[N]"] > 1e5
     assert summary["worst_energy_error_[J]"] <= 1e-11 * summary["largest_energy_[J]"]
     assert summary["mean_newton_iterations"] < (4 if model == "rigid" else 12)
 
@@ -166,7 +160,7 @@ def test_openfast_reads_the_same(files, rigid):
     head = next(k for k, line in enumerate(lines) if line.split()[:1] == ["Time"])
     names, values = lines[head].split(), lines[-1].split()
     found = dict(zip(names, map(float, values), strict=True))
-    last = rows(rigid[0])[-1]
+    last = read_rows(rigid[0])[-1]
     assert found["RtAeroPwr"] == pytest.approx(last["aero_power_[W]"], rel=1e-5)
     assert found["RtAeroFxh"] == pytest.approx(last["aero_thrust_[N]"], rel=1e-5)
     assert found["RtAeroMxh"] == pytest.approx(last["aero_torque_[Nm]"], rel=1e-5)
@@ -183,7 +177,7 @@ def test_a_run_in_turbulence_goes_on_bit_for_bit(comm, files, tmp_path_factory, 
     half = case(files, model, {"file": files[1]}, end=0.06, aero=aero)
     folder, _ = run(comm, tmp_path_factory, half)
     restart_case(folder, comm, ["time.end=0.12"], progress="none")
-    a, b = rows(whole), rows(folder)
+    a, b = read_rows(whole), read_rows(folder)
     for row in (*a, *b):
         del row["wall_time_[s]"]
     assert len(a) == 7
@@ -291,6 +285,6 @@ def test_stall_skew_and_tower_change_loads_and_leave_the_energy_exact(
         aero = {"file": files[0], "stations": 20, **models}
         given = case(files, wind=wind, aero=aero, tower=tower, end=0.06)
         folder, summary = run(comm, tmp_path_factory, given)
-        thrusts.append(rows(folder)[-1]["aero_thrust_[N]"])
+        thrusts.append(read_rows(folder)[-1]["aero_thrust_[N]"])
         assert summary["worst_energy_error_[J]"] <= 1e-11 * summary["largest_energy_[J]"]
     assert abs(thrusts[1] / thrusts[0] - 1.0) > 1e-3
