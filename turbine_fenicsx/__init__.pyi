@@ -15,7 +15,7 @@ from turbine_fenicsx.analysis.turning import turning_equilibrium as turning_equi
 from turbine_fenicsx.analysis.turning_modes import turning_modes as turning_modes
 from turbine_fenicsx.bodies.coupling import Coupling as Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody as FlexibleBody
-from turbine_fenicsx.bodies.reduced_body import Placement as Placement
+from turbine_fenicsx.bodies.placement import Placement as Placement
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis as ReducedBasis
 from turbine_fenicsx.bodies.reduced_body import ReducedBody as ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody as RigidBody

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError
 
@@ -25,7 +24,7 @@ class Coupling:
         copy: Number of the copy of a reduced body that is held, see `ReducedBody`.
 
     Raises:
-        ModelError: for a copy that is not a whole number, or of a body that has none.
+        ModelError: for a copy that is not a whole number, or that the body does not have.
     """
 
     name: str
@@ -37,8 +36,8 @@ class Coupling:
     def __post_init__(self) -> None:
         if isinstance(self.copy, bool) or not isinstance(self.copy, int):
             raise ModelError(f"copy of {self.name!r} must be a whole number, got {self.copy!r}")
-        if self.copy and isinstance(self.flexible, FlexibleBody):
+        if self.copy and self.copy not in range(copies := len(self.flexible.placements)):
             raise ModelError(
-                f"copy of {self.name!r} must be 0, as {self.flexible.name!r} has no copies, got "
-                f"{self.copy}"
+                f"copy of {self.name!r} must be one of the {copies} copies of "
+                f"{self.flexible.name!r}, 0 to {copies - 1}, got {self.copy}"
             )

@@ -10,6 +10,7 @@ from dolfinx.mesh import Mesh
 from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.placement import Placement
 from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -87,3 +88,13 @@ class FlexibleBody:
                 f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
                 f"got {cell} cells in {dims[1]} dimensions"
             )
+
+    @property
+    def full(self) -> FlexibleBody:
+        """The body itself, as of bodies that another one was made of."""
+        return self
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """The only copy, where the mesh is."""
+        return (Placement(),)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.foundation.argument_checks import check_array, check_vectors, describe
+from turbine_fenicsx.bodies.placement import Placement
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 
@@ -173,40 +173,6 @@ def make_vectors(n: int, origins: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
-    """Where a copy of a body stands, x = position + rotation X.
-
-    Args:
-        position: Shape (3,) [m].
-        rotation: Rotation matrix, shape (3, 3).
-
-    Raises:
-        ModelError: for other shapes, or a matrix that is not a rotation.
-    """
-
-    _: KW_ONLY
-    position: npt.ArrayLike = (0.0, 0.0, 0.0)
-    rotation: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-    def __post_init__(self) -> None:
-        check_vectors("a placement", position=self.position)
-        R = check_array("rotation of a placement", self.rotation, (3, 3), "a rotation matrix")
-        if not np.allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-12) or np.linalg.det(R) < 0.0:
-            raise ModelError(f"rotation of a placement must be a rotation, got {self.rotation!r}")
-
-    def place(self, vectors: Array, is_point: Array) -> Array:
-        """Vectors of the copy, shape (n, 3).
-
-        Args:
-            vectors: Those of the mesh, shape (n, 3).
-            is_point: Which of them are points, 1 or 0, shape (n,).
-        """
-        R, t = (np.asarray(x, dtype=float) for x in (self.rotation, self.position))
-        placed: Array = vectors @ R.T + is_point[:, None] * t
-        return placed
-
-
-@dataclass(frozen=True, eq=False)
 class ReducedBody:
     """A flexible body that moves as the functions of a basis allow, or several equal ones.
 
@@ -262,8 +228,5 @@ class ReducedBody:
     def points(self) -> Array:
         """Nodes of the mesh of each copy, shape (copies, N, 3) [m]."""
         return np.array(
-            [
-                np.asarray(p.position, float) + self.basis.points @ np.asarray(p.rotation, float).T
-                for p in self.placements
-            ]
+            [t + self.basis.points @ R.T for R, t in map(Placement.frame, self.placements)]
         )

@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.foundation.argument_checks import (
     check_array,
@@ -161,7 +160,7 @@ class SectionLoads:
                 raise ModelError(
                     f"{what} must be one or more rising distances, got {line.stations!r}"
                 )
-            copies = len(self.flexible.placements) if isinstance(self.flexible, ReducedBody) else 1
+            copies = len(self.flexible.placements)
             if isinstance(line.copy, bool) or line.copy not in range(copies):
                 raise ModelError(
                     f"copy of {self.name!r} must be one of the {copies} copies of "

@@ -35,7 +35,6 @@ from turbine_fenicsx.linear_solvers.frames import NodeFrames, turn
 from turbine_fenicsx.linear_solvers.substructures import Substructures
 from turbine_fenicsx.system.coupling_block import CouplingBlock
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.make_model import on_mesh
 
 log = logging.getLogger(__name__)
 
@@ -65,7 +64,7 @@ class FrozenElimination:
             if m.is_small:
                 self._small[k] = DenseElimination(m, A, c)
             else:
-                self._turning[k] = _TurningBody(on_mesh(m, "frozen factors"), A, c, make_solver)
+                self._turning[k] = _TurningBody(m.full, A, c, make_solver)
         bodies: dict[int, EliminatedBody] = {**self._turning, **self._small}
         self._reduced = ReducedEquations(step, [bodies[k] for k in sorted(bodies)])
         self._dt = 0.0

@@ -16,7 +16,6 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.factor import to_petsc
 from turbine_fenicsx.linear_solvers.substructures import find_shared_nodes
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
 ENTRY, FACTOR_ENTRY = 12.0, 8.0
@@ -40,8 +39,7 @@ def check_memory(system: MultibodySystem, linear_solver: str, shared: bool) -> N
     Args:
         shared: Whether components of equal size share a factor, as undeformed ones do.
     """
-    large = [model for model in system.flexible_models if not model.is_small]
-    models = [on_mesh(model, "factors") for model in large]
+    models = [model.full for model in system.flexible_models if not model.is_small]
     available = machine_memory(system.comm)
     # a row has at least the nodes of one cell; where not even these fit, the graph may not either
     rows = [(m.n_owned, _compat.dofs_of_cells(m.space).shape[1]) for m in models]

@@ -1,11 +1,6 @@
 """The interface of a body that deforms, however it is discretised.
 
-Its motion is that of n nodes with initial values X_k and displacements u_k, each a vector in space.
-A node is a point (h_k = 1) or a vector (h_k = 0): a rigid motion x -> t + R x takes it to
-
-    h_k t + R X_k.
-
-The nodes of a mesh are points.
+Its motion is that of its nodes, see `BodyNodes`.
 """
 
 from __future__ import annotations
@@ -13,14 +8,15 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any, Protocol
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
+import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.body_nodes import BodyNodes
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 
 
@@ -34,19 +30,13 @@ class NodeDamper(Protocol):
         """This rank's part of the power that it takes out [W]. Collective."""
 
 
-class BodyModel(Protocol):
+class BodyModel(BodyNodes, Protocol):
     """Mass, energy and forces of a body as functions of its nodes, without a time step.
 
     Vectors of nodal values are distributed, with three numbers for each node.
 
     Attributes:
-        body: The body.
-        comm: Communicator of its nodes.
         forces: The forces on it, in the order of their works.
-        n_owned: Number of nodes owned by this rank.
-        size_global: Number of nodes of all ranks.
-        positions: Initial values X of the owned nodes, shape (n_owned, 3) [m].
-        is_point: h of the owned nodes, 1 or 0, shape (n_owned,).
         nodal_mass: int rho phi_k dV of the owned nodes with their functions phi_k, shape
             (n_owned,) [kg]; negative for some.
         weights: Positive masses of the owned nodes, to measure motions, shape (n_owned,) [kg].
@@ -57,13 +47,7 @@ class BodyModel(Protocol):
         meaning: Hash of the basis that nodal values belong to; empty for those of a mesh.
     """
 
-    body: DeformableBody
-    comm: MPI.Intracomm
     forces: tuple[Any, ...]
-    n_owned: int
-    size_global: int
-    positions: Array
-    is_point: Array
     nodal_mass: Array
     weights: Array
     section_loads: tuple[BoundSectionLoads, ...]
@@ -80,6 +64,22 @@ class BodyModel(Protocol):
     def has_node_loads(self) -> bool:
         """Whether `add_forces` adds something."""
         return bool(self.section_loads) or self.mass_damper is not None
+
+    def inertia(self) -> Array:
+        """Mass, first and second moments about the origin in the initial configuration. Collective.
+
+        Returns:
+            int rho (1, X) (1, X)^T dV, shape (4, 4) [kg, kg m, kg m^2].
+        """
+        arms, momenta, own = self.new_vector(), self.new_vector(), np.zeros((4, 4))
+        arms.array[:] = self.positions.ravel()
+        self.momentum(arms, momenta)
+        own[0, 0] = self.is_point @ self.nodal_mass
+        own[0, 1:] = own[1:, 0] = self.nodal_mass @ self.positions
+        own[1:, 1:] = self.positions.T @ momenta.array_r.reshape(-1, 3)
+        arms.destroy()
+        momenta.destroy()
+        return sum_over_ranks(self.comm, own)
 
     def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
         """Add loads on sections, and what dampens in proportion to the mass. Collective.
@@ -111,28 +111,16 @@ class BodyModel(Protocol):
     def has_surface_energy(self) -> bool:
         """Whether forces on the surface, such as contact, have an energy."""
 
-    @abstractmethod
     def new_vector(self) -> PETSc.Vec:
         """New distributed vector of nodal values without ghosts, zero. Collective."""
+        size = (3 * self.n_owned, 3 * self.size_global)
+        vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
+        vector.set(0.0)
+        return vector
 
     @abstractmethod
     def contact_nodes(self, coupling: Coupling) -> IntArray:
         """Owned nodes that a coupling of the body holds, sorted. Collective."""
-
-    @abstractmethod
-    def weights_at(self, point: Array) -> Array | None:
-        """Weights of the owned nodes at a point of the body, shape (n_owned,). Collective.
-
-        Args:
-            point: In the initial configuration, shape (3,) [m].
-
-        Returns:
-            None for a point outside the body.
-        """
-
-    @abstractmethod
-    def distance_from(self, point: Array) -> float:
-        """Distance of a point from the nearest node of the mesh [m]. Collective."""
 
     @abstractmethod
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:

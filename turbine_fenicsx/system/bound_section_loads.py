@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
-
-from mpi4py import MPI
+from typing import NamedTuple
 
 import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.line_source import LineSource, StepLoads
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion
-from turbine_fenicsx.foundation.types import Array, IntArray
-
-
-class Transfer(Protocol):
-    """From the nodes of a body to the motion of sections, and from their loads back. Collective."""
-
-    def set_positions(self, x: Array) -> None:
-        """Set positions of the nodes from which those in a step do not differ much."""
-
-    def motion(self, x: Array, v: Array) -> SectionMotion:
-        """How the sections move, for positions and velocities of the nodes, shape (k, 3)."""
-
-    def forces(self, F: Array, M: Array) -> Array:
-        """Forces on the nodes for loads on the sections of the last motion, shape (k, 3) [N]."""
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.body_nodes import BodyNodes
+from turbine_fenicsx.system.section_transfer import SectionTransfer
 
 
 class _Evaluation(NamedTuple):
@@ -46,25 +33,18 @@ class BoundSectionLoads(LineSource):
     """Loads on stations as forces on the nodes of a body.
 
     Args:
-        positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
-        nodes: Those of the owned nodes that the transfer takes.
+        loads: The loads.
+        model: The body.
     """
 
-    def __init__(
-        self,
-        loads: SectionLoads,
-        transfer: Transfer,
-        positions: Array,
-        nodes: IntArray,
-        comm: MPI.Intracomm,
-    ) -> None:
-        stations = sum(line.size for line in loads.lines)
-        super().__init__(loads.name, stations, loads.source)
-        self._transfer = transfer
+    def __init__(self, loads: SectionLoads, model: BodyNodes) -> None:
+        super().__init__(loads.name, sum(line.size for line in loads.lines), loads.source)
+        self.transfer = SectionTransfer(model, loads)
+        nodes = self.transfer.nodes
         # ranks alone know whether a motion is the last one; several would have to agree
-        self._keeps = comm.size == 1
+        self._keeps = model.comm.size == 1
         self._kept: _Evaluation | None = None
-        self._X = positions[nodes]
+        self._X = model.positions[nodes]
         self._dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         self._checked = False
 
@@ -75,7 +55,6 @@ class BoundSectionLoads(LineSource):
             u: Displacements of the owned nodes at its start, shape (3 n,) [m].
         """
         self._kept = None
-        self._transfer.set_positions(self._positions(u))
         self.start_step(times)
         if not self._checked:  # an error in an iteration would become one of PETSc
             self.loads(self._find_motion(u, np.zeros_like(u)), times.middle)
@@ -137,14 +116,11 @@ class BoundSectionLoads(LineSource):
             self._kept = kept if self._keeps else None
         return kept.motion, kept.force, kept.moment
 
-    def _positions(self, u: Array) -> Array:
-        """Positions of the nodes of the skin for displacements, shape (k, 3) [m]."""
-        return np.asarray(self._X + u[self._dofs].reshape(-1, 3))
-
     def _find_motion(self, u: Array, v: Array) -> SectionMotion:
         """How the sections move."""
-        return self._transfer.motion(self._positions(u), v[self._dofs].reshape(-1, 3))
+        u, v = (values[self._dofs].reshape(-1, 3) for values in (u, v))
+        return self.transfer.motion(self._X + u, v)
 
     def _spread(self, F: Array, M: Array) -> Array:
-        """Forces on the degrees of freedom of the skin for loads on its sections [N]."""
-        return self._transfer.forces(F, M).ravel()
+        """Forces on the degrees of freedom of these nodes for loads on the sections [N]."""
+        return self.transfer.forces(F, M).ravel()

@@ -35,7 +35,7 @@ def find_stations(
         return StationLine(facets, origin=np.zeros(3), axis=np.eye(3)[axis], stations=places)
 
     for closest in range(3 * most, 1, -1):
-        sums = sum_stations(model.comm, closest, X, share_out(place(closest), X, areas, 0))
+        sums = sum_stations(model.comm, closest, X, share_out(place(closest), X, areas))
         if not np.any(find_flat(sums.counts, sums.moments)):
             return place(min(most, max(2, closest // 3 + 1)))
     raise ModelError(f"the skin of {model.body.name!r} has too few nodes for stations")

@@ -19,13 +19,13 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem
+from scipy.sparse import csr_matrix
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.bodies.material_points import find_surroundings
-from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.node_force import NodeForce
@@ -41,10 +41,9 @@ from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
-from turbine_fenicsx.system.mass_damper import MassDamper
+from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
 from turbine_fenicsx.system.nodal_forces import NodalForce, find_nodal_forces
 from turbine_fenicsx.system.own_fields import check_cells, evaluate_field
-from turbine_fenicsx.system.section_transfer import SectionTransfer
 from turbine_fenicsx.system.weak_form import WeakForm
 
 
@@ -95,7 +94,6 @@ class FlexibleModel(WeakForm, BodyModel):
         self.positions = self.local_positions[: self.n_owned]
         self.is_point = np.ones(self.n_owned)
         self.nodal_forces: list[tuple[slice, Array]] = []
-        self.section_loads = tuple(map(self._bind, section_loads))
         self._compile()
         ones = self.new_vector()
         ones.set(1.0)
@@ -105,12 +103,7 @@ class FlexibleModel(WeakForm, BodyModel):
         ones.destroy()
         self._of_nodes = self.find_nodal_forces(of_nodes)
         self.mass_damper = self._make_mass_damper()
-
-    def _bind(self, loads: SectionLoads) -> BoundSectionLoads:
-        """Loads on sections with the nodes that they act on."""
-        areas = [self.find_areas(loads.name, line.facets) for line in loads.lines]
-        transfer = SectionTransfer(self.comm, self.positions, areas, loads)
-        return BoundSectionLoads(loads, transfer, self.positions, transfer.nodes, self.comm)
+        self.section_loads = tuple(BoundSectionLoads(x, self) for x in section_loads)
 
     def _make_mass_damper(self) -> MassDamper | None:
         """Make the damper in proportion to the mass, see `RayleighDamping`."""
@@ -123,7 +116,15 @@ class FlexibleModel(WeakForm, BodyModel):
         diagonal.destroy()
         ends = np.array([self.nodal_mass.sum(), masses.sum()])
         mass, size = sum_over_ranks(self.comm, ends)
-        return MassDamper(self.space, self.positions, mass / size * masses, self.damping)
+        masses *= self.damping.mass * mass / size
+        parts = []
+        for part in self.damping.held:
+            nodes = np.arange(self.n_owned)
+            if part.cells is not None:
+                nodes = nodes_of_cells(self.space, part.cells)
+            frame = find_frame(self, self.damping.name, part.facets)
+            parts.append(DampedPart(nodes, masses[nodes], frame))
+        return MassDamper(self, parts)
 
     def _compile(self) -> None:
         """Compile what every run needs: momenta, energies, stresses."""
@@ -159,33 +160,28 @@ class FlexibleModel(WeakForm, BodyModel):
         field.destroy()
         return found
 
-    def new_vector(self) -> PETSc.Vec:
-        """New distributed vector of nodal values without ghosts, zero."""
-        size = (3 * self.n_owned, 3 * self.size_global)
-        vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
-        vector.set(0.0)
-        return vector
-
     def contact_nodes(self, coupling: Coupling) -> IntArray:
         """Owned nodes on the facets of a coupling, sorted."""
         facets = check_facets(coupling.name, self.body.mesh, coupling.facets)
         return nodes_of_facets(self.space, facets)
 
-    def weights_at(self, point: Array) -> Array | None:
-        """Shape functions of the owned nodes at a point, shape (n_owned,); None outside."""
-        found = find_surroundings(self.space, point)
-        if found is None:
-            return None
-        weights = np.zeros(self.size_global)
-        weights[found.nodes] = found.functions
-        first = self.space.dofmap.index_map.local_range[0]
-        own: Array = weights[first : first + self.n_owned]
-        return own
+    @property
+    def full(self) -> FlexibleModel:
+        """The model itself."""
+        return self
 
-    def distance_from(self, point: Array) -> float:
-        """Distance of a point from the nearest node [m]."""
-        d = np.linalg.norm(self.positions - point, axis=1)
-        return float(self.comm.allreduce(float(np.min(d, initial=np.inf)), op=min))
+    def rows(self, copy: int, nodes: IntArray, weights: Array | csr_matrix) -> csr_matrix:
+        """The weights of the owned ones among the nodes."""
+        first, end = self.space.dofmap.index_map.local_range
+        found = csr_matrix(weights).tocoo()
+        node = nodes[found.col]
+        own = (node >= first) & (node < end)
+        places = found.row[own], node[own] - first
+        return csr_matrix((found.data[own], places), shape=(found.shape[0], self.n_owned))
+
+    def mesh_displacements(self, u: PETSc.Vec, copy: int) -> Array:
+        """Those of the nodes."""
+        return np.array(u.array_r).reshape(-1, 3)
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""

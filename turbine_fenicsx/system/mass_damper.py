@@ -1,50 +1,66 @@
 """Damping in proportion to the mass, relative to the surfaces that hold a body.
 
-Three nodes k of the surface that holds a part move like a rigid frame: with their middle c, the
-arms r_k from it and J = sum_k (|r_k|^2 I - r_k r_k^T),
+Three nodes of the mesh of the surface that holds a part move like a rigid frame. With their middle
+c, the arms r_k from it and J = sum_k (|r_k|^2 1 - r_k r_k^T),
 
-    v_root(x) = v_c + omega x (x - c),        omega = J^-1 sum_k r_k x v_k.
+    omega = J^-1 sum_k r_k x r_k',      w_a = x_a' - h_a c' - omega x (x_a - h_a c),
 
-On each node a of the part acts f_a = -alpha m_a (v_a - v_root(x_a)), and on the three nodes the
-transpose of the frame's motion, with F = sum_a f_a and T = sum_a (x_a - c) x f_a
+where h_a is one for nodes that are points and zero for vectors. On the nodes of the part act
+f = -alpha M w with their masses M, and on the frame the transpose of its motion, with
+F = sum_a h_a f_a and T = sum_a (x_a - h_a c) x f_a
 
-    g_k = -F/3 - (J^-1 T) x r_k.
+    -F on c,      -(J^-1 T) x r_k on r_k.
 
-Forces and moments add up to zero; the power is -alpha sum_a m_a |v_a - v_root(x_a)|^2.
+Forces and moments add up to zero; the power is -alpha w.M w.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 
 from turbine_fenicsx.bodies.facets import check_facets
-from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
-from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
+from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import cross_rows, skew, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.body_nodes import BodyNodes
 
 LEAST_WIDTH = 1e-6
 """Least distance of the third node of a frame from the line through the others, relative to that of
 these two."""
 
 
+class DampedPart(NamedTuple):
+    """A part of a body that a surface holds.
+
+    Attributes:
+        nodes: Owned nodes of the part, shape (k,).
+        masses: alpha M of these, shape (k,) if they are lumped, else (k, k) [kg/s].
+        frame: Rows of c, r_1, r_2, r_3 over the owned nodes, as of `find_frame`.
+    """
+
+    nodes: IntArray
+    masses: Array
+    frame: sparse.csr_matrix
+
+
 class Frames(NamedTuple):
-    """How the surfaces that hold n parts move; velocities at x are offset + spin x.
+    """How the surfaces that hold n parts move; velocities at points x are offset + spin x.
 
     Attributes:
         middle: c, shape (n, 3) [m].
         arms: r_k, shape (n, 3, 3) [m].
         inverse: J^-1, shape (n, 3, 3) [1/m^2].
         spin: Matrices of omega x, shape (n, 3, 3) [1/s].
-        offset: v_c - omega x c, shape (n, 3) [m/s].
+        offset: c' - omega x c, shape (n, 3) [m/s].
     """
 
     middle: Array
@@ -58,29 +74,20 @@ class MassDamper:
     """The damping of one body. Collective, also its methods.
 
     Args:
-        space: Space of the displacement of the body.
-        positions: Initial positions of the owned nodes, shape (n, 3) [m].
-        masses: Their masses, positive, shape (n,) [kg].
-        damping: With a mass coefficient greater than zero.
+        model: The body.
+        parts: Its parts; nodes of two parts count for both.
     """
 
-    def __init__(
-        self, space: Any, positions: Array, masses: Array, damping: RayleighDamping
-    ) -> None:
-        self._comm, self._X = space.mesh.comm, positions
-        self._first = space.dofmap.index_map.local_range[0]
-        every = np.arange(len(positions))
-        parts = [
-            every if part.cells is None else nodes_of_cells(space, part.cells)
-            for part in damping.held
-        ]
-        self._weights = [damping.mass * masses[nodes][:, None] for nodes in parts]
-        self._parts = [_as_slice(nodes) for nodes in parts]
-        frames = [self._choose_frame(space, damping.name, part) for part in damping.held]
-        self._numbers = np.array(frames, dtype=np.int64)  # global numbers of the nodes k
-        local = self._numbers - self._first
-        self._mine = (local >= 0) & (local < len(positions))
-        self._local = local[self._mine]
+    def __init__(self, model: BodyNodes, parts: Sequence[DampedPart]) -> None:
+        self._comm, self._X = model.comm, model.positions
+        self._first = self._comm.scan(len(self._X)) - len(self._X)
+        self._h = [model.is_point[part.nodes] for part in parts]
+        self._parts = [_as_slice(part.nodes) for part in parts]
+        self._masses = [part.masses for part in parts]
+        self._frames = [self._gather(part.frame) for part in parts]
+        rows = sparse.vstack([part.frame for part in parts], "csc")
+        self._own = np.flatnonzero(np.diff(rows.indptr))  # owned nodes of frames
+        self._rows = rows[:, self._own].toarray()
 
     def add_forces(self, u: Array, v: Array, factor: float, out: Array) -> None:
         """Add the forces on the nodes times a factor.
@@ -93,105 +100,125 @@ class MassDamper:
         x, v, forces = self._X + u.reshape(-1, 3), v.reshape(-1, 3), out.reshape(-1, 3)
         frames = self._find_frames(x, v)
         sums = np.empty((len(self._parts), 4, 3))
-        for k, (nodes, f) in enumerate(self._find_forces(frames, x, v)):
+        for k, (nodes, w) in enumerate(self._find_motions(frames, x, v)):
+            f = _times(self._masses[k], w)
             f *= factor
             forces[nodes] += f
-            sums[k, 0], sums[k, 1:] = f.sum(axis=0), x[nodes].T @ f
+            sums[k, 0], sums[k, 1:] = self._h[k] @ f, x[nodes].T @ f
         sums = sum_over_ranks(self._comm, sums)
         F, T = sums[:, 0], _axial(sums[:, 1:]) - cross_rows(frames.middle, sums[:, 0])
         turns = skew_rows((frames.inverse @ T[:, :, None])[:, :, 0])
-        reactions = -F[:, None] / 3.0 - frames.arms @ turns.transpose(0, 2, 1)
-        np.add.at(forces, self._local, reactions[self._mine])
+        on_rows = np.concatenate([F[:, None], frames.arms @ turns.transpose(0, 2, 1)], axis=1)
+        forces[self._own] -= self._rows.T @ on_rows.reshape(-1, 3)
 
     def power(self, u: Array, v: Array) -> float:
         """This rank's part of the power that it takes out [W]; arguments as of `add_forces`."""
         x, v = self._X + u.reshape(-1, 3), v.reshape(-1, 3)
-        parts = self._find_forces(self._find_frames(x, v), x, v)
-        powers = [
-            np.sum(f * f / weights) for (_, f), weights in zip(parts, self._weights, strict=True)
-        ]
+        motions = self._find_motions(self._find_frames(x, v), x, v)
+        powers = [np.sum(w * _times(M, w)) for (_, w), M in zip(motions, self._masses, strict=True)]
         return float(np.sum(powers))
-
-    def _find_forces(
-        self, frames: Frames, x: Array, v: Array
-    ) -> Iterator[tuple[slice | IntArray, Array]]:
-        """Nodes of each part, and the forces on them [N]."""
-        for k, (nodes, weights) in enumerate(zip(self._parts, self._weights, strict=True)):
-            f = x[nodes] @ frames.spin[k].T
-            f += frames.offset[k]
-            f -= v[nodes]
-            f *= weights
-            yield nodes, f
 
     def matrix(self, u: Array) -> PETSc.Mat:
         """New matrix of minus the forces per velocity, symmetric [N s/m].
 
-        With the diagonal W of alpha m_a and the motion Q v of the nodes relative to the frames it
-        is Q^T W Q. Nodes of two parts count for both.
+        With alpha M = L L^T and w = Q v it is the sum of Q^T L L^T Q over the parts.
 
         Args:
             u: Displacements of the owned nodes, shape (3 n,) [m].
         """
-        x = self._X + u.reshape(-1, 3)
-        rows, columns, values = [], [], []
-        frames = self._find_frames(x, np.zeros_like(x))
-        every = np.arange(len(x))
-        for k, (part, weights, numbers) in enumerate(
-            zip(self._parts, self._weights, self._numbers, strict=True)
-        ):
-            nodes = every[part]
-            dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-            root = np.sqrt(np.repeat(weights, 3))
-            of_frame = (3 * numbers[:, None] + np.arange(3)).ravel()
-            d = skew_rows(x[nodes] - frames.middle[k])
-            turns = np.hstack([frames.inverse[k] @ skew(r) for r in frames.arms[k]])
-            Q = (d @ turns - np.tile(np.eye(3) / 3.0, 3)).reshape(len(dofs), 9)
-            rows += [dofs, np.repeat(dofs, 9)]
-            columns += [3 * self._first + dofs, np.tile(of_frame, len(dofs))]
-            values += [root, (root[:, None] * Q).ravel()]
-        entries = tuple(map(np.concatenate, (values, rows, columns)))
+        x, roots = self._X + u.reshape(-1, 3), []
         local, size = 3 * len(x), 3 * self._comm.allreduce(len(x))
-        found = sparse.coo_matrix((entries[0], entries[1:]), (local, size)).tocsr()
-        csr = (found.indptr.astype(PETSc.IntType), found.indices.astype(PETSc.IntType), found.data)
-        root_of_D = PETSc.Mat().createAIJ(((local, None), (local, None)), csr=csr, comm=self._comm)
+        for k, follow in enumerate(self._follow(x)):
+            dofs = _dofs(np.arange(len(x))[self._parts[k]])
+            if dofs.size:
+                columns = 3 * self._first + dofs, _dofs(self._frames[k][0])
+                w = _spread(sparse.identity(dofs.size), columns[0], size)
+                w -= _spread(sparse.csr_matrix(follow), columns[1], size)
+                M = self._masses[k]
+                L_T = sparse.diags(np.sqrt(M)) if M.ndim == 1 else np.linalg.cholesky(M).T
+                roots.append(sparse.kron(L_T, np.eye(3), "csr") @ w)
+        root = sparse.vstack(roots, "csr") if roots else sparse.csr_matrix((0, size))
+        csr = (root.indptr.astype(PETSc.IntType), root.indices.astype(PETSc.IntType), root.data)
+        sizes = ((root.shape[0], None), (local, None))
+        root_of_D = PETSc.Mat().createAIJ(sizes, csr=csr, comm=self._comm)
         D = root_of_D.transposeMatMult(root_of_D)
         root_of_D.destroy()
         return D
 
+    def _find_motions(
+        self, frames: Frames, x: Array, v: Array
+    ) -> Iterator[tuple[slice | IntArray, Array]]:
+        """Nodes of each part, and -w of these, what they lack to move like the frame [m/s]."""
+        for k, nodes in enumerate(self._parts):
+            w = x[nodes] @ frames.spin[k].T
+            w += self._h[k][:, None] * frames.offset[k]
+            w -= v[nodes]
+            yield nodes, w
+
+    def _follow(self, x: Array) -> Iterator[Array]:
+        """How the nodes of each part follow those of its frame, shape (3 k, 3 m)."""
+        frames = self._find_frames(x, np.zeros_like(x))
+        for k, part in enumerate(self._parts):
+            d = skew_rows(x[part] - self._h[k][:, None] * frames.middle[k])
+            on_rows = [self._h[k][:, None, None] * np.eye(3)]
+            on_rows += [d @ (-frames.inverse[k] @ skew(r)) for r in frames.arms[k]]
+            rows = self._frames[k][1]
+            follow = np.einsum("jnab,jm->namb", on_rows, rows)
+            yield follow.reshape(3 * len(d), 3 * rows.shape[1])
+
+    def _gather(self, frame: sparse.csr_matrix) -> tuple[IntArray, Array]:
+        """Nodes of a frame, counted over all ranks, and its rows over these, shape (4, m)."""
+        own = np.unique(frame.nonzero()[1])
+        found = self._comm.allgather((self._first + own, frame[:, own].toarray()))
+        numbers, rows = zip(*found, strict=True)
+        return np.concatenate(numbers), np.concatenate(rows, axis=1)
+
     def _find_frames(self, x: Array, v: Array) -> Frames:
         """How the surfaces move, for positions and velocities of the owned nodes."""
-        values = np.zeros((2, *self._mine.shape, 3))
-        values[0, self._mine], values[1, self._mine] = x[self._local], v[self._local]
-        points, velocities = sum_over_ranks(self._comm, values)
-        middle = points.mean(axis=1)
-        r = points - middle[:, None]
+        motion = np.concatenate([x[self._own], v[self._own]], axis=1)
+        motion = sum_over_ranks(self._comm, self._rows @ motion).reshape(-1, 4, 6)
+        middle, r, rates = motion[:, 0, :3], motion[:, 1:, :3], motion[:, 1:, 3:]
         J = -r.transpose(0, 2, 1) @ r
         J += np.einsum("nki,nki->n", r, r)[:, None, None] * np.eye(3)
         inverse = np.linalg.inv(J)
-        moments = _axial(r.transpose(0, 2, 1) @ velocities)
+        moments = _axial(r.transpose(0, 2, 1) @ rates)
         spin = skew_rows((inverse @ moments[:, :, None])[:, :, 0])
-        offset = velocities.mean(axis=1) - (spin @ middle[:, :, None])[:, :, 0]
+        offset = motion[:, 0, 3:] - (spin @ middle[:, :, None])[:, :, 0]
         return Frames(middle, r, inverse, spin, offset)
 
-    def _choose_frame(self, space: Any, name: str, part: HeldPart) -> list[int]:
-        """Global numbers of three nodes of a surface that are far from each other."""
-        facets = check_facets(name, space.mesh, part.facets)
-        owned = nodes_of_facets(space, facets)
-        X = np.concatenate(self._comm.allgather(self._X[owned]))
-        numbers = np.concatenate(self._comm.allgather(self._first + owned))
-        if len(X) < 3:
-            raise ModelError(f"a surface of {name!r} has {len(X)} nodes, expected 3 or more")
-        order = np.lexsort(np.round(X, 9).T)  # whatever the number of ranks
-        X, numbers = X[order], numbers[order]
-        a = int(np.linalg.norm(X - X.mean(axis=0), axis=1).argmax())
-        b = int(np.linalg.norm(X - X[a], axis=1).argmax())
-        along = X[b] - X[a]
-        length = float(np.linalg.norm(along))
-        widths = np.linalg.norm(np.cross(X - X[a], along), axis=1) / max(length, 1e-300)
-        c = int(widths.argmax())
-        if widths[c] <= LEAST_WIDTH * length:
-            raise ModelError(f"the nodes of a surface of {name!r} must not lie on a line")
-        return [int(numbers[k]) for k in (a, b, c)]
+
+def find_frame(
+    model: BodyNodes, name: str, facets: npt.ArrayLike, copy: int = 0
+) -> sparse.csr_matrix:
+    """Rows of the frame of a surface, of three nodes that are far from each other. Collective.
+
+    Args:
+        model: The body, of whose mesh the facets are.
+        name: Name of the damping, for errors.
+        facets: Facets of the surface, indices local to this rank (ghosts allowed).
+        copy: Number of the copy.
+
+    Returns:
+        Rows of c, r_1, r_2, r_3 over the owned nodes of the body.
+    """
+    space, comm = model.space, model.comm
+    owned = nodes_of_facets(space, check_facets(name, space.mesh, facets))
+    X = np.concatenate(comm.allgather(space.tabulate_dof_coordinates()[owned]))
+    numbers = np.concatenate(comm.allgather(space.dofmap.index_map.local_range[0] + owned))
+    if len(X) < 3:
+        raise ModelError(f"a surface of {name!r} has {len(X)} nodes, expected 3 or more")
+    order = np.lexsort(np.round(X, 9).T)  # whatever the number of ranks
+    X, numbers = X[order], numbers[order]
+    a = int(np.linalg.norm(X - X.mean(axis=0), axis=1).argmax())
+    b = int(np.linalg.norm(X - X[a], axis=1).argmax())
+    along = X[b] - X[a]
+    length = float(np.linalg.norm(along))
+    widths = np.linalg.norm(np.cross(X - X[a], along), axis=1) / max(length, 1e-300)
+    c = int(widths.argmax())
+    if widths[c] <= LEAST_WIDTH * length:
+        raise ModelError(f"the nodes of a surface of {name!r} must not lie on a line")
+    weights = np.vstack([np.full(3, 1.0 / 3.0), np.eye(3) - 1.0 / 3.0])
+    return model.rows(copy, numbers[[a, b, c]], weights)
 
 
 def _axial(A: Array) -> Array:
@@ -204,3 +231,21 @@ def _as_slice(nodes: IntArray) -> slice | IntArray:
     if len(nodes) and nodes[-1] - nodes[0] + 1 == len(nodes):
         return slice(int(nodes[0]), int(nodes[-1]) + 1)
     return nodes
+
+
+def _dofs(nodes: IntArray) -> IntArray:
+    """Degrees of freedom of nodes."""
+    dofs: IntArray = (3 * nodes[:, None] + np.arange(3)).ravel()
+    return dofs
+
+
+def _spread(matrix: Any, columns: IntArray, size: int) -> sparse.csr_matrix:
+    """Spread the columns of a matrix over those of a wider one."""
+    found = matrix.tocoo()
+    shape = (found.shape[0], size)
+    return sparse.csr_matrix((found.data, (found.row, columns[found.col])), shape=shape)
+
+
+def _times(masses: Array, w: Array) -> Array:
+    """Masses times values of the nodes."""
+    return masses[:, None] * w if masses.ndim == 1 else masses @ w

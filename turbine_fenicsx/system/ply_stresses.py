@@ -23,7 +23,6 @@ from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
 from turbine_fenicsx.materials.wall_axes import wall_frame
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 from turbine_fenicsx.system.cell_numbers import PointValues
-from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -62,9 +61,9 @@ class PlyStresses:
     ) -> None:
         check_among_parts("flexible body", body, system.flexible_bodies)
         self._index = system.flexible_bodies.index(body)
-        self._view = MeshView(system.flexible_models[self._index])
-        self.copies, self._model = len(self._view.placements), self._view.mesh
-        self.body = body = self._model.body
+        self._model = system.flexible_models[self._index]
+        self.copies, self.body = len(body.placements), body.full
+        body = self.body
         n = body.mesh.topology.index_map(3).size_local
         error = None
         if len(laminates) != n:
@@ -92,7 +91,7 @@ class PlyStresses:
             state: A state of the system.
             copy: Number of the copy of a reduced body.
         """
-        u = self._view.find_displacements(state.u[self._index], copy)
+        u = self._model.mesh_displacements(state.u[self._index], copy)
         self._u.x.array[: u.size] = u.ravel()
         self._u.x.scatter_forward()
         found = self._strain.in_cells()[: len(self.inner)]

@@ -1,54 +1,37 @@
-"""Forces on the vectors of a reduced body: those of fixed directions, and those on sections."""
+"""Forces of fixed directions on the vectors of a reduced body."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.node_force import NodeForce
-from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
-from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.section_rows import SectionRows
+from turbine_fenicsx.system.body_nodes import BodyNodes
 
 
-def find_vector_forces(body: ReducedBody, forces: Sequence[NodeForce | BodyForce]) -> list[Array]:
-    """Values of each force on all vectors at factor one, shape (copies, n, 3) [N]. Collective."""
-    of_masses = _sum_over_mesh(body, [x for x in forces if isinstance(x, BodyForce)])
-    return [
-        next(of_masses) if isinstance(force, BodyForce) else _find_nearest(body, force)
-        for force in forces
-    ]
-
-
-def bind_section_loads(
-    body: ReducedBody, loads: Sequence[SectionLoads], positions: Array
-) -> tuple[list[SectionRows], tuple[BoundSectionLoads, ...]]:
-    """Rows of loads on sections, and the loads with the vectors that they act on. Collective.
+def find_vector_forces(
+    body: ReducedBody,
+    model: BodyNodes,
+    find_functions: Callable[[], Array],
+    forces: Sequence[NodeForce | BodyForce],
+) -> list[Array]:
+    """Values of each force on all vectors at factor one, shape (copies, n, 3) [N]. Collective.
 
     Args:
-        positions: Initial values of the vectors that this rank owns, shape (copies n or 0, 3).
+        find_functions: Gives the functions at the nodes of the mesh that this rank owns.
     """
-    if not loads:
-        return [], ()
-    model, F = find_functions(body)
-    every = np.arange(len(positions))
-    rows = [SectionRows(body, model, F, x) for x in loads]
-    pairs = zip(loads, rows, strict=True)
-    return rows, tuple(BoundSectionLoads(x, own, positions, every, model.comm) for x, own in pairs)
-
-
-def find_functions(body: ReducedBody) -> tuple[FlexibleModel, Array]:
-    """The full body, and the functions at the nodes that this rank owns, shape (n_owned, n)."""
-    model = FlexibleModel(body.full)
-    return model, body.basis.functions[cKDTree(body.basis.points).query(model.positions)[1]]
+    return [
+        _sum_over_mesh(model, find_functions(), force)
+        if isinstance(force, BodyForce)
+        else _find_nearest(body, force)
+        for force in forces
+    ]
 
 
 def _find_nearest(body: ReducedBody, force: NodeForce) -> Array:
@@ -61,19 +44,15 @@ def _find_nearest(body: ReducedBody, force: NodeForce) -> Array:
     return values
 
 
-def _sum_over_mesh(body: ReducedBody, forces: Sequence[BodyForce]) -> Iterator[Array]:
-    """Int rho F_k b dV of fields b, by the forms of the full body."""
-    if not forces:
-        return
-    model, F = find_functions(body)
-    for force in forces:
-        values = []
-        for place in body.placements:
-            R, t = (np.asarray(x, dtype=float) for x in (place.rotation, place.position))
+def _sum_over_mesh(model: BodyNodes, functions: Array, force: BodyForce) -> Array:
+    """Int rho F_k b dV of a field b, by the forms of the full body."""
+    values = []
+    for place in model.body.placements:
+        R, t = place.frame()
 
-            def placed(X: Array, R: Array = R, t: Array = t, force: BodyForce = force) -> Array:
-                return force.field(t + X @ R.T)
+        def placed(X: Array, R: Array = R, t: Array = t) -> Array:
+            return force.field(t + X @ R.T)
 
-            (found,) = model.find_nodal_forces([replace(force, field=placed)])
-            values.append(F.T @ found.values.reshape(-1, 3))
-        yield sum_over_ranks(model.comm, np.array(values))
+        (found,) = model.full.find_nodal_forces([replace(force, field=placed)])
+        values.append(functions.T @ found.values.reshape(-1, 3))
+    return sum_over_ranks(model.comm, np.array(values))

@@ -12,16 +12,17 @@ orientations for that). So the momenta are sums over vectors as over nodes of a 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.material_points import find_surroundings
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.bodies.surface_points import find_surface_points
 from turbine_fenicsx.forces.body_force import BodyForce
@@ -33,11 +34,13 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.own_code import evaluate_function
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
+from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
+from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
 from turbine_fenicsx.system.own_fields import evaluate_field
 from turbine_fenicsx.system.reduced_checks import check_forces, check_mesh
-from turbine_fenicsx.system.reduced_damper import ReducedDamper
-from turbine_fenicsx.system.reduced_forces import bind_section_loads, find_vector_forces
+from turbine_fenicsx.system.reduced_forces import find_vector_forces
 
 
 class ReducedModel(BodyModel):
@@ -82,8 +85,8 @@ class ReducedModel(BodyModel):
         self.n_owned = self.size_global if self._is_owner else 0
         self.mass = basis.mass
         self.meaning = basis.fingerprint
-        self._space = _compat.vector_space(body.full.mesh, body.full.degree)
-        check_mesh(body, self._space)
+        self.space = _compat.vector_space(body.full.mesh, body.full.degree)
+        check_mesh(body, self.space)
         h = basis.is_point
         self.positions = np.concatenate([p.place(basis.vectors, h) for p in body.placements])
         moments = np.tile(basis.mass @ h, self.copies)
@@ -104,22 +107,24 @@ class ReducedModel(BodyModel):
             self.losses["structural damping"] = times
         self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
         self.mass_damper = self._make_mass_damper(damping)
-        self._of_vectors = find_vector_forces(body, of_vectors)
-        self._rows, self.section_loads = bind_section_loads(body, of_sections, self.positions)
+        self._of_vectors = find_vector_forces(body, self, lambda: self.mesh_functions, of_vectors)
+        self.section_loads = tuple(BoundSectionLoads(x, self) for x in of_sections)
 
-    def _make_mass_damper(self, damping: RayleighDamping | None) -> ReducedDamper | None:
+    def _make_mass_damper(self, damping: RayleighDamping | None) -> MassDamper | None:
         """Make the damper in proportion to the mass, see `RayleighDamping`. Collective."""
         if damping is None or damping.mass == 0.0:
             return None
-        found = [find_surface_points(self._space, damping.name, x.facets) for x in damping.held]
-        interface = self.body.basis.find_interface(found[0]) if len(found) == 1 else None
-        if interface is None:
+        if len(damping.held) != 1:
             raise ModelError(
-                f"held of {damping.name!r} must be the surface of one coupling of "
-                f"{self.body.name!r}, which is reduced"
+                f"held of {damping.name!r} must be one surface of the mesh of {self.body.name!r}, "
+                "which is reduced"
             )
-        basis = self.body.basis
-        return ReducedDamper(damping.mass * self.mass, self.positions, basis.is_point, interface)
+        parts, facets = [], damping.held[0].facets
+        for copy in range(self.copies):
+            nodes = copy * self._n + np.arange(self._n if self._is_owner else 0)
+            masses = damping.mass * self.mass[: len(nodes), : len(nodes)]
+            parts.append(DampedPart(nodes, masses, find_frame(self, damping.name, facets, copy)))
+        return MassDamper(self, parts)
 
     def _holds_first_interface(self) -> bool:
         """Whether couplings hold the first interface of all copies."""
@@ -129,12 +134,7 @@ class ReducedModel(BodyModel):
     def _find_interface(self, coupling: Coupling) -> int:
         """The interface that a coupling holds. Collective."""
         body = self.body
-        if not 0 <= coupling.copy < self.copies:
-            raise ModelError(
-                f"copy of {coupling.name!r} must be one of the {self.copies} copies of "
-                f"{body.name!r}, 0 to {self.copies - 1}, got {coupling.copy}"
-            )
-        found = find_surface_points(self._space, coupling.name, coupling.facets)
+        found = find_surface_points(self.space, coupling.name, coupling.facets)
         if not len(found):
             raise ModelError(
                 f"coupling {coupling.name!r} holds no node: its surface has no facets on "
@@ -206,9 +206,14 @@ class ReducedModel(BodyModel):
         Returns:
             Shape (copies or 0, 3 n, 3 n) [N/m], not symmetric; None without such loads.
         """
-        pairs = zip(self.section_loads, self._rows, strict=True)
-        found = [rows.spread_slopes(loads.find_slopes(u, v, times)) for loads, rows in pairs]
-        return sum(found, np.zeros(()))[: len(self.vectors(u))] if found else None
+        if not self.section_loads:
+            return None
+        found = np.zeros((self.copies if self._is_owner else 0, 3 * self._n, 3 * self._n))
+        for loads in self.section_loads:
+            slopes = loads.find_slopes(u, v, times)
+            if self._is_owner:
+                loads.transfer.add_slopes(slopes, found)
+        return found
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
         """Weight and forces, shape (copies or 0, n, 3) [N]. Collective."""
@@ -217,29 +222,40 @@ class ReducedModel(BodyModel):
             forces += force
         return forces
 
-    def new_vector(self) -> PETSc.Vec:
-        """New distributed vector of nodal values, zero."""
-        size = (3 * self.n_owned, 3 * self.size_global)
-        vector = PETSc.Vec().createMPI(size, bsize=3, comm=self.comm)
-        vector.set(0.0)
-        return vector
+    @cached_property
+    def full(self) -> FlexibleModel:
+        """The body on its mesh. Collective."""
+        return FlexibleModel(self.body.full)
 
-    def weights_at(self, point: Array) -> Array | None:
-        """Values of the functions at a point of a copy, shape (n_owned,); None outside of all."""
-        basis = self.body.basis
-        for copy, placement in enumerate(self.body.placements):
-            R, t = (np.asarray(x, dtype=float) for x in (placement.rotation, placement.position))
-            found = find_surroundings(self._space, (point - t) @ R)
-            if found is not None:
-                rows = cKDTree(basis.points).query(found.positions)[1]
-                weights = np.zeros((self.copies, self._n))
-                weights[copy] = found.functions @ basis.functions[rows]
-                return weights.ravel()[: self.n_owned]
-        return None
+    def rows(self, copy: int, nodes: IntArray, weights: Array | csr_matrix) -> csr_matrix:
+        """The weights times the functions at the nodes, for the vectors of the copy."""
+        of_copy = np.atleast_2d(weights @ self.body.basis.functions[self._row_of_node[nodes]])
+        found = np.zeros((len(of_copy), self.copies, self._n))
+        found[:, copy] = of_copy
+        return csr_matrix(found.reshape(len(found), -1)[:, : self.n_owned])
 
-    def distance_from(self, point: Array) -> float:
-        """Distance of a point from the nearest node of the mesh of any copy [m]."""
-        return float(np.min(np.linalg.norm(self.body.points - point, axis=2)))
+    def mesh_displacements(self, u: PETSc.Vec, copy: int) -> Array:
+        """Sums of the functions, turned back."""
+        R, _ = self.body.placements[copy].frame()
+        z = self.split(self.comm.bcast(np.array(u.array_r)))[copy]
+        found: Array = self.mesh_functions @ (z @ R)
+        return found
+
+    @property
+    def mesh_functions(self) -> Array:
+        """The functions at the nodes of the mesh that this rank owns, shape (k, n). Collective."""
+        first, end = self.space.dofmap.index_map.local_range
+        found: Array = self.body.basis.functions[self._row_of_node[first:end]]
+        return found
+
+    @cached_property
+    def _row_of_node(self) -> IntArray:
+        """Row of the functions of the basis for each node of the mesh, of all ranks. Collective."""
+        owned = self.space.dofmap.index_map.size_local
+        positions = self.space.tabulate_dof_coordinates()[:owned]
+        positions = np.concatenate(self.comm.allgather(positions))
+        rows: IntArray = cKDTree(self.body.basis.points).query(positions)[1]
+        return rows
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Momenta p = M v of the vectors, into p."""
@@ -305,10 +321,12 @@ class ReducedModel(BodyModel):
         z = self.vectors(u.array_r)
         J = self.strain.jacobian(self.strain.vectors(z))
         D = (J.swapaxes(1, 2) * self.loss) @ J
-        if self.mass_damper is not None:
-            D += self.mass_damper.matrix(u.array_r)
         out = self.new_stiffness()
         self.fill(out, D)
+        if self.mass_damper is not None:
+            of_masses = self.mass_damper.matrix(u.array_r)
+            out.axpy(1.0, of_masses)
+            of_masses.destroy()
         return out
 
     def integrals(self, u: PETSc.Vec, v: PETSc.Vec) -> Array:

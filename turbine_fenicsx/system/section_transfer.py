@@ -1,127 +1,131 @@
-"""From the nodes of a skin to the motion of sections, and from their loads back to the nodes.
+"""From the nodes of a body to the motion of sections, and from their loads back to the nodes.
 
-With the weights w_ai = A_a N_i(z_a) of node a at station i, A_a the skin area of the node and N_i
-the hat function of the station along the axis, and sums over all nodes,
+Node a of the mesh has the weight w_a = A_a N(z_a) at a station, with the skin area A_a of the node
+and the hat function N of the station along the axis. With their sum W, and the arms R_a of the
+nodes from the centre of the station in the mesh, the sums
 
-    x_i = sum w x_a / W,    r_a = x_a - x_i,    J = sum w (r.r 1 - r r),
-    v_i = sum w v_a / W,    omega_i = J^-1 sum w r_a x v_a,
+    H_0 x = sum w_a x_a/W,      H_j x = sum w_a R_aj x_a
 
-and the forces on the nodes are the transpose of that,
+are constant rows over the nodes of the body, points or vectors, and with B_j = H_j x, A the
+rotation nearest to B, and U = A^T B
 
-    f_a = w (F/W + (J^-1 M) x r_a),
+    x_i = H_0 x,    v_i = H_0 x',    omega_i = J^-1 sum_j A_j x H_j x',    J = tr(U) 1 - B A^T.
 
-so that sum f = F, sum r x f = M and sum f . v = F . v_i + M . omega_i, whatever F and M are.
+The forces on the nodes are the transpose of that,
+
+    H_0^T F + sum_j H_j^T (J^-1 M) x A_j.
+
+So the power is F.v_i + M.omega_i. If the body turns with w, omega_i = J^-1 sum_j A_j x (w x B_j)
+is w, so that the resultants are F and M about x_i. All three hold to round-off.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
+from scipy import sparse
 
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.rotations import nearest_rotation
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.system.body_nodes import BodyNodes
 
 SLENDEREST = 1e-6
 """Smallest moment of inertia of a section, relative to the largest, below which it is a line."""
 
-UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Entries of a symmetric tensor."""
+SHRINKAGE = 0.9
+"""Factor of the number of stations, if nodes are too far apart for them."""
+
+DENSE = 0.5
+"""Part of the entries of rows from which on they are kept as a dense array."""
+
+Single = npt.NDArray[np.float32]
+"""An array in single precision."""
+
+
+class Line(NamedTuple):
+    """The stations of a line.
+
+    Attributes:
+        copy: Number of the copy of the body.
+        nodes: Those of the nodes of the transfer that have a weight.
+        rows: H_0, H_1, H_2, H_3 of each station over these, shape (4 stations, k).
+        stations: Their places among all.
+    """
+
+    copy: int
+    nodes: IntArray
+    rows: Array | sparse.csr_matrix
+    stations: slice
 
 
 class SectionTransfer:
-    """Weights of the nodes of a skin at stations. Collective.
+    """Rows of stations. Collective, as are all methods but `forces`.
+
+    Stations that are closer than the nodes of the mesh lie between wider sections, and their rows
+    are linear between the rows of these, which keeps all that is said above.
 
     Args:
-        positions: Initial positions of the owned nodes, shape (n_owned, 3) [m].
-        areas: For each line the skin area of each node, zero off its skin, shape (n_owned,) [m^2].
+        model: The body.
+        loads: The stations on it.
 
     Attributes:
         nodes: Owned nodes that have a weight, shape (k,).
-        stations: Number of stations.
     """
 
-    def __init__(
-        self,
-        comm: MPI.Intracomm,
-        positions: Array,
-        areas: Sequence[Array],
-        loads: SectionLoads,
-    ) -> None:
-        self._comm, self.stations = comm, sum(line.size for line in loads.lines)
-        parts, first = [], 0
-        for line, area in zip(loads.lines, areas, strict=True):
-            parts.append(share_out(line, positions, area, first))
-            first += line.size
-        node, station, weight = (np.concatenate(part) for part in zip(*parts, strict=True))
-        self.nodes, pair = np.unique(node, return_inverse=True)
-        X = positions[self.nodes]
-        # all pairs of a node and a station, station after station; components are rows
-        order = np.argsort(station, kind="stable")
-        self._pair, self._station, self._w = pair[order], station[order], weight[order]
-        self._scatter = csr_matrix(
-            (self._w, (self._pair, np.arange(pair.size))), (self.nodes.size, pair.size)
-        )
-        self._present, self._starts = np.unique(self._station, return_index=True)
-        self._W = np.maximum(self._sum(self._w[None])[:, 0], np.finfo(float).tiny)
-        X_pairs = _take(X, self._pair)
-        self._check(loads, X_pairs)
-        self._initial = self._centre = self._centres(X_pairs)
-        self._R = X_pairs - _take(self._centre, self._station)
-        self._rows = np.empty((30, pair.size))
-
-    def set_positions(self, x: Array) -> None:
-        """Set positions from which those in a step do not differ much. Collective.
-
-        Sums about the centres there, and not about the origin, lose no digits far from it.
-
-        Args:
-            x: Positions of the nodes, shape (k, 3) [m].
-        """
-        self._centre = self._centres(_take(x, self._pair))
+    def __init__(self, model: BodyNodes, loads: SectionLoads) -> None:
+        self._comm = model.comm
+        found = [_find_rows(model, loads.name, line) for line in loads.lines]
+        rows, *others = zip(*found, strict=True)
+        counts, moments, self._initial = map(np.concatenate, others)
+        check_stations(loads, counts, moments)
+        used = [np.unique(of_line.nonzero()[1]) for of_line in rows]
+        self.nodes: IntArray = np.unique(np.concatenate(used))
+        ends = np.cumsum([line.size for line in loads.lines])
+        self._lines = [
+            Line(
+                line.copy,
+                np.searchsorted(self.nodes, own),
+                _choose_form(of_line[:, own]),
+                slice(end - line.size, end),
+            )
+            for line, own, of_line, end in zip(loads.lines, used, rows, ends, strict=True)
+        ]
+        turns = [model.body.placements[line.copy].frame()[0] for line in loads.lines]
+        sizes = [line.size for line in loads.lines]
+        self._turn_back = np.repeat(np.array(turns), sizes, axis=0).swapaxes(1, 2)
 
     def motion(self, x: Array, v: Array) -> SectionMotion:
-        """How the sections move. Collective.
+        """How the sections move.
 
         Args:
-            x: Positions of the nodes, shape (k, 3) [m].
-            v: Velocities of the nodes, shape (k, 3) [m/s].
+            x: Values of the nodes, shape (k, 3) [m].
+            v: Their rates, shape (k, 3) [m/s].
         """
-        y = _take(x, self._pair) - _take(self._centre, self._station)
-        v = _take(v, self._pair)
-        wy, rows = self._rows[:3], self._rows
-        np.multiply(self._w, y, out=wy)
-        np.multiply(self._w, v, out=rows[3:6])
-        for row, (i, j) in enumerate(UPPER, start=6):
-            np.multiply(wy[i], y[j], out=rows[row])
-        for first, other in ((12, v), (21, self._R)):
-            for i in range(3):
-                np.multiply(wy[i], other, out=rows[first + 3 * i : first + 3 * i + 3])
-        sums, W = self._sum(rows), self._W[:, None]
-        y_mean, v_mean = sums[:, :3] / W, sums[:, 3:6] / W
-        # sums about the centres: sum w r r = sum w y y - W y_i y_i, and so on
-        S = np.empty((self.stations, 3, 3))
-        for row, (i, j) in enumerate(UPPER, start=6):
-            S[:, i, j] = S[:, j, i] = sums[:, row] - self._W * y_mean[:, i] * y_mean[:, j]
-        rv = sums[:, 12:21].reshape(-1, 3, 3) - W[:, None] * y_mean[:, :, None] * v_mean[:, None]
-        spin = np.stack([rv[:, i, j] - rv[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
-        # J = tr(S) 1 - S
-        J = np.trace(S, axis1=1, axis2=2)[:, None, None] * np.eye(3) - S
+        both, sums = np.concatenate([x, v], axis=1), np.empty((len(self._initial), 4, 6))
+        for line in self._lines:
+            sums[line.stations] = (line.rows @ both[line.nodes]).reshape(-1, 4, 6)
+        sums = sum_over_ranks(self._comm, sums)
+        B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
+        self._axes = A = nearest_rotation(B)
+        A_T = A.swapaxes(1, 2)
+        J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A_T
         self._inverse = np.linalg.inv(J)
-        self._r = y - _take(y_mean, self._station)
+        D = A @ rates
+        spin = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
         return SectionMotion(
-            self._centre + y_mean,
-            nearest_rotation(sums[:, 21:].reshape(-1, 3, 3)),
-            v_mean,
-            np.einsum("ijk,ik->ij", self._inverse, spin),
+            sums[:, 0, :3],
+            A @ self._turn_back,
+            sums[:, 0, 3:],
+            (self._inverse @ spin[:, :, None])[:, :, 0],
             self._initial,
         )
 
@@ -132,32 +136,104 @@ class SectionTransfer:
             F: Forces, shape (n, 3) [N].
             M: Moments about the centres, shape (n, 3) [N m].
         """
-        parts = _take(F / self._W[:, None], self._station)
-        turn = np.einsum("ijk,ik->ij", self._inverse, M)
-        t, r = _take(turn, self._station), self._r
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            parts[i] += t[j] * r[k] - t[k] * r[j]
-        return np.stack([self._scatter @ part for part in parts], axis=1)
+        turn, on_rows = (self._inverse @ M[:, :, None])[:, :, 0], np.empty((len(F), 4, 3))
+        on_rows[:, 0] = F
+        for j in range(3):
+            on_rows[:, 1 + j] = cross_rows(turn, self._axes[:, :, j])
+        f = np.zeros((len(self.nodes), 3))
+        for line in self._lines:
+            f[line.nodes] += line.rows.T @ on_rows[line.stations].reshape(-1, 3)
+        return f
 
-    def _centres(self, x: Array) -> Array:
-        """Weighted means of positions of the pairs, shape (n, 3) [m]. Collective."""
-        centres: Array = self._sum(self._w * x) / self._W[:, None]
-        return centres
+    def add_slopes(self, slopes: Array, out: Array) -> None:
+        """Add the derivatives of the forces, of those of the loads at the last motion.
 
-    def _sum(self, rows: Array) -> Array:
-        """Sums over the pairs of each station on all ranks, shape (n, rows). Collective."""
-        sums = np.zeros((self.stations, len(rows)))
-        if self._present.size:
-            sums[self._present] = np.add.reduceat(rows, self._starts, axis=1).T
-        return sum_over_ranks(self._comm, sums)
+        With P_i, which takes increments of the nodes to those of section i, this is the sum of
+        P_i^T Q_i P_i for each copy. It is found in single precision: tangents need no more.
 
-    def _check(self, loads: SectionLoads, X: Array) -> None:
-        """Raise a ModelError for a station that is empty or whose nodes are on a line."""
-        count = np.bincount(self._station, minlength=self.stations).astype(float)
-        r = X - _take(self._centres(X), self._station)
-        outer = (self._w * r[:, None] * r[None]).reshape(9, -1)
-        moments = self._sum(outer).reshape(-1, 3, 3)
-        check_stations(loads, sum_over_ranks(self._comm, count), moments)
+        Args:
+            slopes: Q, shape (stations, 6, 6), see `BoundSectionLoads.find_slopes`.
+            out: For each copy a block of its nodes, which this rank owns, shape (copies, 3 n, 3 n).
+        """
+        n, single = out.shape[1] // 3, np.float32
+        # J^-1 sum_j A_j x H_j
+        turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=3)
+        turns = np.einsum("nab,nbcj->nacj", self._inverse, turns).astype(single)
+        slopes = slopes.astype(single)
+        for line, (H, P) in zip(self._lines, self._motions, strict=True):
+            spins = turns[line.stations].reshape(-1, 9, 3) @ H
+            P[:, 3:] = spins.reshape(-1, 3, 3, H.shape[2]).swapaxes(2, 3)
+            k = 3 * H.shape[2]
+            moved = (slopes[line.stations] @ P.reshape(-1, 6, k)).reshape(-1, k)
+            nodes = self.nodes[line.nodes] - line.copy * n
+            dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+            out[line.copy][np.ix_(dofs, dofs)] += P.reshape(-1, k).T @ moved
+
+    @cached_property
+    def _motions(self) -> list[tuple[Single, Single]]:
+        """Rows H_j of each line, and P_i without rotations."""
+        found = []
+        for line in self._lines:
+            rows = line.rows if isinstance(line.rows, np.ndarray) else line.rows.toarray()
+            H = rows.reshape(-1, 4, rows.shape[1]).astype(np.float32)
+            P = np.zeros((len(H), 6, H.shape[2], 3), dtype=np.float32)
+            for i in range(3):
+                P[:, i, :, i] = H[:, 0]
+            found.append((H[:, 1:], P))
+        return found
+
+
+def _find_rows(
+    model: BodyNodes, name: str, line: StationLine
+) -> tuple[sparse.csr_matrix, Array, Array, Array]:
+    """Rows of a line, shape (4 stations, n_owned), numbers of nodes, sum w R R^T, and centres."""
+    mesh, (R, t) = model.full, model.body.placements[line.copy].frame()
+    areas, X = mesh.find_areas(name, line.facets), mesh.positions
+    stations = np.asarray(line.stations, dtype=float)
+
+    def measure(wider: StationLine) -> tuple[StationSums, tuple[IntArray, IntArray, Array]]:
+        shares = share_out(wider, t + X @ R.T, areas)
+        return sum_stations(mesh.comm, wider.size, X, shares), shares
+
+    sums, shares = own = measure(line)
+    number = line.size
+    while number > 2 and np.any(find_flat(sums.counts, sums.moments)):
+        # stations that are closer than the nodes lie between wider ones
+        number = max(2, int(SHRINKAGE * number))
+        wider = np.linspace(stations[0], stations[-1], number)
+        sums, shares = measure(replace(line, stations=wider))
+    if np.any(find_flat(sums.counts, sums.moments)):
+        sums, shares = own
+        number = line.size
+    rows = _make_rows(model, line.copy, sums, shares)
+    counts, _, centres, moments = sums
+    if number < line.size:
+        share = np.array([np.interp(stations, wider, e) for e in np.eye(number)]).T
+        rows = sparse.kron(share, np.eye(4), "csr") @ rows
+        moments, centres = (np.tensordot(share, x, 1) for x in (moments, centres))
+        counts = np.full(line.size, counts.min())
+    return rows, counts, moments, t + centres @ R.T
+
+
+def _make_rows(
+    model: BodyNodes, copy: int, sums: StationSums, shares: tuple[IntArray, IntArray, Array]
+) -> sparse.csr_matrix:
+    """Rows H_0, H_1, H_2, H_3 of stations over the owned nodes of a body. Collective."""
+    nodes, station, w = shares
+    arms = model.full.positions[nodes] - sums.centres[station]
+    values = w[:, None] * np.column_stack([1.0 / sums.total[station], arms])
+    first = model.space.dofmap.index_map.local_range[0]
+    found = model.comm.allgather((first + nodes, station, values))
+    nodes, station, values = map(np.concatenate, zip(*found, strict=True))
+    every, column = np.unique(nodes, return_inverse=True)
+    places = (4 * station[:, None] + np.arange(4)).ravel(), np.repeat(column, 4)
+    shape = (4 * len(sums.counts), len(every))
+    return model.rows(copy, every, sparse.csr_matrix((values.ravel(), places), shape=shape))
+
+
+def _choose_form(rows: sparse.csr_matrix) -> Array | sparse.csr_matrix:
+    """Rows as a dense array if they are."""
+    return rows.toarray() if rows.nnz > DENSE * np.prod(rows.shape) else rows
 
 
 def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
@@ -199,14 +275,12 @@ class StationSums(NamedTuple):
         total: W, sum of the weights, shape (n,).
         centres: Shape (n, 3) [m].
         moments: sum w r r^T of the arms r from the centres, shape (n, 3, 3).
-        others: sum w f of further columns f, shape (n, columns).
     """
 
     counts: Array
     total: Array
     centres: Array
     moments: Array
-    others: Array
 
 
 def sum_stations(
@@ -214,38 +288,35 @@ def sum_stations(
     size: int,
     X: Array,
     shares: tuple[IntArray, IntArray, Array],
-    columns: Sequence[Array] = (),
 ) -> StationSums:
     """Sums over the nodes of stations. Collective.
 
     Args:
         size: Number of stations.
         X: Positions of the owned nodes, shape (n_owned, 3) [m].
-        columns: Further values at the nodes, shapes (n_owned, k).
     """
     nodes, stations, weights = shares
-    sum_nodes = csr_matrix((weights, (stations, nodes)), shape=(size, len(X)))
+    sum_nodes = sparse.csr_matrix((weights, (stations, nodes)), shape=(size, len(X)))
     counts = np.bincount(stations, minlength=size).astype(float)
     # weights, X and X X^T beside 1
     of_weights = [np.ones((len(X), 1)), X, (X[:, :, None] * X[:, None]).reshape(-1, 9)]
-    sums = np.column_stack([counts, sum_nodes @ np.hstack([*of_weights, *columns])])
+    sums = np.column_stack([counts, sum_nodes @ np.hstack(of_weights)])
     sums = sum_over_ranks(comm, sums)
     W = np.maximum(sums[:, 1], np.finfo(float).tiny)
     centres = sums[:, 2:5] / W[:, None]
     outer = centres[:, :, None] * centres[:, None] * W[:, None, None]
     moments = sums[:, 5:14].reshape(-1, 3, 3) - outer
-    return StationSums(sums[:, 0], W, centres, moments, sums[:, 14:])
+    return StationSums(sums[:, 0], W, centres, moments)
 
 
 def share_out(
-    line: StationLine, positions: Array, areas: Array, first: int
+    line: StationLine, positions: Array, areas: Array
 ) -> tuple[IntArray, IntArray, Array]:
     """Nodes, stations and weights of all pairs in which a node has a part of a station.
 
     Args:
         positions: Initial positions of the nodes, shape (n_owned, 3) [m].
         areas: Skin area of each node, shape (n_owned,) [m^2].
-        first: Number of the first station.
     """
     nodes, stations = np.flatnonzero(areas), np.asarray(line.stations, dtype=float)
     z = np.clip(line.distances(positions[nodes]), stations[0], stations[-1])
@@ -255,10 +326,5 @@ def share_out(
     right = (z - stations[left]) / length
     share = np.concatenate([1.0 - right, right])
     kept = share > 0.0
-    station = first + np.concatenate([left, beside])
+    station = np.concatenate([left, beside])
     return np.tile(nodes, 2)[kept], station[kept], (np.tile(areas[nodes], 2) * share)[kept]
-
-
-def _take(vectors: Array, index: IntArray) -> Array:
-    """Chosen vectors as columns, shape (3, m), each component in one piece of memory."""
-    return np.take(np.ascontiguousarray(vectors.T), index, axis=1)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.body_nodes import BodyNodes
 
 _SIDE = 5
 """Points along each side of a facet, from which a search begins."""
@@ -46,10 +46,10 @@ class Skin:
         Collective, as are all methods.
     """
 
-    def __init__(self, model: FlexibleModel) -> None:
-        mesh = model.body.mesh
+    def __init__(self, model: BodyNodes) -> None:
+        mesh, body = model.space.mesh, model.body.full
         self._mesh, self._map = mesh, model.space.dofmap.index_map
-        self._cell, self._degree = _compat.cell_name(mesh), model.body.degree
+        self._cell, self._degree = _compat.cell_name(mesh), body.degree
         facets = _compat.exterior_facets(mesh)
         mesh.topology.create_connectivity(3, 2)
         to_cell, to_facet = (mesh.topology.connectivity(*dims) for dims in ((2, 3), (3, 2)))
@@ -59,7 +59,7 @@ class Skin:
         ]
         self._sides = np.array(sides, dtype=np.int64)
         self._nodes = _compat.dofs_of_cells(model.space)[cells]
-        self._X = model.local_positions[self._nodes]
+        self._X = model.space.tabulate_dof_coordinates()[self._nodes]
         corners = _compat.reference_facets(self._cell)
         self._origins, self._axes = corners[:, 0], corners[:, 1:3] - corners[:, :1]
         centre = corners.mean(axis=(0, 1))

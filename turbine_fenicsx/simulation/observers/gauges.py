@@ -2,7 +2,7 @@
 
 A gauge is a short fibre along a unit vector t in the surface. The motion takes it to
 
-    F t = t + sum_a u_a (grad N_a . t),
+    F t = sum_a x_a (grad N_a . t),
 
 and it reads |F t| - 1, which knows nothing of rotations.
 """
@@ -15,17 +15,15 @@ from math import cos, inf, sin
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_vectors
+from turbine_fenicsx.foundation.argument_checks import check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.probe import Probe, find_model
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.surface_rays import Crossing, Skin
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -80,38 +78,19 @@ class Gauges:
     """
 
     def __init__(self, system: MultibodySystem, gauges: Sequence[Gauge]) -> None:
-        self.gauges, self._comm = tuple(gauges), system.comm
+        self.gauges, sums, skins = tuple(gauges), [], {}
         for gauge in self.gauges:
-            whose = f"gauge {gauge.name!r}"
-            check_among_parts("body", gauge.body, system.flexible_bodies, whose)
-        self._directions = np.zeros((len(self.gauges), 3))
-        self._weights: list[tuple[int, csr_matrix]] = []
-        for k, model in enumerate(system.flexible_models):
-            mine = [g for g, gauge in enumerate(self.gauges) if gauge.body is model.body]
-            if not mine:
-                continue
-            view = MeshView(model)
-            skin = Skin(view.mesh)
-            rows, columns, values = [], [], []
-            for g in mine:
-                copy, crossings = _find_surface(self.gauges[g], skin, view)
-                R = view.placements[copy][0]
-                nodes, weights, t = _place(self.gauges[g], crossings, R)
-                self._directions[g] = R @ t
-                own, of_own = view.take(copy, nodes, weights)
-                rows += [g] * len(own)
-                columns += own.tolist()
-                values += of_own.tolist()
-            shape = (len(self.gauges), model.n_owned)
-            self._weights.append((k, csr_matrix((values, (rows, columns)), shape=shape)))
+            model = find_model(system, gauge.body, f"gauge {gauge.name!r}")
+            if model not in skins:
+                skins[model] = Skin(model)
+            copy, crossings = _find_surface(gauge, skins[model])
+            nodes, weights = _place(gauge, crossings, gauge.body.placements[copy].frame()[0])
+            sums.append((gauge.body, model.rows(copy, nodes, weights)))
+        self._probe = Probe(system, sums)
 
     def at(self, snapshot: Snapshot) -> Array:
         """Strains at a snapshot, shape (n,), equal on all ranks. Collective."""
-        stretch = np.zeros((len(self.gauges), 3))  # what the nodes of this rank add to the fibres
-        for k, weights in self._weights:
-            stretch += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
-        fibres = self._directions + sum_over_ranks(self._comm, stretch)
-        strains: Array = np.linalg.norm(fibres, axis=1) - 1.0
+        strains: Array = np.linalg.norm(self._probe.values(snapshot.state), axis=1) - 1.0
         return strains
 
 
@@ -121,10 +100,11 @@ def gauge_channel(gauges: Gauges) -> Channel:
     return Channel(columns, lambda s: gauges.at(s).tolist())
 
 
-def _find_surface(gauge: Gauge, skin: Skin, view: MeshView) -> tuple[int, list[Crossing]]:
+def _find_surface(gauge: Gauge, skin: Skin) -> tuple[int, list[Crossing]]:
     """Copy of the body, and where a half-line leaves it for good, at its first copy. Collective."""
     point, outward = (np.asarray(x, dtype=float) for x in (gauge.point, gauge.outward))
-    found = [skin.leave((point - t) @ R, outward @ R) for R, t in view.placements]
+    frames = [place.frame() for place in gauge.body.placements]
+    found = [skin.leave((point - t) @ R, outward @ R) for R, t in frames]
     hit = [(crossings[0].distance, copy) for copy, crossings in enumerate(found) if crossings]
     if not hit:
         raise ModelError(
@@ -137,8 +117,8 @@ def _find_surface(gauge: Gauge, skin: Skin, view: MeshView) -> tuple[int, list[C
 
 def _place(
     gauge: Gauge, crossings: Sequence[Crossing], R: Array
-) -> tuple[npt.NDArray[np.int64], Array, Array]:
-    """Nodes and weights of a gauge, and its direction; where cells meet, the mean over them.
+) -> tuple[npt.NDArray[np.int64], Array]:
+    """Nodes and weights of a gauge; where cells meet, the mean over them.
 
     Args:
         R: Rotation of the copy that it is glued to, shape (3, 3).
@@ -154,4 +134,4 @@ def _place(
     t = cos(gauge.angle) * t + sin(gauge.angle) * np.cross(normal, t)
     nodes = np.concatenate([crossing.nodes for crossing in crossings])
     weights = np.concatenate([crossing.gradients @ t for crossing in crossings])
-    return nodes, weights / len(crossings), t
+    return nodes, weights / len(crossings)

@@ -12,7 +12,6 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
 from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
@@ -23,11 +22,10 @@ from turbine_fenicsx.foundation.argument_checks import (
     check_vectors,
 )
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.simulation.observers.probe import Probe, find_model
 from turbine_fenicsx.simulation.snapshot import Snapshot
-from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.system import MultibodySystem
 
 MIN_NODES = 12
@@ -66,42 +64,25 @@ class SectionTurns:
     """Rotations of sections about their axes. Collective."""
 
     def __init__(self, system: MultibodySystem, sections: Sequence[Section]) -> None:
-        self._comm, self.sections = system.comm, tuple(sections)
+        self.sections, sums = tuple(sections), []
         self._carriers: list[slice | None] = []
         for section in self.sections:
             whose = f"section {section.name!r}"
-            check_among_parts("body", section.body, system.flexible_bodies, whose)
+            model = find_model(system, section.body, whose)
             if section.carrier is not None:
                 check_among_parts("body", section.carrier, system.rigid_bodies, whose)
             first = None if section.carrier is None else system.first_coordinate[section.carrier]
             self._carriers.append(None if first is None else slice(first + 3, first + 12))
-        self._start = np.zeros((len(self.sections), 3, 3))
-        self._weights: list[tuple[int, csr_matrix]] = []
-        for number, model in enumerate(system.flexible_models):
-            mine = [k for k, section in enumerate(self.sections) if section.body is model.body]
-            if not mine:
-                continue
-            view, rows, columns, values = MeshView(model), [], [], []
-            X = np.concatenate(system.comm.allgather(view.mesh.positions))
-            for k in mine:
-                R, t = view.placements[self.sections[k].copy]
-                nodes, arms = _find_arms(self.sections[k], t + X @ R.T)
-                self._start[k] = arms.T @ (t + X[nodes] @ R.T)
-                for j in range(3):
-                    own, of_own = view.take(self.sections[k].copy, nodes, arms[:, j])
-                    rows += [3 * k + j] * len(own)
-                    columns += own.tolist()
-                    values += of_own.tolist()
-            shape = (3 * len(self.sections), model.n_owned)
-            self._weights.append((number, csr_matrix((values, (rows, columns)), shape=shape)))
+            space, (R, t) = model.space, section.body.placements[section.copy].frame()
+            X = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+            nodes, arms = _find_arms(section, t + np.concatenate(system.comm.allgather(X)) @ R.T)
+            sums.append((section.body, model.rows(section.copy, nodes, arms.T)))
+        self._probe = Probe(system, sums)
 
     def at(self, snapshot: Snapshot) -> Array:
         """Angles about the axes at a snapshot, shape (n,) [rad], equal on all ranks. Collective."""
-        moved = np.zeros((3 * len(self.sections), 3))
-        for k, weights in self._weights:
-            moved += weights @ snapshot.state.u[k].array_r.reshape(-1, 3)
         # B^T = sum w_a R_a x_a^T
-        B_T = self._start + sum_over_ranks(self._comm, moved).reshape(-1, 3, 3)
+        B_T = self._probe.values(snapshot.state).reshape(-1, 3, 3)
         turns = nearest_rotation(B_T.swapaxes(1, 2))
         angles = np.zeros(len(self.sections))
         for k, (section, carrier) in enumerate(zip(self.sections, self._carriers, strict=True)):

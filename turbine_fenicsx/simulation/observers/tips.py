@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +11,13 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_array, check_vectors
-from turbine_fenicsx.foundation.parallel import largest_of_ranks, sum_over_ranks
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.parallel import largest_of_ranks
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.probe import Probe, find_model, find_node
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.make_model import on_mesh
-from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -47,22 +46,6 @@ class Tip:
             check_array(f"axes of {self.name!r}", self.axes, (3, 3), "three rows of three numbers")
 
 
-class _Followed(NamedTuple):
-    """A tip of this rank: numbers of tip and body, nodes that move it, coordinates of its carrier.
-
-    X is its initial position, xi that in the frame of the carrier.
-    """
-
-    number: int
-    body: int
-    nodes: IntArray
-    weights: Array
-    coordinates: slice | None
-    X: Array
-    xi: Array
-    axes: Array
-
-
 class Tips:
     """Deflections R^T (x - phi) - xi of points in the frames of their parent bodies.
 
@@ -81,47 +64,36 @@ class Tips:
     """
 
     def __init__(self, system: MultibodySystem, tips: Sequence[Tip]) -> None:
-        self._comm = system.comm
-        self.tips = tuple(tips)
-        self._mine: list[_Followed] = []
-        for k, tip in enumerate(self.tips):
+        self.tips, rows = tuple(tips), []
+        for tip in self.tips:
             whose = f"tip {tip.name!r}"
-            check_among_parts("body", tip.body, system.flexible_bodies, whose)
             if tip.carrier is not None:
                 check_among_parts("body", tip.carrier, system.rigid_bodies, whose)
-            index = system.flexible_bodies.index(tip.body)
-            model = system.flexible_models[index]
-            found = MeshView(model).find_node(tip.point)
-            if found is not None:
-                nodes, weights = found
-                X, axes, R = weights @ model.positions[nodes], np.eye(3), np.eye(3)
-                xi, q = X, None
-                if tip.carrier is not None:
-                    first = system.first_coordinate[tip.carrier]
-                    xi, q = tip.carrier.body_coordinates(X), slice(first, first + 12)
-                    R = np.asarray(tip.carrier.directors, dtype=float)
-                if tip.axes is not None:
-                    axes = np.asarray(tip.axes, dtype=float) @ R
-                self._mine.append(_Followed(k, index, nodes, weights, q, X, xi, axes))
-        starts = np.zeros((len(self.tips), 3))
-        for mine in self._mine:
-            starts[mine.number] = mine.X
-        self.starts: Array = sum_over_ranks(self._comm, starts)
+            rows.append((tip.body, find_node(find_model(system, tip.body, whose), tip.point)))
+        self._probe = Probe(system, rows)
+        self.starts: Array = self._probe.start
+        self._frames = [
+            _find_frame(system, tip, X) for tip, X in zip(self.tips, self.starts, strict=True)
+        ]
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
-        return sum_over_ranks(self._comm, self._local(snapshot))
+        x, found = self._probe.values(snapshot.state), np.empty_like(self.starts)
+        for k, (coordinates, xi, axes) in enumerate(self._frames):
+            q = GROUND if coordinates is None else snapshot.state.q[coordinates]
+            found[k] = axes @ (q[3:].reshape(3, 3) @ (x[k] - q[:3]) - xi)
+        return found
 
-    def _local(self, snapshot: Snapshot) -> Array:
-        """Deflections of the nodes of this rank, zero for the others."""
-        deflections = np.zeros((len(self.tips), 3))
-        state = snapshot.state
-        for tip in self._mine:
-            q = GROUND if tip.coordinates is None else state.q[tip.coordinates]
-            phi, directors = q[:3], q[3:].reshape(3, 3)
-            x = tip.X + tip.weights @ state.u[tip.body].array_r.reshape(-1, 3)[tip.nodes]
-            deflections[tip.number] = tip.axes @ (directors @ (x - phi) - tip.xi)
-        return deflections
+
+def _find_frame(system: MultibodySystem, tip: Tip, X: Array) -> tuple[slice | None, Array, Array]:
+    """Coordinates of the carrier of a tip, its place in the frame of these, and its axes there."""
+    R, xi, coordinates = np.eye(3), X, None
+    if tip.carrier is not None:
+        first = system.first_coordinate[tip.carrier]
+        R, coordinates = np.asarray(tip.carrier.directors, dtype=float), slice(first, first + 12)
+        xi = tip.carrier.body_coordinates(X)
+    axes = np.eye(3) if tip.axes is None else np.asarray(tip.axes, dtype=float) @ R
+    return coordinates, xi, axes
 
 
 def tip_channel(tips: Tips) -> Channel:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
-from turbine_fenicsx.bodies.reduced_body import Placement
+from turbine_fenicsx.bodies.placement import Placement
 from turbine_fenicsx.meshing import LoadedMesh
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.system import MultibodySystem

@@ -13,7 +13,6 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
-from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
@@ -176,8 +175,7 @@ class HollowBlades:
         ends there. Nor do cells of a trailing edge that is hardly wider than thick.
         """
         comm = mesh.mesh.comm
-        meshes = (b.full if isinstance(b, ReducedBody) else b for b in system.flexible_bodies)
-        number = [body.mesh for body in meshes].index(mesh.mesh)
+        number = [body.full.mesh for body in system.flexible_bodies].index(mesh.mesh)
         body = system.flexible_bodies[number]
         cells = WallCells.read(self.shape, mesh.cell_data)
         stresses = PlyStresses(system, body, cells.find_plies())

@@ -26,7 +26,6 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.system.find_stations import find_stations
-from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.wind.aero_blade import AeroBlade
 from turbine_fenicsx.wind.rotor import (
@@ -215,8 +214,7 @@ class OperatingLoads:
     ) -> None:
         self._body, self._blade, self._rated = body, blade, rated
         index = system.flexible_bodies.index(body)
-        model = on_mesh(system.flexible_models[index], "air")
-        self._line = find_stations(model, skin, MAX_STATIONS)
+        self._line = find_stations(system.flexible_models[index].full, skin, MAX_STATIONS)
 
     @cached_property
     def rotor(self) -> Rotor:

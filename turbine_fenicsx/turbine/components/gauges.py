@@ -10,7 +10,6 @@ from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.gauges import Gauge, Gauges
-from turbine_fenicsx.system.mesh_view import MeshView
 from turbine_fenicsx.system.surface_rays import Skin
 from turbine_fenicsx.turbine.blades.blade_plan import BladeSurface
 from turbine_fenicsx.turbine.components.component import Turbine
@@ -28,11 +27,10 @@ def make_gauges(turbine: Turbine, body: DeformableBody) -> Gauges | None:
     rotor, cases = turbine.rotor, turbine.case.output.gauges
     if not cases:
         return None
-    shape, view, skin = rotor.blades.shape, None, None
+    shape, skin = rotor.blades.shape, None
     if shape is None:
         model = next(model for model in turbine.system.flexible_models if model.body is body)
-        view = MeshView(model)
-        skin = Skin(view.mesh)
+        skin = Skin(model)
     found = []
     for name, case in cases.items():
         station, frame = case.find_station(rotor.blades.length), rotor.layout.frame(case.blade)
@@ -41,10 +39,9 @@ def make_gauges(turbine: Turbine, body: DeformableBody) -> Gauges | None:
             start = rotor.layout.place(point[None], case.blade)[0]
             outward = outward @ frame
         else:
-            assert view is not None
             assert skin is not None
             height = rotor.blades.hub_radius + station * rotor.blades.length
-            R, t = view.placements[case.blade - 1 if len(view.placements) > 1 else 0]
+            R, t = body.placements[case.blade - 1 if len(body.placements) > 1 else 0].frame()
             centre = (np.asarray(rotor.layout.centre) - t) @ R
             start, outward = _look_from_middle(name, case, skin, centre, height, frame @ R)
             start, outward = t + R @ start, R @ outward

@@ -18,9 +18,8 @@ from turbine_fenicsx.analysis.modal_sums import Piece
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
-from turbine_fenicsx.bodies.reduced_body import Placement, ReducedBody
+from turbine_fenicsx.bodies.placement import Placement
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
 from turbine_fenicsx.foundation.errors import ModelError
@@ -31,7 +30,7 @@ from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.records.conventions import BLADES, TOWER
 from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.make_model import make_model
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.components.component import Assembly, Component
@@ -70,18 +69,16 @@ def _damp_blades(
 ) -> RayleighDamping:
     """The damping of all blades, found from the first one: they are equal."""
     mesh = assembly.meshes[BODY]
-    body = blades.full if isinstance(blades, ReducedBody) else blades
     held = [
         HeldPart(mesh.facets(root), mesh.cells(blade))
         for root, blade in zip(ROOTS, BLADES, strict=True)
         if blade in mesh.cell_names
     ]
     damping = RayleighDamping(
-        f"damping_of_{BODY}", body, stiffness=wanted.stiffness_time or 0.0, held=held
+        f"damping_of_{BODY}", blades.full, stiffness=wanted.stiffness_time or 0.0, held=held
     )
     if wanted.ratios:
-        place = blades.placements[0] if isinstance(blades, ReducedBody) else Placement()
-        damping = _meet_ratios(assembly, damping, place, wanted)
+        damping = _meet_ratios(assembly, damping, blades.placements[0], wanted)
     return replace(damping, flexible=blades)
 
 
@@ -95,7 +92,7 @@ def _meet_ratios(
         place: Where the mesh of the first one stands.
     """
     mesh = assembly.meshes[BODY]
-    R, t = np.asarray(place.rotation, dtype=float), np.asarray(place.position, dtype=float)
+    R, t = place.frame()
     system, model = _make_system(assembly, damping, damping.held[:1])
     nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
     root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
@@ -124,7 +121,6 @@ def _find_stretch(
         speed: Of the rotation [rad/s].
     """
     body, point = damping.flexible, tuple(centre.tolist())
-    assert isinstance(body, FlexibleBody)
     hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0), position=point)
     shaft = Revolute("shaft", None, hub, point=point, axis=tuple(axis.tolist()))
     roots = [
@@ -160,10 +156,9 @@ def _damp_stretched(
 def _damp_tower(assembly: Assembly, tower: DeformableBody, wanted: DampingCase) -> RayleighDamping:
     """The damping of the tower with nacelle and rotor as one rigid body on top."""
     mesh = assembly.meshes[TOWER]
-    body = tower.full if isinstance(tower, ReducedBody) else tower
     damping = RayleighDamping(
         f"damping_of_{TOWER}",
-        body,
+        tower.full,
         stiffness=wanted.stiffness_time or 0.0,
         held=[HeldPart(mesh.facets(BOTTOM))],
     )
@@ -192,7 +187,7 @@ def _make_system(
     """The body alone, with a mass coefficient of one for what `held` holds; its model."""
     unit = replace(damping, stiffness=0.0, mass=1.0, held=held)
     system = MultibodySystem(assembly.comm, [damping.flexible, unit])
-    return system, on_mesh(system.flexible_models[0], "ratios of damping")
+    return system, system.flexible_models[0].full
 
 
 def _cut(system: MultibodySystem, nodes: IntArray, axes: Array) -> CrossSections:
@@ -278,19 +273,6 @@ def _sum_inertia(assembly: Assembly) -> Array:
         total += body.mass * np.outer(r, r)
         total[1:, 1:] += R @ np.diag(body.euler) @ R.T
     others = [x for x in assembly.parts if getattr(x, "name", None) != TOWER]
-    for blades in (x for x in others if isinstance(x, ReducedBody)):
-        for place in blades.placements:
-            z = place.place(blades.basis.vectors, blades.basis.is_point)
-            points = np.column_stack([blades.basis.is_point, z])
-            total += points.T @ blades.basis.mass @ points
-    for part in (x for x in others if isinstance(x, FlexibleBody)):
-        model = FlexibleModel(part)
-        arms, momenta = model.new_vector(), model.new_vector()
-        arms.array[:] = model.positions.ravel()
-        model.momentum(arms, momenta)
-        own = np.zeros((4, 4))
-        own[0, 0] = model.nodal_mass.sum()
-        own[0, 1:] = own[1:, 0] = model.nodal_mass @ model.positions
-        own[1:, 1:] = model.positions.T @ momenta.array_r.reshape(-1, 3)
-        total += sum_over_ranks(assembly.comm, own)
+    for part in (x for x in others if isinstance(x, DeformableBody)):
+        total += make_model(part, (), None, ()).inertia()
     return total

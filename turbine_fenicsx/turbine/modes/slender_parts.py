@@ -13,7 +13,6 @@ from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records.conventions import BLADES, TOWER
-from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
@@ -88,5 +87,5 @@ def _make_part(
 def _find_nodes(turbine: Turbine, body: str, volume: str) -> IntArray:
     """Owned nodes in the cells of a volume."""
     model = next(m for m in turbine.system.flexible_models if m.body.name == body)
-    space = on_mesh(model, "names of modes").space
+    space = model.space
     return nodes_of_cells(space, turbine.meshes[body].cells(volume))

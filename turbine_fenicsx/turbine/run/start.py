@@ -10,7 +10,6 @@ import numpy as np
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
-from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.errors import NoEquilibrium, StepFailure
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array, IntArray
@@ -109,7 +108,7 @@ def _find_blades(model: BodyModel, X: Array, spans: Array) -> IntArray:
         X: Its nodes, points from the rotor centre, shape (n, 3) [m].
         spans: Directions of the blades, shape (blades, 3).
     """
-    if isinstance(model.body, ReducedBody):  # vectors of one blade after another
+    if len(model.body.placements) > 1:  # nodes of one blade after another
         return np.arange(len(X)) * len(spans) // model.size_global
     blades: IntArray = np.argmax(X @ spans.T, axis=1)
     return blades
