@@ -29,7 +29,7 @@ from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.rotations import cross_rows, skew, skew_rows
+from turbine_fenicsx.foundation.rotations import skew, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
 
@@ -53,21 +53,21 @@ class DampedPart(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """How the surfaces that hold n parts move; velocities at points x are offset + spin x.
+    """How the surfaces that hold n parts move.
 
     Attributes:
         middle: c, shape (n, 3) [m].
+        rate: c', shape (n, 3) [m/s].
         arms: r_k, shape (n, 3, 3) [m].
         inverse: J^-1, shape (n, 3, 3) [1/m^2].
         spin: Matrices of omega x, shape (n, 3, 3) [1/s].
-        offset: c' - omega x c, shape (n, 3) [m/s].
     """
 
     middle: Array
+    rate: Array
     arms: Array
     inverse: Array
     spin: Array
-    offset: Array
 
 
 class MassDamper:
@@ -100,13 +100,13 @@ class MassDamper:
         x, v, forces = self._X + u.reshape(-1, 3), v.reshape(-1, 3), out.reshape(-1, 3)
         frames = self._find_frames(x, v)
         sums = np.empty((len(self._parts), 4, 3))
-        for k, (nodes, w) in enumerate(self._find_motions(frames, x, v)):
+        for k, (d, w) in enumerate(self._find_motions(frames, x, v)):
             f = _times(self._masses[k], w)
             f *= factor
-            forces[nodes] += f
-            sums[k, 0], sums[k, 1:] = self._h[k] @ f, x[nodes].T @ f
+            forces[self._parts[k]] += f
+            sums[k, 0], sums[k, 1:] = self._h[k] @ f, d.T @ f
         sums = sum_over_ranks(self._comm, sums)
-        F, T = sums[:, 0], _axial(sums[:, 1:]) - cross_rows(frames.middle, sums[:, 0])
+        F, T = sums[:, 0], _axial(sums[:, 1:])
         turns = skew_rows((frames.inverse @ T[:, :, None])[:, :, 0])
         on_rows = np.concatenate([F[:, None], frames.arms @ turns.transpose(0, 2, 1)], axis=1)
         forces[self._own] -= self._rows.T @ on_rows.reshape(-1, 3)
@@ -145,15 +145,15 @@ class MassDamper:
         root_of_D.destroy()
         return D
 
-    def _find_motions(
-        self, frames: Frames, x: Array, v: Array
-    ) -> Iterator[tuple[slice | IntArray, Array]]:
-        """Nodes of each part, and -w of these, what they lack to move like the frame [m/s]."""
+    def _find_motions(self, frames: Frames, x: Array, v: Array) -> Iterator[tuple[Array, Array]]:
+        """For each part x_a - h_a c, and -w_a, what its nodes lack to move like the frame [m/s]."""
         for k, nodes in enumerate(self._parts):
-            w = x[nodes] @ frames.spin[k].T
-            w += self._h[k][:, None] * frames.offset[k]
+            h = self._h[k][:, None]
+            d = x[nodes] - h * frames.middle[k]
+            w = d @ frames.spin[k].T
+            w += h * frames.rate[k]
             w -= v[nodes]
-            yield nodes, w
+            yield d, w
 
     def _follow(self, x: Array) -> Iterator[Array]:
         """How the nodes of each part follow those of its frame, shape (3 k, 3 m)."""
@@ -177,14 +177,13 @@ class MassDamper:
         """How the surfaces move, for positions and velocities of the owned nodes."""
         motion = np.concatenate([x[self._own], v[self._own]], axis=1)
         motion = sum_over_ranks(self._comm, self._rows @ motion).reshape(-1, 4, 6)
-        middle, r, rates = motion[:, 0, :3], motion[:, 1:, :3], motion[:, 1:, 3:]
+        r, rates = motion[:, 1:, :3], motion[:, 1:, 3:]
         J = -r.transpose(0, 2, 1) @ r
         J += np.einsum("nki,nki->n", r, r)[:, None, None] * np.eye(3)
         inverse = np.linalg.inv(J)
         moments = _axial(r.transpose(0, 2, 1) @ rates)
         spin = skew_rows((inverse @ moments[:, :, None])[:, :, 0])
-        offset = motion[:, 0, 3:] - (spin @ middle[:, :, None])[:, :, 0]
-        return Frames(middle, r, inverse, spin, offset)
+        return Frames(motion[:, 0, :3], motion[:, 0, 3:], r, inverse, spin)
 
 
 def find_frame(

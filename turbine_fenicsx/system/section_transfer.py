@@ -45,7 +45,7 @@ SHRINKAGE = 0.9
 """Factor of the number of stations, if nodes are too far apart for them."""
 
 DENSE = 0.5
-"""Part of the entries of rows from which on they are kept as a dense array."""
+"""Part of the entries of rows above which they are kept as a dense array."""
 
 Single = npt.NDArray[np.float32]
 """An array in single precision."""
@@ -56,14 +56,16 @@ class Line(NamedTuple):
 
     Attributes:
         copy: Number of the copy of the body.
-        nodes: Those of the nodes of the transfer that have a weight.
+        nodes: Those of the nodes of the transfer that have a weight; a slice for dense rows.
         rows: H_0, H_1, H_2, H_3 of each station over these, shape (4 stations, k).
+        back: The transpose of the rows.
         stations: Their places among all.
     """
 
     copy: int
-    nodes: IntArray
+    nodes: IntArray | slice
     rows: Array | sparse.csr_matrix
+    back: Array | sparse.csr_matrix
     stations: slice
 
 
@@ -87,16 +89,11 @@ class SectionTransfer:
         rows, *others = zip(*found, strict=True)
         counts, moments, self._initial = map(np.concatenate, others)
         check_stations(loads, counts, moments)
-        used = [np.unique(of_line.nonzero()[1]) for of_line in rows]
+        used = [_find_used(of_line) for of_line in rows]
         self.nodes: IntArray = np.unique(np.concatenate(used))
         ends = np.cumsum([line.size for line in loads.lines])
         self._lines = [
-            Line(
-                line.copy,
-                np.searchsorted(self.nodes, own),
-                _choose_form(of_line[:, own]),
-                slice(end - line.size, end),
-            )
+            _make_line(line.copy, np.searchsorted(self.nodes, own), of_line[:, own], end)
             for line, own, of_line, end in zip(loads.lines, used, rows, ends, strict=True)
         ]
         turns = [model.body.placements[line.copy].frame()[0] for line in loads.lines]
@@ -142,14 +139,15 @@ class SectionTransfer:
             on_rows[:, 1 + j] = cross_rows(turn, self._axes[:, :, j])
         f = np.zeros((len(self.nodes), 3))
         for line in self._lines:
-            f[line.nodes] += line.rows.T @ on_rows[line.stations].reshape(-1, 3)
+            f[line.nodes] += line.back @ on_rows[line.stations].reshape(-1, 3)
         return f
 
     def add_slopes(self, slopes: Array, out: Array) -> None:
         """Add the derivatives of the forces, of those of the loads at the last motion.
 
         With P_i, which takes increments of the nodes to those of section i, this is the sum of
-        P_i^T Q_i P_i for each copy. It is found in single precision: tangents need no more.
+        P_i^T Q_i P_i for each copy, of dense rows. It is found in single precision: tangents need
+        no more.
 
         Args:
             slopes: Q, shape (stations, 6, 6), see `BoundSectionLoads.find_slopes`.
@@ -165,17 +163,16 @@ class SectionTransfer:
             P[:, 3:] = spins.reshape(-1, 3, 3, H.shape[2]).swapaxes(2, 3)
             k = 3 * H.shape[2]
             moved = (slopes[line.stations] @ P.reshape(-1, 6, k)).reshape(-1, k)
-            nodes = self.nodes[line.nodes] - line.copy * n
-            dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-            out[line.copy][np.ix_(dofs, dofs)] += P.reshape(-1, k).T @ moved
+            first = 3 * (self.nodes[line.nodes][0] - line.copy * n)
+            block = slice(first, first + k)
+            out[line.copy, block, block] += P.reshape(-1, k).T @ moved
 
     @cached_property
     def _motions(self) -> list[tuple[Single, Single]]:
         """Rows H_j of each line, and P_i without rotations."""
         found = []
         for line in self._lines:
-            rows = line.rows if isinstance(line.rows, np.ndarray) else line.rows.toarray()
-            H = rows.reshape(-1, 4, rows.shape[1]).astype(np.float32)
+            H = line.rows.reshape(-1, 4, line.rows.shape[1]).astype(np.float32)
             P = np.zeros((len(H), 6, H.shape[2], 3), dtype=np.float32)
             for i in range(3):
                 P[:, i, :, i] = H[:, 0]
@@ -231,9 +228,21 @@ def _make_rows(
     return model.rows(copy, every, sparse.csr_matrix((values.ravel(), places), shape=shape))
 
 
-def _choose_form(rows: sparse.csr_matrix) -> Array | sparse.csr_matrix:
-    """Rows as a dense array if they are."""
-    return rows.toarray() if rows.nnz > DENSE * np.prod(rows.shape) else rows
+def _find_used(rows: sparse.csr_matrix) -> IntArray:
+    """Nodes that have a weight; of dense rows all nodes from the first to the last one."""
+    used = np.unique(rows.nonzero()[1])
+    if rows.nnz > DENSE * rows.shape[0] * used.size:
+        used = np.arange(used[0], used[-1] + 1)
+    return np.asarray(used)
+
+
+def _make_line(copy: int, nodes: IntArray, rows: sparse.csr_matrix, end: int) -> Line:
+    """The stations of a line that ends before a number."""
+    stations = slice(end - rows.shape[0] // 4, end)
+    if rows.nnz > DENSE * np.prod(rows.shape):
+        dense = rows.toarray()
+        return Line(copy, slice(nodes[0], nodes[-1] + 1), dense, dense.T, stations)
+    return Line(copy, nodes, rows, rows.T.tocsr(), stations)
 
 
 def check_stations(loads: SectionLoads, counts: Array, moments: Array) -> None:
