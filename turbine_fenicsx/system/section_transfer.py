@@ -231,15 +231,15 @@ def _make_rows(
 def _find_used(rows: sparse.csr_matrix) -> IntArray:
     """Nodes that have a weight; of dense rows all nodes from the first to the last one."""
     used = np.unique(rows.nonzero()[1])
-    if rows.nnz > DENSE * rows.shape[0] * used.size:
-        used = np.arange(used[0], used[-1] + 1)
-    return np.asarray(used)
+    every = np.arange(used[0], used[-1] + 1) if used.size else used
+    return every if rows.nnz > DENSE * rows.shape[0] * every.size else used
 
 
 def _make_line(copy: int, nodes: IntArray, rows: sparse.csr_matrix, end: int) -> Line:
     """The stations of a line that ends before a number."""
     stations = slice(end - rows.shape[0] // 4, end)
-    if rows.nnz > DENSE * np.prod(rows.shape):
+    together = nodes.size > 0 and nodes.size == np.ptp(nodes) + 1
+    if together and rows.nnz > DENSE * np.prod(rows.shape):
         dense = rows.toarray()
         return Line(copy, slice(nodes[0], nodes[-1] + 1), dense, dense.T, stations)
     return Line(copy, nodes, rows, rows.T.tocsr(), stations)

@@ -136,7 +136,7 @@ def test_stations_of_several_lines_are_counted_one_line_after_another(comm):
     motion = found.motion(X, 0 * X)
     # a line of one station has all of the skin, from 1 to 5 m
     assert motion.position[0] == pytest.approx([3.0, 0.3, 0.2], abs=1e-12)
-    alone, _ = transfer(comm)
+    alone, X = transfer(comm)
     assert motion.position[1:] == pytest.approx(alone.motion(X, 0 * X).position, abs=1e-12)
 
 
