@@ -10,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import blocks_of
-from turbine_fenicsx.analysis.canonical_basis import choose_phase
+from turbine_fenicsx.analysis.equal_modes import choose_phase
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.mode import Mode
 from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import FlatVectors
-from turbine_fenicsx.analysis.canonical_basis import choose_basis, choose_phase
-from turbine_fenicsx.analysis.equal_modes import group_neighbours
+from turbine_fenicsx.analysis.equal_modes import choose_basis, choose_phase, group_neighbours
 from turbine_fenicsx.analysis.equilibrium_check import check_equilibrium, imbalance
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.mode import Mode, Modes

@@ -198,7 +198,7 @@ class _Turning:
                 blocks.state, blocks.frame = start.copy(), frame
                 if n < numbers[-1]:
                     continue
-                if not (loaded and all(m.is_small for m in blocks.system.flexible_models)):
+                if not loaded or blocks.system.has_large_bodies:
                     raise
                 self._reach_loads(FINER * n, LOOSE)
                 if blocks.system.comm.rank == 0:

@@ -23,7 +23,7 @@ def make_quasi_newton(
         make_solver: A `SolverMaker` that takes the options prefix, too.
         step: The step whose tangent is solved with.
     """
-    if all(model.is_small for model in step.system.flexible_models):
+    if not step.system.has_large_bodies:
         return Elimination(step, prefix)
     return QuasiNewton(step, FrozenElimination(step, partial(make_solver, prefix=f"{prefix}free_")))
 

@@ -14,7 +14,6 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.line_source import LineSource
 from turbine_fenicsx.forces.prescribed_force import ForceSum, check_force_sum, has_energy
@@ -176,6 +175,11 @@ class MultibodySystem:
         return "\n".join([f"MultibodySystem with {unknowns} unknowns", *lines])
 
     @property
+    def has_large_bodies(self) -> bool:
+        """Whether a flexible body has a large, sparse tangent."""
+        return not all(model.is_small for model in self.flexible_models)
+
+    @property
     def section_loads(self) -> dict[str, LineSource]:
         """Loads on sections of all bodies by name."""
         flexible = [x for model in self.flexible_models for x in model.section_loads]
@@ -321,7 +325,7 @@ class MultibodySystem:
 
 def _check_law(body: DeformableBody) -> None:
     """Check the law of a body on a mesh once, and warn on one rank. Collective."""
-    if isinstance(body, FlexibleBody) and body not in _CHECKED:
+    if body is body.full and body not in _CHECKED:
         for warning in check_material(body.material, body.mesh, body.name):
             if body.mesh.comm.rank == 0:
                 warnings.warn(warning, ModelWarning, stacklevel=3)

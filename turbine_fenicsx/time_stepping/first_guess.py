@@ -133,8 +133,8 @@ class FirstGuess:
         weights, n = step.mass_weights(), sum(self._sizes)
         self._weights = np.concatenate([weights[:n], weights[weights.size - step.n_r :]])
         of_bodies = [np.full(s, m.is_small) for s, m in zip(self._sizes, models, strict=True)]
-        self._is_small = np.concatenate([*of_bodies, np.zeros(step.n_r, dtype=bool)])
-        self._weights[self._is_small] = 0.0
+        self._by_increments = np.concatenate([*of_bodies, np.zeros(step.n_r, dtype=bool)])
+        self._weights[self._by_increments] = 0.0
         self._steps = RecentSteps(len(WEIGHTS) if self._is_rigid else TERMS + 1)
         self._guess: Array = np.zeros(0)
 
@@ -149,7 +149,7 @@ class FirstGuess:
 
     def correct(self, time: float, dt: float) -> None:
         """Add the error expected of the guess X of the step from a time by dt [s]. Collective."""
-        self._guess, small = self._increments(), self._is_small
+        self._guess, small = self._increments(), self._by_increments
         last = self._steps.known_before(time, dt)
         if not last:
             return
@@ -178,7 +178,7 @@ class FirstGuess:
         if self._is_rigid:
             self._steps.add(time, dt, self._step.rigid_unknowns())
         else:
-            self._guess[self._is_small] = 0.0
+            self._guess[self._by_increments] = 0.0
             error = self._turn(self._increments() - self._guess, back=False)
             self._steps.add(time, dt, error)
 

@@ -141,6 +141,7 @@ class NestedStep(StepBlocks):
         du, mu_c, r = self.split(x)
         R_u, R_c, R_r = self.split(R)
         k = len(du)
+        # momenta, joint coordinates and constraints of rigid bodies, eqs (57)-(59), in `RigidStep`
         if self.n_r:
             try:
                 R_r.array[:], terms = self._rigid.residual(self.rigid_data, r.array_r)
@@ -149,7 +150,9 @@ class NestedStep(StepBlocks):
                 self._error, R_r.array[:] = error, np.nan
         for i, (body, c) in enumerate(zip(self._bodies, self.system.coupling_blocks, strict=True)):
             C_T, B_T = self.transposed[i]
+            # momenta of the nodes of the body, eqs (55), (57), in `FlexibleStep`, `ReducedStep`
             body.residual(du[i], R_u[i])
+            # coupling forces C^T mu_c on the nodes and B^T mu_c on rigid bodies, eq. (53)
             C_T.multAdd(mu_c[i], R_u[i], R_u[i])
             B_T.multAdd(mu_c[i], R_r, R_r)
             # Phi_c at t_{n+1}, eq. (54)

@@ -133,7 +133,7 @@ class NewtonStepper:
         self.linear_solver = options.linear_solver
         self._solvers = _LinearSolvers(step, options.prefix)
         # without large flexible bodies all but "monolithic" are the same
-        self._is_exact = all(model.is_small for model in self.system.flexible_models)
+        self._is_exact = not self.system.has_large_bodies
         keeps = self._is_exact and bool(self.system.flexible_models)
         exact = self.linear_solver if self._is_exact else FALLBACKS.get(self.linear_solver)
         self._attempts = Attempts(self.linear_solver, exact or self.linear_solver)

@@ -59,7 +59,7 @@ def carry_out(
     pictures = on_rank0(comm, lambda: _draw_history(out, case.title))
     if comm.rank == 0 and not options.quiet:
         files = ["history.csv", "history.out", "summary.json", *pictures]
-        if case.has_reduced_blades and case.output.motion_every > 0.0:
+        if case.motion_every > 0.0:
             files.insert(1, "motion.bin")
         if case.fields_every > 0.0:
             files[1:1] = ["fields.xdmf", *(["wind.xdmf"] if case.wind.blows else [])]

@@ -12,7 +12,6 @@ from mpi4py import MPI
 
 import numpy as np
 
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -125,8 +124,7 @@ class Turbine(Assembly):
         """Number of the part of each local cell, ghosts included; one array per flexible body."""
         found = []
         for body in self.system.flexible_bodies:
-            assert isinstance(body, FlexibleBody)
-            cells = body.mesh.topology.index_map(3)
+            cells = body.full.mesh.topology.index_map(3)
             own = np.full(cells.size_local + cells.num_ghosts, float(self.numbers[body.name]))
             mesh = self.meshes.get(body.name)
             for name in mesh.cell_names if mesh else ():

@@ -68,7 +68,7 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
     if not mistakes and case.has_reduced_blades:
         unequal = list_unequal_blades(mesh, plan.layout)
         mistakes = tuple(f"{name}: {m}" for m in unequal)
-    if not mistakes and not case.has_reduced_blades:
+    elif not mistakes:
         mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
     made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
     unknowns = _describe_unknowns(mesh, ROOTS, plan.blades.degree)

@@ -330,8 +330,8 @@ def _make_outputs(
         History(comm, history, channels.history),
         OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
-    if case.has_reduced_blades and case.output.motion_every > 0.0:
-        path, between = folder / "motion.bin", case.output.motion_every
+    if case.motion_every > 0.0:
+        path, between = folder / "motion.bin", case.motion_every
         found.append(ReducedMotion(turbine.system, path, between, case.time.end))
     if every > 0.0:
         path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())

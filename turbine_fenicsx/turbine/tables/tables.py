@@ -87,6 +87,11 @@ class Tables(Section):
         return 0.0 if self.has_reduced_blades else self.output.fields_every
 
     @property
+    def motion_every(self) -> float:
+        """Time between two rows of the motion of reduced blades; 0 for none [s]."""
+        return self.output.motion_every if self.has_reduced_blades else 0.0
+
+    @property
     def meshes_blades(self) -> bool:
         """Whether the blades have a mesh; that of rigid ones of a file gives their inertia."""
         return self.turbine.model == "hybrid" or self.turbine.file is not None
