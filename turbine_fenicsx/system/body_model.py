@@ -18,16 +18,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
-
-
-class NodeDamper(Protocol):
-    """Forces on nodes that depend on their velocities."""
-
-    def add_forces(self, u: Array, v: Array, factor: float, out: Array) -> None:
-        """Add the forces times a factor, as `BodyModel.add_forces` does. Collective."""
-
-    def power(self, u: Array, v: Array) -> float:
-        """This rank's part of the power that it takes out [W]. Collective."""
+from turbine_fenicsx.system.mass_damper import MassDamper
 
 
 class BodyModel(BodyNodes, Protocol):
@@ -42,8 +33,6 @@ class BodyModel(BodyNodes, Protocol):
         weights: Positive masses of the owned nodes, to measure motions, shape (n_owned,) [kg].
         section_loads: Loads on its sections.
         mass_damper: What dampens in proportion to its mass; None if nothing does.
-        dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
-            every iteration has a new one; 0 for a large, sparse tangent.
         meaning: Hash of the basis that nodal values belong to; empty for those of a mesh.
     """
 
@@ -51,8 +40,7 @@ class BodyModel(BodyNodes, Protocol):
     nodal_mass: Array
     weights: Array
     section_loads: tuple[BoundSectionLoads, ...]
-    mass_damper: NodeDamper | None
-    dense_block: int
+    mass_damper: MassDamper | None
     meaning: str
 
     @property

@@ -33,6 +33,8 @@ class BodyNodes(Protocol):
         size_global: Number of nodes of all ranks.
         positions: Initial values X of the owned nodes, shape (n_owned, 3) [m].
         is_point: h of the owned nodes, 1 or 0, shape (n_owned,).
+        dense_block: Rows of the blocks that make up its tangent if this is small and dense, so that
+            every iteration has a new one; 0 for a large, sparse tangent.
     """
 
     body: DeformableBody
@@ -42,6 +44,7 @@ class BodyNodes(Protocol):
     size_global: int
     positions: Array
     is_point: Array
+    dense_block: int
 
     @property
     @abstractmethod

@@ -241,7 +241,7 @@ class ReducedModel(BodyModel):
         found: Array = self.mesh_functions @ (z @ R)
         return found
 
-    @property
+    @cached_property
     def mesh_functions(self) -> Array:
         """The functions at the nodes of the mesh that this rank owns, shape (k, n). Collective."""
         first, end = self.space.dofmap.index_map.local_range

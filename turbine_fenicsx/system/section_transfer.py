@@ -44,9 +44,6 @@ SLENDEREST = 1e-6
 SHRINKAGE = 0.9
 """Factor of the number of stations, if nodes are too far apart for them."""
 
-DENSE = 0.5
-"""Part of the entries of rows above which they are kept as a dense array."""
-
 Single = npt.NDArray[np.float32]
 """An array in single precision."""
 
@@ -89,11 +86,14 @@ class SectionTransfer:
         rows, *others = zip(*found, strict=True)
         counts, moments, self._initial = map(np.concatenate, others)
         check_stations(loads, counts, moments)
-        used = [_find_used(of_line) for of_line in rows]
+        used = [
+            _find_nodes(model, line.copy, of_line)
+            for line, of_line in zip(loads.lines, rows, strict=True)
+        ]
         self.nodes: IntArray = np.unique(np.concatenate(used))
-        ends = np.cumsum([line.size for line in loads.lines])
+        ends, dense = np.cumsum([line.size for line in loads.lines]), model.dense_block > 0
         self._lines = [
-            _make_line(line.copy, np.searchsorted(self.nodes, own), of_line[:, own], end)
+            _make_line(line.copy, np.searchsorted(self.nodes, own), of_line[:, own], end, dense)
             for line, own, of_line, end in zip(loads.lines, used, rows, ends, strict=True)
         ]
         turns = [model.body.placements[line.copy].frame()[0] for line in loads.lines]
@@ -146,14 +146,14 @@ class SectionTransfer:
         """Add the derivatives of the forces, of those of the loads at the last motion.
 
         With P_i, which takes increments of the nodes to those of section i, this is the sum of
-        P_i^T Q_i P_i for each copy, of dense rows. It is found in single precision: tangents need
-        no more.
+        P_i^T Q_i P_i for each copy, of a small body. It is found in single precision: tangents
+        need no more.
 
         Args:
             slopes: Q, shape (stations, 6, 6), see `BoundSectionLoads.find_slopes`.
             out: For each copy a block of its nodes, which this rank owns, shape (copies, 3 n, 3 n).
         """
-        n, single = out.shape[1] // 3, np.float32
+        single = np.float32
         # J^-1 sum_j A_j x H_j
         turns = np.stack([skew_rows(self._axes[:, :, j]) for j in range(3)], axis=3)
         turns = np.einsum("nab,nbcj->nacj", self._inverse, turns).astype(single)
@@ -163,9 +163,7 @@ class SectionTransfer:
             P[:, 3:] = spins.reshape(-1, 3, 3, H.shape[2]).swapaxes(2, 3)
             k = 3 * H.shape[2]
             moved = (slopes[line.stations] @ P.reshape(-1, 6, k)).reshape(-1, k)
-            first = 3 * (self.nodes[line.nodes][0] - line.copy * n)
-            block = slice(first, first + k)
-            out[line.copy, block, block] += P.reshape(-1, k).T @ moved
+            out[line.copy] += P.reshape(-1, k).T @ moved
 
     @cached_property
     def _motions(self) -> list[tuple[Single, Single]]:
@@ -228,20 +226,22 @@ def _make_rows(
     return model.rows(copy, every, sparse.csr_matrix((values.ravel(), places), shape=shape))
 
 
-def _find_used(rows: sparse.csr_matrix) -> IntArray:
-    """Nodes that have a weight; of dense rows all nodes from the first to the last one."""
-    used = np.unique(rows.nonzero()[1])
-    every = np.arange(used[0], used[-1] + 1) if used.size else used
-    return every if rows.nnz > DENSE * rows.shape[0] * every.size else used
+def _find_nodes(model: BodyNodes, copy: int, rows: sparse.csr_matrix) -> IntArray:
+    """Owned nodes with a weight; all of its copy of a body whose nodes all move each other."""
+    n = model.dense_block // 3
+    if n:
+        return np.arange(copy * n, copy * n + n)[: model.n_owned]
+    nodes: IntArray = np.unique(rows.nonzero()[1])
+    return nodes
 
 
-def _make_line(copy: int, nodes: IntArray, rows: sparse.csr_matrix, end: int) -> Line:
+def _make_line(copy: int, nodes: IntArray, rows: sparse.csr_matrix, end: int, dense: bool) -> Line:
     """The stations of a line that ends before a number."""
     stations = slice(end - rows.shape[0] // 4, end)
-    together = nodes.size > 0 and nodes.size == np.ptp(nodes) + 1
-    if together and rows.nnz > DENSE * np.prod(rows.shape):
-        dense = rows.toarray()
-        return Line(copy, slice(nodes[0], nodes[-1] + 1), dense, dense.T, stations)
+    if dense:
+        first = int(nodes[0]) if nodes.size else 0
+        array = rows.toarray()
+        return Line(copy, slice(first, first + nodes.size), array, array.T, stations)
     return Line(copy, nodes, rows, rows.T.tocsr(), stations)
 
 

@@ -140,6 +140,23 @@ def test_stations_of_several_lines_are_counted_one_line_after_another(comm):
     assert motion.position[1:] == pytest.approx(alone.motion(X, 0 * X).position, abs=1e-12)
 
 
+def test_stations_may_be_closer_than_nodes(comm):
+    """Those of the mesh are half a metre apart."""
+    model, places = FlexibleModel(beam(comm)), [2.0, 2.1, 2.2, 2.3]
+    found = SectionTransfer(model, loads(model.body, Drag(), places))
+    X, omega = model.positions[found.nodes], [0.5, -1.0, 2.0]
+    Q = rotation_about((0.3, -0.5, 0.8), 0.6)
+    motion = found.motion(X @ Q.T, np.cross(omega, X @ Q.T))
+    assert np.all(np.diff(motion.initial[:, 0]) > 0.1)
+    assert motion.axes == pytest.approx(np.broadcast_to(Q, (4, 3, 3)), abs=1e-12)
+    assert motion.velocity == pytest.approx(np.cross(omega, motion.position), abs=1e-11)
+    F, M = np.random.default_rng(4).standard_normal((2, 4, 3))
+    f = found.forces(F, M)
+    moment = M.sum(axis=0) + np.cross(motion.position, F).sum(axis=0)
+    assert comm.allreduce(f.sum(axis=0)) == pytest.approx(F.sum(axis=0), abs=1e-11)
+    assert comm.allreduce(np.cross(X @ Q.T, f).sum(axis=0)) == pytest.approx(moment, abs=1e-10)
+
+
 def test_equal_line_loads_are_a_traction_on_the_skin(comm):
     tips = []
     for make in (
