@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from cmath import sqrt
-from typing import Any
 
 import numpy as np
 
@@ -61,7 +60,7 @@ def modes(
     Note:
         Collective.
     """
-    SLEPc = import_slepc()
+    import_slepc()
     if not isinstance(count, int | np.integer) or count < 1:
         raise ModelError(f"the number of modes must be a positive whole number, got {count!r}")
     if shift is not None:
@@ -73,16 +72,16 @@ def modes(
         rest = find_rest(system) if state is None else state
         problem = LinearSystem(system, rest)
         try:
-            return Modes(rest, _find(SLEPc, problem, count, shift, tolerance))
+            return Modes(rest, modes_of(problem, count, shift, tolerance))
         finally:
             problem.destroy()
 
 
-def _find(
-    SLEPc: Any, linear: LinearSystem, count: int, shift: float | None, tolerance: float
+def modes_of(
+    linear: LinearSystem, count: int, shift: float | None = None, tolerance: float = 1e-8
 ) -> tuple[Mode, ...]:
-    """The modes of a linear system."""
-    free = linear.degrees_of_freedom
+    """The modes of a linear system, to whose stiffness the shift is added. Collective."""
+    SLEPc, free = import_slepc(), linear.degrees_of_freedom
     if count > free:
         raise ModelError(f"{count} modes, but the system has {free} degrees of freedom")
     problem = SquaredFrequencies(SLEPc, linear, shift)

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from turbine_fenicsx.analysis.lowest_modes import find_lowest_modes
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.threads import one_thread
 from turbine_fenicsx.foundation.types import Array, IntArray
@@ -94,10 +94,14 @@ class HeldBody:
                 f"modes must be fewer than the {len(self._dofs)} coordinates of the body, got "
                 f"{count}"
             )
+        inverse = LinearOperator(self._K.shape, self._solve, dtype=float)
+        start = np.random.default_rng(0).standard_normal(self._K.shape[0])
         with one_thread():
-            found = find_lowest_modes(self._K, self._M, k, self._solve, self._shift)
-        squares, shapes = (x[..., len(self._rigid) :] for x in found)
-        return squares, np.array([self._expand(shape) for shape in shapes.T])
+            squares, shapes = eigsh(
+                self._K, k, self._M, sigma=-self._shift, OPinv=inverse, v0=start
+            )
+        elastic = np.argsort(squares)[len(self._rigid) :]
+        return squares[elastic], np.array([self._expand(shape) for shape in shapes.T[elastic]])
 
     def responses(self, count: int, squares: Array, modes: Array) -> list[Array]:
         """Displacements under smooth forces, those with the largest energy beyond that of modes.

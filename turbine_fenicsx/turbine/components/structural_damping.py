@@ -1,38 +1,50 @@
-"""Structural damping of blades and tower, Rayleigh's with the ratios of named modes."""
+"""Structural damping of blades and tower, Rayleigh's with the ratios of named modes.
+
+A mode u of modal mass 1 and angular frequency w of a part that is held at one end has the ratio
+
+    (beta u.D_1 u + alpha u.D_2 u)/(2 w),
+
+with the damping matrices D_1 of beta = 1 and D_2 of alpha = 1 in the equilibrium of the part. A
+blade that turns has the stiffness K(u) + M S^2 about its equilibrium, S = omega x; what gyroscopic
+forces change is left out.
+"""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
-from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 
+from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.cross_sections import CrossSections
-from turbine_fenicsx.analysis.held_modes import HeldMode, Rider, held_modes
-from turbine_fenicsx.analysis.linear_system import quadratic_form
+from turbine_fenicsx.analysis.linear_system import LinearSystem, quadratic_form
 from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.analysis.modes import find_rest, modes_of
+from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
-from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells, nodes_of_facets
-from turbine_fenicsx.bodies.placement import Placement
 from turbine_fenicsx.bodies.rigid_body import RigidBody
+from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
-from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.parallel import sum_over_ranks
+from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.rotations import E2, skew
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.revolute import Revolute
+from turbine_fenicsx.meshing import load_arrays
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.records.conventions import BLADES, TOWER
-from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.make_model import make_model
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Component
 from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
 from turbine_fenicsx.turbine.components.mode_names import (
@@ -41,7 +53,7 @@ from turbine_fenicsx.turbine.components.mode_names import (
     sum_squares,
 )
 from turbine_fenicsx.turbine.components.tower import AXES
-from turbine_fenicsx.turbine.tables.damping import DampingCase
+from turbine_fenicsx.turbine.tables.damping import BladeDampingCase, DampingCase, TowerDampingCase
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +64,16 @@ COUNT = 10
 @dataclass(frozen=True)
 class StructuralDamping(Component):
     """Rayleigh damping of the flexible blades and of the tower, as far as the case asks for it."""
+
+    def mistakes(self, case: Case) -> Iterator[str]:
+        """A sentence if modes are asked for where nothing can find them."""
+        tables = {"blade": case.blade.damping, "tower": case.tower.damping}
+        asked = [f"{name}.damping" for name, damping in tables.items() if damping.ratios]
+        try:
+            if asked:
+                import_slepc()
+        except InputError as error:
+            yield f"{' and '.join(asked)}: {error}; without it give stiffness_time, or 0"
 
     def parts(self, assembly: Assembly) -> list[RayleighDamping]:
         """Parts ``damping_of_blades`` and ``damping_of_tower``."""
@@ -64,8 +86,23 @@ class StructuralDamping(Component):
         return found
 
 
+@dataclass(frozen=True, eq=False)
+class _HeldMode:
+    """A mode of modal mass 1 of a part that is held at one end.
+
+    Args:
+        frequency: w [rad/s].
+        shape: Displacement of the owned nodes of the body, shape (n, 3).
+        rates: u.D_1 u [1/s^2] and u.D_2 u [1], shape (2,).
+    """
+
+    frequency: float
+    shape: Array
+    rates: Array
+
+
 def _damp_blades(
-    assembly: Assembly, blades: DeformableBody, wanted: DampingCase
+    assembly: Assembly, blades: DeformableBody, wanted: BladeDampingCase
 ) -> RayleighDamping:
     """The damping of all blades, found from the first one: they are equal."""
     mesh = assembly.meshes[BODY]
@@ -74,139 +111,142 @@ def _damp_blades(
         for root, blade in zip(ROOTS, BLADES, strict=True)
         if blade in mesh.cell_names
     ]
-    damping = RayleighDamping(
-        f"damping_of_{BODY}", blades.full, stiffness=wanted.stiffness_time or 0.0, held=held
-    )
+    beta, alpha = wanted.stiffness_time or 0.0, 0.0
     if wanted.ratios:
-        damping = _meet_ratios(assembly, damping, blades.placements[0], wanted)
-    return replace(damping, flexible=blades)
+        beta, alpha = _meet("blade", wanted, _name_blade_modes(assembly, wanted.speed))
+    return RayleighDamping(f"damping_of_{BODY}", blades, stiffness=beta, mass=alpha, held=held)
 
 
-def _meet_ratios(
-    assembly: Assembly, damping: RayleighDamping, place: Placement, wanted: DampingCase
-) -> RayleighDamping:
-    """The damping of blades with coefficients that meet the ratios of the first blade.
-
-    Args:
-        damping: The damping of the blades on their mesh.
-        place: Where the mesh of the first one stands.
-    """
-    mesh = assembly.meshes[BODY]
-    R, t = place.frame()
-    system, model = _make_system(assembly, damping, damping.held[:1])
-    nodes = nodes_of_cells(model.space, mesh.cells(BLADES[0]))
-    root = nodes_of_facets(model.space, mesh.facets(ROOTS[0]))
-    layout, speed = assembly.rotor.layout, assembly.case.blade.damping.speed
-    axis, centre = layout.axes[2] @ R, (np.asarray(layout.centre) - t) @ R
-    turning: dict[str, Any] = {}
+def _name_blade_modes(assembly: Assembly, speed: float) -> dict[str, _HeldMode]:
+    """Modes of a blade that is clamped at its root and turns at a speed [rad/s]. Collective."""
+    blade, layout = _take_one_blade(assembly), assembly.rotor.layout
+    R = layout.frame(1).T
+    spin = speed * skew(layout.axes[2] @ R)
+    state = blade.system.initial_state()
     if speed:
-        u = _find_stretch(assembly.comm, damping, axis, centre, speed)
-        turning = {"displacement": u, "spin": speed * skew(axis)}
-    modes = held_modes(model, nodes, root, COUNT, **turning)
-    if speed:
-        modes = _damp_stretched(assembly, damping, modes, turning["displacement"])
-    axes = blade_axes(layout, 1) @ R
-    sections = _cut(system, nodes, axes)
-    named = _name(modes, [BLADE_WAYS[_find_way(sections, nodes, mode)] for mode in modes])
-    return _meet(damping, model, wanted, named, "blade")
-
-
-def _find_stretch(
-    comm: MPI.Intracomm, damping: RayleighDamping, axis: Array, centre: Array, speed: float
-) -> Array:
-    """Displacements of blades that turn, shape (n_owned, 3) [m]. Collective.
-
-    Args:
-        damping: Their damping, with the roots that hold them.
-        speed: Of the rotation [rad/s].
-    """
-    body, point = damping.flexible, tuple(centre.tolist())
-    hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0), position=point)
-    shaft = Revolute("shaft", None, hub, point=point, axis=tuple(axis.tolist()))
-    roots = [
-        Coupling(f"root_{number}", body, np.asarray(held.facets), hub)
-        for number, held in enumerate(damping.held)
-    ]
-    state = turning_equilibrium(MultibodySystem(comm, [hub, shaft, body, *roots]), "shaft", speed)
-    u: Array = state.u[0].array_r.reshape(-1, 3).copy()
+        state.u[0].destroy()
+        state.u = (_find_stretch(blade, layout.axes[2] @ R, speed),)
+    found = _find_modes(blade.system, state, blade.root, spin @ spin)
+    sections = _cut(blade.system, blade_axes(layout, 1) @ R)
+    ways = [BLADE_WAYS[int(sum_squares([sections.motion(m.shape)]).argmax())] for m in found]
     state.destroy()
-    return u
+    return _name(found, ways)
 
 
-def _damp_stretched(
-    assembly: Assembly, damping: RayleighDamping, modes: Sequence[HeldMode], u: Array
-) -> list[HeldMode]:
-    """Modes with the strain rates of blades that are stretched by displacements u. Collective."""
-    unit = replace(damping, stiffness=1.0, mass=0.0, held=())
-    system = MultibodySystem(assembly.comm, [damping.flexible, unit])
-    model = system.flexible_models[0]
-    stretched, shape = model.new_vector(), model.new_vector()
-    stretched.array[:] = u.ravel()
-    D = model.damping_matrix(stretched, 0.0)
-    assert D is not None
+def _take_one_blade(assembly: Assembly) -> ClampedBlade:
+    """The first blade in its own axes, clamped at its root. Collective."""
+    mesh = assembly.meshes[BODY]
+    if BLADES[1] in mesh.cell_names:
+        single = SingleMesh(assembly.rotor)
+        mesh = load_arrays(assembly.comm, single.make, single.source)
+    return ClampedBlade.of("blade", mesh, assembly.rotor)
+
+
+def _find_stretch(blade: ClampedBlade, axis: Array, speed: float) -> PETSc.Vec:
+    """Displacements of a blade that turns about an axis through its origin. Collective."""
+    hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0))
+    shaft = Revolute("shaft", None, hub, point=(0.0, 0.0, 0.0), axis=tuple(axis.tolist()))
+    parts = [hub, shaft, blade.body, Coupling("root", blade.body, blade.root, hub)]
+    state = turning_equilibrium(MultibodySystem(blade.system.comm, parts), "shaft", speed)
+    stretched: PETSc.Vec = state.u[0].copy()
+    state.destroy()
+    return stretched
+
+
+def _damp_tower(
+    assembly: Assembly, tower: DeformableBody, wanted: TowerDampingCase
+) -> RayleighDamping:
+    """The damping of the tower."""
+    held = [HeldPart(assembly.meshes[TOWER].facets(BOTTOM))]
+    beta, alpha = wanted.stiffness_time or 0.0, 0.0
+    if wanted.ratios:
+        beta, alpha = _meet("tower", wanted, _name_tower_modes(assembly, tower))
+    return RayleighDamping(f"damping_of_{TOWER}", tower, stiffness=beta, mass=alpha, held=held)
+
+
+def _name_tower_modes(assembly: Assembly, tower: DeformableBody) -> dict[str, _HeldMode]:
+    """Modes of the tower with nacelle and rotor as one rigid body on top. Collective."""
+    mesh, body, rider = assembly.meshes[TOWER], tower.full, _join_riders(assembly)
+    foot, head = mesh.facets(BOTTOM), mesh.facets(TOP)
+    ends = Coupling("foot", body, foot, None), Coupling("head", body, head, rider)
+    weight = Gravity(tuple((-assembly.case.loads.gravity * np.asarray(E2)).tolist()))
+    system = MultibodySystem(assembly.comm, [rider, body, *ends, weight])
+    state = find_rest(system)
+    found, sections, ways = _find_modes(system, state, foot), _cut(system, AXES), []
+    state.destroy()
+    for mode in found:
+        shape = sections.motion(mode.shape)
+        ways.append(name_tower(shape, shape / sections.roots, sections.stations)[0].way)
+    return _name(found, ways)
+
+
+def _join_riders(assembly: Assembly) -> RigidBody:
+    """All that stands on the tower as one rigid body. Collective."""
+    total = np.zeros((4, 4))  # mass, first and second moments about the origin
+    for body in (x for x in assembly.parts if isinstance(x, RigidBody)):
+        R = np.asarray(body.directors, dtype=float)
+        r = np.append(1.0, np.asarray(body.position, dtype=float))
+        total += body.mass * np.outer(r, r)
+        total[1:, 1:] += R @ np.diag(body.euler) @ R.T
+    others = [x for x in assembly.parts if getattr(x, "name", None) != TOWER]
+    for part in (x for x in others if isinstance(x, DeformableBody)):
+        total += make_model(part, (), None, ()).inertia()
+    mass, middle = float(total[0, 0]), total[0, 1:] / total[0, 0]
+    E = total[1:, 1:] - mass * np.outer(middle, middle)
+    inertia = np.trace(E) * np.eye(3) - E
+    return RigidBody.from_inertia("rider", mass, inertia, position=middle)
+
+
+def _find_modes(
+    system: MultibodySystem, state: State, held: npt.ArrayLike, softening: Array | None = None
+) -> list[_HeldMode]:
+    """Modes of the only flexible body of a system, the lowest first. Collective.
+
+    Args:
+        state: An equilibrium.
+        held: Facets of the surface that holds the body.
+        softening: A matrix S^2, with which M S^2 adds to the stiffness, shape (3, 3) [1/s^2].
+    """
+    (body,), linear = system.flexible_bodies, LinearSystem(system, state)
+    if softening is not None:
+        system.flexible_models[0].add_mass(softening, blocks_of(linear.stiffness)[0])
+    shapes = modes_of(linear, min(COUNT, linear.degrees_of_freedom))
+    linear.destroy()
+    units = (
+        RayleighDamping("unit", body, stiffness=1.0),
+        RayleighDamping("unit", body, stiffness=0.0, mass=1.0, held=[HeldPart(held)]),
+    )
+    matrices = []
+    for unit in units:
+        (model,) = MultibodySystem(system.comm, [body, unit]).flexible_models
+        D = model.damping_matrix(state.u[0], state.time)
+        assert D is not None
+        matrices.append(D)
     found = []
-    for mode in modes:
-        shape.array[:] = mode.shape.ravel()
-        found.append(replace(mode, strain=quadratic_form(D, shape)))
-    for thing in (stretched, shape, D):
-        thing.destroy()
+    for mode in shapes:
+        u = mode.real.u[0]
+        rates = np.array([quadratic_form(D, u) for D in matrices])
+        shape = u.array_r.reshape(-1, 3).copy()
+        found.append(_HeldMode(mode.eigenvalue.imag, shape, rates))
+        mode.destroy()
+    for D in matrices:
+        D.destroy()
     return found
 
 
-def _damp_tower(assembly: Assembly, tower: DeformableBody, wanted: DampingCase) -> RayleighDamping:
-    """The damping of the tower with nacelle and rotor as one rigid body on top."""
-    mesh = assembly.meshes[TOWER]
-    damping = RayleighDamping(
-        f"damping_of_{TOWER}",
-        tower.full,
-        stiffness=wanted.stiffness_time or 0.0,
-        held=[HeldPart(mesh.facets(BOTTOM))],
-    )
-    if not wanted.ratios:
-        return replace(damping, flexible=tower)
-    system, model = _make_system(assembly, damping, damping.held)
-    nodes = np.arange(model.n_owned)
-    foot, top = (nodes_of_facets(model.space, mesh.facets(name)) for name in (BOTTOM, TOP))
-    gravity = -assembly.case.loads.gravity * np.asarray(E2)
-    rider = Rider.of(top, np.zeros(3), _sum_inertia(assembly), gravity)
-    weight = model.new_vector()
-    weight.array[:] = (model.nodal_mass[:, None] * gravity).ravel()
-    modes = held_modes(model, nodes, foot, COUNT, load=weight, rider=rider)
-    sections = _cut(system, nodes, AXES)
-    ways = []
-    for mode in modes:
-        shape = sections.motion(mode.shape)
-        ways.append(name_tower(shape, shape / sections.roots, sections.stations)[0].way)
-    found = _meet(damping, model, wanted, _name(modes, ways), "tower")
-    return replace(found, flexible=tower)
-
-
-def _make_system(
-    assembly: Assembly, damping: RayleighDamping, held: Sequence[HeldPart]
-) -> tuple[MultibodySystem, FlexibleModel]:
-    """The body alone, with a mass coefficient of one for what `held` holds; its model."""
-    unit = replace(damping, stiffness=0.0, mass=1.0, held=held)
-    system = MultibodySystem(assembly.comm, [damping.flexible, unit])
-    return system, system.flexible_models[0].full
-
-
-def _cut(system: MultibodySystem, nodes: IntArray, axes: Array) -> CrossSections:
-    """Cross-sections of a part of the only body of a system."""
-    piece = Piece(system.flexible_bodies[0].name, 0, nodes)
+def _cut(system: MultibodySystem, axes: Array) -> CrossSections:
+    """Cross-sections of the only flexible body of a system."""
+    (model,) = system.flexible_models
+    piece = Piece(model.body.name, 0, np.arange(model.n_owned))
     state = system.initial_state()
     found = CrossSections(system, state, piece, axes, axes[2])
     state.destroy()
     return found
 
 
-def _find_way(sections: CrossSections, nodes: IntArray, mode: HeldMode) -> int:
-    """Number of the way in which most of a blade moves."""
-    return int(sum_squares([sections.motion(mode.shape[nodes])]).argmax())
-
-
-def _name(modes: Sequence[HeldMode], ways: Sequence[str]) -> dict[str, HeldMode]:
+def _name(modes: Iterable[_HeldMode], ways: Iterable[str]) -> dict[str, _HeldMode]:
     """Modes by their keys, ``flap_1``: numbered by frequency among those of one way."""
-    found: dict[str, HeldMode] = {}
+    found: dict[str, _HeldMode] = {}
     for mode, way in zip(modes, ways, strict=True):
         key = way.replace("-", "_").replace(" ", "_")
         number = 1 + sum(name.rpartition("_")[0] == key for name in found)
@@ -214,31 +254,16 @@ def _name(modes: Sequence[HeldMode], ways: Sequence[str]) -> dict[str, HeldMode]
     return found
 
 
-def _meet(
-    damping: RayleighDamping,
-    model: FlexibleModel,
-    wanted: DampingCase,
-    named: Mapping[str, HeldMode],
-    table: str,
-) -> RayleighDamping:
-    """The damping with coefficients that meet the ratios.
-
-    A mode u of modal mass 1 has the ratio (beta u^T K(0) u + alpha u^T Q^T W Q u)/(2 w). The model
-    has the masses W relative to the root, as of `MassDamper` with alpha = 1.
-    """
-    keys, rows, damper = list(wanted.ratios), [], model.mass_damper
-    assert damper is not None
+def _meet(table: str, wanted: DampingCase, named: Mapping[str, _HeldMode]) -> tuple[float, float]:
+    """The coefficients beta and alpha that meet the ratios."""
+    keys = list(wanted.ratios)
     for key in keys:
         if key not in named:
             raise ModelError(
                 f"{table}.damping.{key}: expected one of the modes that were found: "
                 f"{', '.join(named)}"
             )
-        mode = named[key]
-        u = np.zeros(mode.shape.size)
-        power = np.array([damper.power(u, mode.shape.ravel())])
-        of_mass = float(sum_over_ranks(model.body.mesh.comm, power)[0])
-        rows.append(np.array([mode.strain, of_mass]) / (2.0 * mode.frequency))
+    rows = [named[key].rates / (2.0 * named[key].frequency) for key in keys]
     asked = np.array(list(wanted.ratios.values()))
     if len(keys) == 1:
         beta, alpha = float(asked[0] / rows[0][0]), 0.0
@@ -261,18 +286,4 @@ def _meet(
         beta,
         alpha,
     )
-    return replace(damping, stiffness=beta, mass=alpha)
-
-
-def _sum_inertia(assembly: Assembly) -> Array:
-    """Mass, first and second moments about the origin of all that stands on the tower, (4, 4)."""
-    total = np.zeros((4, 4))
-    for body in (x for x in assembly.parts if isinstance(x, RigidBody)):
-        R = np.asarray(body.directors, dtype=float)
-        r = np.append(1.0, np.asarray(body.position, dtype=float))
-        total += body.mass * np.outer(r, r)
-        total[1:, 1:] += R @ np.diag(body.euler) @ R.T
-    others = [x for x in assembly.parts if getattr(x, "name", None) != TOWER]
-    for part in (x for x in others if isinstance(x, DeformableBody)):
-        total += make_model(part, (), None, ()).inertia()
-    return total
+    return beta, alpha
