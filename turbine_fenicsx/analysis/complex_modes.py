@@ -9,9 +9,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from turbine_fenicsx.analysis.bordered_solver import blocks_of
 from turbine_fenicsx.analysis.equal_modes import choose_phase
-from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.linear_system import LinearSystem, entry_sizes
 from turbine_fenicsx.analysis.mode import Mode
 from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
 from turbine_fenicsx.analysis.slepc import Pair
@@ -203,29 +202,18 @@ def _is_slow(problem: QuadraticProblem, pair: Pair, slow: float, round_off: floa
 
 
 def _strain(problem: QuadraticProblem, parts: Iterable[PETSc.Vec]) -> tuple[float, float]:
-    """The sums of |y.K y|, and of |K_ii| y_i^2, over the parts y of a motion. Collective."""
+    """The sums of |y.K y|, and of |K_i| y_i^2, over the parts y of a motion. Collective."""
     energy = size = 0.0
-    diagonal = _diagonal(problem)
-    image, squares = diagonal.duplicate(), diagonal.duplicate()
+    sizes = entry_sizes(problem.linear.vectors, problem.stiffness)
+    image, squares = sizes.duplicate(), sizes.duplicate()
     for y in parts:
         problem.stiffness.mult(y, image)
         energy += abs(image.dot(y))
         squares.pointwiseMult(y, y)
-        size += squares.dot(diagonal)
-    for vector in (image, squares, diagonal):
+        size += squares.dot(sizes)
+    for vector in (image, squares, sizes):
         vector.destroy()
     return energy, size
-
-
-def _diagonal(problem: QuadraticProblem) -> PETSc.Vec:
-    """New flat vector of |K_ii|. Collective."""
-    diagonal, parts = problem.linear.vectors.new_vector(), []
-    for block in blocks_of(problem.stiffness):
-        part = block.getDiagonal()
-        parts.append(np.abs(part.array_r))
-        part.destroy()
-    diagonal.array[:] = np.concatenate(parts)
-    return diagonal
 
 
 def _make_normal(

@@ -137,6 +137,24 @@ def quadratic_form(A: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec | None = None) -> fl
     return value
 
 
+def entry_sizes(vectors: FlatVectors, stiffness: PETSc.Mat) -> PETSc.Vec:
+    """New flat vector with the size of the stiffness at each entry of y, for round-off. Collective.
+
+    Of flexible bodies the diagonal; of the rigid part, whose diagonal may be zero, the largest
+    entry.
+    """
+    sizes = vectors.new_vector()
+    *flexible, rigid = blocks_of(stiffness)
+    diagonals = [K.getDiagonal() for K in flexible]
+    largest = np.max(np.abs(rigid.getDenseArray()), initial=0.0)
+    n = rigid.getLocalSize()[0]
+    sizes.array[:] = np.concatenate([*(d.array_r for d in diagonals), np.full(n, largest)])
+    for diagonal in diagonals:
+        diagonal.destroy()
+    sizes.abs()
+    return sizes
+
+
 def zero_matrix(model: BodyModel) -> PETSc.Mat:
     """Matrix without entries, shaped like the stiffness of a body."""
     n = (3 * model.n_owned, None)

@@ -17,7 +17,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.analysis.bordered_solver import blocks_of
-from turbine_fenicsx.analysis.linear_system import LinearSystem, quadratic_form
+from turbine_fenicsx.analysis.linear_system import LinearSystem, entry_sizes, quadratic_form
 from turbine_fenicsx.analysis.slepc import Pair, invert_by, keep_if_interrupted
 from turbine_fenicsx.analysis.statics import UNHELD
 from turbine_fenicsx.analysis.strain_meter import (
@@ -69,7 +69,7 @@ class SquaredFrequencies:
         self._meter = StrainMeter(linear)  # of the stiffness alone
         for A, M in zip(blocks_of(self._A), blocks_of(self._M), strict=True):
             A.axpy(self._shift, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        self._sizes = _entry_sizes(linear)
+        self._sizes = entry_sizes(linear.vectors, linear.stiffness)
         self._solver = linear.solver(self._A, "modes_", self.symmetric)
 
     def find(self, count: int, tolerance: float) -> list[Pair]:
@@ -235,24 +235,6 @@ class SquaredFrequencies:
                 f"the modes do not fulfil their equations: they are wrong by {wrong:.1e} where "
                 f"{allowed:.1e} is allowed; another shift may help"
             )
-
-
-def _entry_sizes(linear: LinearSystem) -> PETSc.Vec:
-    """Size of the stiffness at each entry of y, for round-off.
-
-    Of flexible bodies the diagonal; of the rigid part, whose diagonal may be zero, the largest
-    entry.
-    """
-    sizes = linear.vectors.new_vector()
-    *flexible, rigid = blocks_of(linear.stiffness)
-    diagonals = [K.getDiagonal() for K in flexible]
-    largest = np.max(np.abs(rigid.getDenseArray()), initial=0.0)
-    n = rigid.getLocalSize()[0]
-    sizes.array[:] = np.concatenate([*(d.array_r for d in diagonals), np.full(n, largest)])
-    for diagonal in diagonals:
-        diagonal.destroy()
-    sizes.abs()
-    return sizes
 
 
 def _destroy(pairs: list[Pair]) -> None:

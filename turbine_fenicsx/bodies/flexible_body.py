@@ -10,7 +10,7 @@ from dolfinx.mesh import Mesh
 from ufl.core.expr import Expr
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.bodies.placement import Placement
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
@@ -22,7 +22,7 @@ CELLS = ("hexahedron", "tetrahedron")
 
 
 @dataclass(frozen=True, eq=False)
-class FlexibleBody:
+class FlexibleBody(DeformableBody):
     """A 3D continuum with large deformations, position x = X + u.
 
     Args:
@@ -90,11 +90,6 @@ class FlexibleBody:
             )
 
     @property
-    def full(self) -> FlexibleBody:
+    def full(self) -> FlexibleBody:  # type: ignore[override]
         """The body itself, as of bodies that another one was made of."""
         return self
-
-    @property
-    def placements(self) -> tuple[Placement, ...]:
-        """The only copy, where the mesh is."""
-        return (Placement(),)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.placement import Placement
 from turbine_fenicsx.foundation.argument_checks import describe
@@ -173,7 +174,7 @@ def make_vectors(n: int, origins: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class ReducedBody:
+class ReducedBody(DeformableBody):
     """A flexible body that moves as the functions of a basis allow, or several equal ones.
 
     It takes the place of the full body in the parts of a system: couplings, gravity, forces on

@@ -12,6 +12,7 @@ from scipy.special import eval_legendre
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 Indices = npt.NDArray[np.int64]
@@ -120,7 +121,7 @@ def _find_parts(flexible: FlexibleModel, comm: MPI.Intracomm) -> tuple[Array, In
     """
     cells, X = _compat.dofs_of_cells(flexible.space), flexible.local_positions
     owned = flexible.positions
-    directions = flexible.fibre_directions()
+    directions = CellCentres(flexible).fibres()
     if directions is None:
         everything = np.zeros(len(owned), dtype=np.int64)
         longest = _principal_axes(comm, owned, everything, 1)[0, -1]

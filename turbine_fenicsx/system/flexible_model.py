@@ -34,11 +34,10 @@ from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cauchy_green
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
-from turbine_fenicsx.system.cell_numbers import CellNumbers, at_centres
+from turbine_fenicsx.system.cell_numbers import CellNumbers
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
@@ -127,22 +126,15 @@ class FlexibleModel(WeakForm, BodyModel):
         return MassDamper(self, parts)
 
     def _compile(self) -> None:
-        """Compile what every run needs: momenta, energies, stresses."""
+        """Compile what every run needs: momenta and energies."""
         w, v, mesh = ufl.TestFunction(self.space), self._v, self.body.mesh
         F = deformation_gradient(self._u)
-        self._momentum = LinearForm(self.density * ufl.dot(v, w) * self.dx_mass)
+        self._momentum = LinearForm(self.inertia_term(v, w))
         p = self.density * v
         L = ufl.cross(self._x, p)
         moving = [0.5 * ufl.dot(v, p), *(p[i] for i in range(3)), *(L[i] for i in range(3))]
         W = self.energy(right_cauchy_green(F))
         self._sums = CellNumbers(mesh, (moving, self.dx_mass), ([W], self.dx_stress))
-        sigma = cauchy_stress(self.energy, F)
-        norms = [ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))]
-        self._stresses = at_centres(mesh, *norms)
-        self._fibre = None
-        if self.body.fibre is not None:
-            a = F * self.body.fibre
-            self._fibre = at_centres(mesh, *(a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3)))
 
     def set_time(self, time: float) -> None:
         """Set the functions of time of all forces [s]."""
@@ -324,40 +316,6 @@ class FlexibleModel(WeakForm, BodyModel):
         """Values of a vector at all local nodes, ghosts included, shape (nodes, 3)."""
         self.copy_to(self._v, vector)
         return np.array(self._v.x.array).reshape(-1, 3)
-
-    def cauchy_stress_norm(self, u: PETSc.Vec) -> Array:
-        """Norm of the Cauchy stress [Pa], eqs (69)-(70), as of `cauchy_stresses`."""
-        return self.cauchy_stresses(u)[0]
-
-    def cauchy_stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
-        """Norm of the Cauchy stress, and von Mises stress, at the cell centres [Pa].
-
-        Args:
-            u: Displacement.
-
-        Returns:
-            Shapes (local cells,), ghosts included.
-        """
-        self.copy_to(self._u, u)
-        norm, von_mises = self._stresses.in_cells()[:, 0].T.copy()
-        return norm, von_mises
-
-    def fibre_directions(self, u: PETSc.Vec | None = None) -> Array | None:
-        """Unit vectors along the deformed fibres at the cell centres, None without fibres.
-
-        Args:
-            u: Displacement; zero if None.
-
-        Returns:
-            Shape (local cells, 3), ghosts included.
-        """
-        if self._fibre is None:
-            return None
-        if u is None:
-            self._u.x.array[:] = 0.0
-        else:
-            self.copy_to(self._u, u)
-        return self._fibre.in_cells()[:, 0]
 
     def assemble(self, form: Any, out: PETSc.Vec) -> None:
         """Assemble a linear form, a `LinearForm` or a compiled one, and copy the owned entries."""

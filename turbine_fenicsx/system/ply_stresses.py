@@ -63,8 +63,8 @@ class PlyStresses:
         self._index = system.flexible_bodies.index(body)
         self._model = system.flexible_models[self._index]
         self.copies, self.body = len(body.placements), body.full
-        body = self.body
-        n = body.mesh.topology.index_map(3).size_local
+        mesh = self.body.mesh
+        n = mesh.topology.index_map(3).size_local
         error = None
         if len(laminates) != n:
             error = ModelError(
@@ -73,15 +73,15 @@ class PlyStresses:
             )
         elif not all(laminates):
             error = ModelError(f"a cell of {body.name!r} has no plies")
-        raise_together(body.mesh.comm, error)
+        raise_together(mesh.comm, error)
         self.table = PlyTable(laminates)
         self._u = fem.Function(self._model.space)
-        a1, a2, _ = wall_frame(body.mesh)
+        a1, a2, _ = wall_frame(mesh)
         E = green_lagrange(right_cauchy_green(deformation_gradient(self._u)))
         e = [ufl.dot(a1, E * a1), ufl.dot(a2, E * a2), 2.0 * ufl.dot(a1, E * a2)]
         points = np.repeat(gauss_quadrature(2, 2, 1).points[None], 2, axis=0)
         points[0, :, 2], points[1, :, 2] = 0.0, 1.0
-        self._strain = PointValues(body.mesh, points.reshape(-1, 3), *e)
+        self._strain = PointValues(mesh, points.reshape(-1, 3), *e)
         self.inner, self.outer = np.zeros((2, n, 4, 3))
 
     def update(self, state: State, copy: int = 0) -> None:

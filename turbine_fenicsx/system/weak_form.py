@@ -219,6 +219,23 @@ class WeakForm:
             found["structural damping"] = self.parameter(self.damping.stiffness) * S_beta
         return found
 
+    def inertia_term(self, a: Any, w: Any) -> Any:
+        """The term int rho a . w dV of accelerations a."""
+        return self.density * ufl.dot(a, w) * self.dx_mass
+
+    def stress_term(self, F: Any, S: Any, w: Any) -> Any:
+        """The term int F S : grad w dV of second Piola-Kirchhoff stresses S."""
+        return ufl.inner(F * S, ufl.grad(w)) * self.dx_stress
+
+    def traction_term(self, u: Any, v: Any, w: Any, ends: tuple[Any, Any] | None = None) -> Any:
+        """The term int t . w dA of the tractions t of all forces on the surface.
+
+        Args:
+            v: Velocity.
+            ends: Displacements at the ends of the step; those of u if None.
+        """
+        return sum(self.surface.integrals(u, v, w, ends))
+
     def virtual_work(self, u: Any, v: Any, w: Any) -> Any:
         """The virtual work of stresses minus that of forces on surfaces, without gravity.
 
@@ -229,10 +246,7 @@ class WeakForm:
         S = second_piola_kirchhoff(self.energy, right_cauchy_green(F))
         if v is not None:
             S += sum(self.viscous_stresses(strain_rate(F, ufl.grad(v))).values(), ufl.zero(3, 3))
-        total = ufl.inner(F * S, ufl.grad(w)) * self.dx_stress
-        for integral in self.surface.integrals(u, ufl.zero(3) if v is None else v, w):
-            total -= integral
-        return total
+        return self.stress_term(F, S, w) - self.traction_term(u, ufl.zero(3) if v is None else v, w)
 
     @cached_property
     def static_forms(self) -> StaticForms:
@@ -255,5 +269,4 @@ class WeakForm:
     def mass_form(self, A: Array) -> Any:
         """The form of int rho w.A a dV."""
         w, delta = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        Aa = ufl.dot(self.parameter(A), delta)
-        return _compat.compile_form(self.density * ufl.dot(Aa, w) * self.dx_mass)
+        return _compat.compile_form(self.inertia_term(ufl.dot(self.parameter(A), delta), w))

@@ -169,8 +169,7 @@ class FlexibleEnd(MemorylessStep):
         self._gravity = fem.Constant(mesh, gravity)
         test, delta = ufl.TestFunction(V), ufl.TrialFunction(V)
         u, v = self._u_n + self._du, self._rate * self._du + self._w
-        inertia = self._du - self._p - self._s * self._gravity
-        R = model.density * ufl.dot(inertia, test) * model.dx_mass
+        R = model.inertia_term(self._du - self._p - self._s * self._gravity, test)
         R += self._s * model.virtual_work(u, v, test)
         self._residual = LinearForm(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))

@@ -6,6 +6,7 @@ all equations of motion are multiplied by dt^2/2; so are the multipliers.
 
 from __future__ import annotations
 
+from functools import singledispatch
 from typing import Literal, Protocol
 
 from petsc4py import PETSc
@@ -13,11 +14,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.foundation.argument_checks import describe
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.augmented_angle import FORMS
 from turbine_fenicsx.system.body_model import BodyModel
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -42,18 +44,34 @@ class EnergyMomentumBody(BodyStep, Protocol):
         """Assemble the tangent for du = 0."""
 
 
+@singledispatch
 def make_step(
     model: BodyModel, stress: AlgorithmicStress | None, numerical_dissipation: float
 ) -> EnergyMomentumBody:
-    """The step of a body. Collective; arguments as of `FlexibleStep`."""
-    if isinstance(model, ReducedModel):
-        if stress is not None:
-            raise ModelError(
-                f"stress is an algorithmic stress of your own, and {model.body.name!r} is reduced: "
-                "it has the exact discrete gradient"
-            )
-        return ReducedStep(model, numerical_dissipation)
-    return FlexibleStep(on_mesh(model, "energy-momentum steps"), stress, numerical_dissipation)
+    """The step of a body. Collective; arguments as of `FlexibleStep`.
+
+    ``make_step.register(MyModel, my_step)`` adds that of a new kind.
+
+    Raises:
+        TypeError: for a kind that has none.
+    """
+    raise TypeError(f"{describe(model)} has no energy-momentum step; make_step.register adds one")
+
+
+make_step.register(FlexibleModel, FlexibleStep)
+
+
+@make_step.register(ReducedModel)
+def _make_reduced(
+    model: ReducedModel, stress: AlgorithmicStress | None, numerical_dissipation: float
+) -> ReducedStep:
+    """The step of a reduced body, whose stress is its exact discrete gradient."""
+    if stress is not None:
+        raise ModelError(
+            f"stress is an algorithmic stress of your own, and {model.body.name!r} is reduced: "
+            "it has the exact discrete gradient"
+        )
+    return ReducedStep(model, numerical_dissipation)
 
 
 class EnergyMomentumStep(NestedStep):

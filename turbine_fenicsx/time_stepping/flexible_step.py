@@ -89,12 +89,10 @@ class FlexibleStep(MemorylessStep):
         self.midpoint = MidpointWorks(model, self._u_n, self._du, self._dt, more)
         S = self._sum_stresses(stress, F_mid, D, chi)
         # momenta of the flexible body, eqs (55), (57)
-        inertia = self._du - self._dt_v - h * self._gravity
-        R = model.density * ufl.dot(inertia, w) * model.dx_mass
-        R += h * ufl.inner(F_mid * S, ufl.grad(w)) * model.dx_stress
-        ends = (self._u_n, self._u_n + self._du)
-        for integral in model.surface.integrals(u_mid, self._du / self._dt, w, ends):
-            R -= h * integral
+        ends = self._u_n, self._u_n + self._du
+        R = model.inertia_term(self._du - self._dt_v - h * self._gravity, w)
+        R += h * model.stress_term(F_mid, S, w)
+        R -= h * model.traction_term(u_mid, self._du / self._dt, w, ends)
         self._residual = LinearForm(R)
         self._tangent = _compat.compile_form(ufl.derivative(R, self._du, delta))
 

@@ -26,6 +26,7 @@ from small_body import (
 
 from turbine_fenicsx import NodeForce, Pressure, Ramp
 from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.system.cell_centres import CellCentres
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +105,7 @@ def cauchy_by_hand(law):
 def test_cauchy_stress_norm_of_a_uniform_stretch_equals_the_hand_value(make, cell, degree, law):
     model = make(cell, degree, law)
     Q = rotation_about((1, 2, 0.5), 2.5)
-    norm = model.cauchy_stress_norm(nodal(model, affine(Q @ STRETCH - np.eye(3))))
+    norm = CellCentres(model).stresses(nodal(model, affine(Q @ STRETCH - np.eye(3))))[0]
     cells = model.body.mesh.topology.index_map(3)
     assert norm.shape == (cells.size_local + cells.num_ghosts,)
     assert np.allclose(norm, np.linalg.norm(cauchy_by_hand(law)), rtol=1e-12, atol=0)
@@ -113,7 +114,7 @@ def test_cauchy_stress_norm_of_a_uniform_stretch_equals_the_hand_value(make, cel
 @pytest.mark.parametrize("law", ["svk", "neo_hooke"])
 def test_von_mises_stress_of_a_uniform_stretch_equals_the_hand_value(make, law):
     model = make("hexahedron", 1, law)
-    _, found = model.cauchy_stresses(nodal(model, affine(STRETCH - np.eye(3))))
+    _, found = CellCentres(model).stresses(nodal(model, affine(STRETCH - np.eye(3))))
     s = cauchy_by_hand(law)
     shear = s[0, 1] ** 2 + s[1, 2] ** 2 + s[2, 0] ** 2
     normal = (s[0, 0] - s[1, 1]) ** 2 + (s[1, 1] - s[2, 2]) ** 2 + (s[2, 2] - s[0, 0]) ** 2
@@ -133,7 +134,7 @@ def test_strain_energy_of_a_uniform_stretch_equals_the_hand_value(make, cell, de
 def test_fibres_turn_with_the_body(comm, cell, degree):
     model = small_body(comm, cell, degree, "orthotropic", fibre=True)
     F = rotation_about((1, 2, 0.5), 2.5) @ STRETCH
-    directions = model.fibre_directions(nodal(model, affine(F - np.eye(3))))
+    directions = CellCentres(model).fibres(nodal(model, affine(F - np.eye(3))))
     cells = model.body.mesh.topology.index_map(3)
     assert directions.shape == (cells.size_local + cells.num_ghosts, 3)
     expected = F @ FRAME[:, 0] / np.linalg.norm(F @ FRAME[:, 0])
@@ -142,7 +143,7 @@ def test_fibres_turn_with_the_body(comm, cell, degree):
 
 def test_a_body_without_fibres_has_no_fibre_directions(make):
     model = make("hexahedron", 1, "svk")
-    assert model.fibre_directions(model.new_vector()) is None
+    assert CellCentres(model).fibres(model.new_vector()) is None
 
 
 @pytest.mark.parallel

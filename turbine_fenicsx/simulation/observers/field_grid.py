@@ -24,6 +24,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records.parts import Part, Parts
 from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
@@ -209,7 +210,7 @@ class BodyGrid:
     """
 
     def __init__(self, block: FlexibleModel) -> None:
-        self._block, self.body = block, block.body
+        self._block, self.body, self._centres = block, block.body, CellCentres(block)
         mesh = block.body.mesh
         self.kind = _compat.cell_name(mesh)
         vertex_space = block.space if block.body.degree == 1 else _compat.vector_space(mesh, 1)
@@ -261,10 +262,10 @@ class BodyGrid:
 
     def stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
         """Norm and von Mises stress at the centres of the owned cells, shapes (n_cells,) [Pa]."""
-        norm, von_mises = (values[: self.n_cells] for values in self._block.cauchy_stresses(u))
+        norm, von_mises = (values[: self.n_cells] for values in self._centres.stresses(u))
         return norm, von_mises
 
     def fibre(self, u: PETSc.Vec) -> Array:
         """Present direction of the fibre in the owned cells, shape (n_cells, 3); zero without."""
-        directions = self._block.fibre_directions(u)
+        directions = self._centres.fibres(u)
         return np.zeros((self.n_cells, 3)) if directions is None else directions[: self.n_cells]

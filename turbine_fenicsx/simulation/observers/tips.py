@@ -17,6 +17,7 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.probe import Probe, find_model, find_node
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -104,12 +105,13 @@ def tip_channel(tips: Tips) -> Channel:
 
 def stress_channel(system: MultibodySystem) -> Channel:
     """Largest norm of the Cauchy stress at any cell centre. Collective."""
-    blocks = [on_mesh(model, "stresses") for model in system.flexible_models]
+    models = [on_mesh(model, "stresses") for model in system.flexible_models]
+    bodies = [CellCentres(model) for model in models]
 
     def values(s: Snapshot) -> list[float]:
         norms = (
-            np.max(block.cauchy_stress_norm(u), initial=0.0)
-            for block, u in zip(blocks, s.state.u, strict=True)
+            np.max(body.stresses(u)[0], initial=0.0)
+            for body, u in zip(bodies, s.state.u, strict=True)
         )
         return [largest_of_ranks(system.comm, float(max(norms, default=0.0)))]
 

@@ -1,0 +1,77 @@
+"""Stresses and fibres of a flexible body at the centres of its cells, eqs (69)-(70)."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from petsc4py import PETSc
+
+import ufl
+from dolfinx import fem
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.materials.base import cauchy_stress
+from turbine_fenicsx.materials.kinematics import deformation_gradient
+from turbine_fenicsx.system.cell_numbers import PointValues, at_centres
+from turbine_fenicsx.system.flexible_model import FlexibleModel
+
+
+class CellCentres:
+    """Values at the centres of the local cells, ghosts included; forms compile on first use.
+
+    Args:
+        model: The body.
+
+    Note:
+        Collective, also its methods.
+    """
+
+    def __init__(self, model: FlexibleModel) -> None:
+        self._model, self._u = model, fem.Function(model.space)
+        self._F = deformation_gradient(self._u)
+
+    def stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
+        """Norm of the Cauchy stress, and von Mises stress [Pa], without viscosity.
+
+        Args:
+            u: Displacement.
+
+        Returns:
+            Shapes (cells,).
+        """
+        self._model.copy_to(self._u, u)
+        norm, von_mises = self._stresses.in_cells()[:, 0].T.copy()
+        return norm, von_mises
+
+    def fibres(self, u: PETSc.Vec | None = None) -> Array | None:
+        """Unit vectors along the deformed fibres, shape (cells, 3); None without fibres.
+
+        Args:
+            u: Displacement; zero if None.
+        """
+        if self._model.body.fibre is None:
+            return None
+        if u is None:
+            self._u.x.array[:] = 0.0
+        else:
+            self._model.copy_to(self._u, u)
+        return self._fibres.in_cells()[:, 0]
+
+    @cached_property
+    def _stresses(self) -> PointValues:
+        """Norm and von Mises stress."""
+        sigma = cauchy_stress(self._model.energy, self._F)
+        return self._at_centres(
+            *(ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma))))
+        )
+
+    @cached_property
+    def _fibres(self) -> PointValues:
+        """Components of the unit vectors."""
+        a = self._F * self._model.body.fibre
+        return self._at_centres(*(a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3)))
+
+    def _at_centres(self, *expressions: Any) -> PointValues:
+        """Values of expressions of the displacement."""
+        return at_centres(self._model.body.mesh, *expressions)
