@@ -14,6 +14,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.load_path import LoadPath
 from turbine_fenicsx.reduction.long_axis import LongAxis
 from turbine_fenicsx.reduction.static_body import StaticBody, check_held
+from turbine_fenicsx.system.nodal_forces import find_nodal_values
 from turbine_fenicsx.system.system import MultibodySystem
 
 Profile = Callable[[Array], Array]
@@ -148,7 +149,7 @@ class LineLoads:
         fields = [self.field(profile, axes[:, k], 0.0) for k in range(2)]
         fields.append(self.field(profile, np.zeros(3), 1.0))
         forces = [BodyForce("load", body, field=field) for field in fields]
-        loads = [f.values for f in self._still.model.full.find_nodal_forces(forces)]
+        loads = [find_nodal_values(self._still.model, force).ravel() for force in forces]
         *bent, twisted = (self._still.gather(u) for u in self._still.respond(loads))
         deflection = max(float(np.max(np.linalg.norm(u, axis=1))) for u in bent)
         turned = np.cross(self._arms, twisted[self._tip]) @ axes[:, 2]

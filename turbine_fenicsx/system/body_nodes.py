@@ -75,3 +75,15 @@ class BodyNodes(Protocol):
         Returns:
             Those of the nodes of the mesh that this rank owns, shape (k, 3) [m].
         """
+
+    @abstractmethod
+    def gather_forces(self, forces: Array, copy: int) -> Array:
+        """Forces on a copy of the mesh as forces on the owned nodes. Collective.
+
+        Args:
+            forces: Those on the nodes of the mesh that this rank owns, in space, shape (k, 3) [N].
+            copy: Number of the copy.
+
+        Returns:
+            Shape (n_owned, 3) [N].
+        """

@@ -41,7 +41,7 @@ from turbine_fenicsx.system.cell_numbers import CellNumbers
 from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
-from turbine_fenicsx.system.nodal_forces import NodalForce, find_nodal_forces
+from turbine_fenicsx.system.nodal_forces import find_nodal_forces
 from turbine_fenicsx.system.own_fields import check_cells, evaluate_field
 from turbine_fenicsx.system.weak_form import WeakForm
 
@@ -100,7 +100,7 @@ class FlexibleModel(WeakForm, BodyModel):
         self.nodal_mass = ones.array.reshape(-1, 3)[:, 0].copy()
         self.weights = np.abs(self.nodal_mass)
         ones.destroy()
-        self._of_nodes = self.find_nodal_forces(of_nodes)
+        self._of_nodes = find_nodal_forces(self, of_nodes)
         self.mass_damper = self._make_mass_damper()
         self.section_loads = tuple(BoundSectionLoads(x, self) for x in section_loads)
 
@@ -141,17 +141,6 @@ class FlexibleModel(WeakForm, BodyModel):
         self.surface.set_time(time)
         self.nodal_forces = [force.at(self.comm, time) for force in self._of_nodes]
 
-    def find_nodal_forces(self, forces: Sequence[NodeForce | BodyForce]) -> list[NodalForce]:
-        """Values of forces at the nodes. Collective.
-
-        Raises:
-            ModelError: for a field of another shape, or not finite, on all ranks.
-        """
-        field = self.new_vector()
-        found = find_nodal_forces(self.comm, self.positions, forces, self.momentum, field)
-        field.destroy()
-        return found
-
     def contact_nodes(self, coupling: Coupling) -> IntArray:
         """Owned nodes on the facets of a coupling, sorted."""
         facets = check_facets(coupling.name, self.body.mesh, coupling.facets)
@@ -174,6 +163,10 @@ class FlexibleModel(WeakForm, BodyModel):
     def mesh_displacements(self, u: PETSc.Vec, copy: int) -> Array:
         """Those of the nodes."""
         return np.array(u.array_r).reshape(-1, 3)
+
+    def gather_forces(self, forces: Array, copy: int) -> Array:
+        """The forces themselves."""
+        return forces
 
     def momentum(self, v: PETSc.Vec, p: PETSc.Vec) -> None:
         """Nodal momenta p = M v [kg m/s] of nodal velocities v, into p."""

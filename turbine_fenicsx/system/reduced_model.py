@@ -31,16 +31,16 @@ from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.own_code import evaluate_function
+from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
 from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
+from turbine_fenicsx.system.nodal_forces import find_nodal_forces
 from turbine_fenicsx.system.own_fields import evaluate_field
 from turbine_fenicsx.system.reduced_checks import check_forces, check_mesh
-from turbine_fenicsx.system.reduced_forces import find_vector_forces
 
 
 class ReducedModel(BodyModel):
@@ -107,7 +107,7 @@ class ReducedModel(BodyModel):
             self.losses["structural damping"] = times
         self.loss: Array = sum(self.losses.values(), np.zeros(self.strain.size))
         self.mass_damper = self._make_mass_damper(damping)
-        self._of_vectors = find_vector_forces(body, self, lambda: self.mesh_functions, of_vectors)
+        self._of_nodes = find_nodal_forces(self, of_vectors)
         self.section_loads = tuple(BoundSectionLoads(x, self) for x in of_sections)
 
     def _make_mass_damper(self, damping: RayleighDamping | None) -> MassDamper | None:
@@ -182,18 +182,9 @@ class ReducedModel(BodyModel):
         """Values of vectors by copies, shape (copies or 0, n, 3)."""
         return values.reshape(-1, self._n, 3)
 
-    def forces_at(self, time: float) -> list[Array]:
-        """Each force of a fixed direction on the vectors that this rank owns.
-
-        Returns:
-            Shapes (copies or 0, n, 3) [N].
-        """
-        owned = self.copies if self._is_owner else 0
-        return [
-            evaluate_function(self.comm, f"factor of {force.name!r}", force.function, time)
-            * values[:owned]
-            for force, values in zip(self.forces, self._of_vectors, strict=False)
-        ]
+    def forces_at(self, time: float) -> list[tuple[slice, Array]]:
+        """Degrees of freedom and values [N] of each force of a fixed direction. Collective."""
+        return [force.at(self.comm, time) for force in self._of_nodes]
 
     def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array | None:
         """Derivative of loads on sections with respect to the increments of a step. Collective.
@@ -217,10 +208,10 @@ class ReducedModel(BodyModel):
 
     def applied_forces(self, gravity: Array, time: float) -> Array:
         """Weight and forces, shape (copies or 0, n, 3) [N]. Collective."""
-        forces = self.split(np.outer(self.nodal_mass, gravity))
-        for force in self.forces_at(time):  # all ranks hear of a function that fails
-            forces += force
-        return forces
+        forces = np.outer(self.nodal_mass, gravity).ravel()
+        for dofs, force in self.forces_at(time):  # all ranks hear of a function that fails
+            forces[dofs] += force
+        return self.split(forces)
 
     @cached_property
     def full(self) -> FlexibleModel:
@@ -240,6 +231,12 @@ class ReducedModel(BodyModel):
         z = self.split(self.comm.bcast(np.array(u.array_r)))[copy]
         found: Array = self.mesh_functions @ (z @ R)
         return found
+
+    def gather_forces(self, forces: Array, copy: int) -> Array:
+        """Sums of the functions times the forces."""
+        found = np.zeros((self.copies, self._n, 3))
+        found[copy] = self.mesh_functions.T @ forces
+        return sum_over_ranks(self.comm, found).reshape(-1, 3)[: self.n_owned]
 
     @cached_property
     def mesh_functions(self) -> Array:

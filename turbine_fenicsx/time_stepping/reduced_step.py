@@ -251,7 +251,7 @@ class ReducedStep:
         lost, dz = np.zeros(len(self.losses)), self.model.split(du.array_r)
         forces = self.model.forces_at(self._times.middle)
         u, v = self._move(du.array_r)
-        works = [float(np.sum(force * dz)) for force in forces]
+        works = [float(np.sum(force * du.array_r[dofs])) for dofs, force in forces]
         works += [x.work(u, v, self._times, du.array_r) for x in self.model.section_loads]
         dc = self._change(dz)[2]
         for k, Z in enumerate(self.model.losses.values()):

@@ -91,6 +91,10 @@ class BarModel(BodyModel):
         X = self.full.positions
         return np.column_stack([np.ones(len(X)), X]) @ u.array_r.reshape(4, 3)
 
+    def gather_forces(self, forces, copy):
+        X = self.full.positions
+        return np.column_stack([np.ones(len(X)), X]).T @ forces
+
     def _not_here(self, *_):
         raise NotImplementedError
 

@@ -133,7 +133,7 @@ def test_forces_on_masses_are_projections_wherever_a_copy_stands(pair):
         return np.sin(X[:, [1, 2, 0]])
 
     model = ReducedModel(body, [BodyForce("x", body, field=field)], None, ())
-    (found,) = model.forces_at(0.0)
+    found = model.applied_forces(np.zeros(3), 0.0)
     mass = full.new_vector()
     for copy, place in enumerate((lambda X: X, lambda X: t + X @ R.T)):
         mass.array[:] = field(place(full.positions)).ravel()

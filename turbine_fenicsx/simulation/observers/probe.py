@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -25,6 +24,7 @@ from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.body_nodes import BodyNodes
+from turbine_fenicsx.system.nearest_node import find_nearest_node
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -111,29 +111,8 @@ def find_point(model: BodyNodes, point: Array, name: str) -> csr_matrix:
         found = find_surroundings(model.space, (point - t) @ R)
         if found is not None:
             return model.rows(copy, found.nodes, found.functions)
-    nearest = _find_nearest(model, point)[0]
+    nearest, _ = find_nearest_node(model, point)
     raise ModelError(
         f"point {name!r} at {point.tolist()} is outside flexible body {model.body.name!r}, whose "
         f"nearest node is {nearest:.3g} m away"
     )
-
-
-def find_node(model: BodyNodes, point: npt.ArrayLike) -> csr_matrix:
-    """Row of the node of the mesh of any copy that is nearest to a point. Collective."""
-    _, copy, node = _find_nearest(model, point)
-    return model.rows(copy, np.array([node]), np.ones(1))
-
-
-def _find_nearest(model: BodyNodes, point: npt.ArrayLike) -> tuple[float, int, int]:
-    """Distance [m], copy and number of the node of a mesh nearest to a point. Collective."""
-    index_map = model.space.dofmap.index_map
-    X = model.space.tabulate_dof_coordinates()[: index_map.size_local]
-    places = [place.frame() for place in model.body.placements]
-    x = np.array([t + X @ R.T for R, t in places])
-    distance = np.linalg.norm(x - np.asarray(point, dtype=float), axis=2)
-    mine = (np.inf, 0, 0)
-    if distance.size:
-        copy, node = map(int, np.unravel_index(int(np.argmin(distance)), distance.shape))
-        mine = (float(distance[copy, node]), copy, node + index_map.local_range[0])
-    nearest: tuple[float, int, int] = model.comm.allreduce(mine, op=MPI.MIN)
-    return nearest

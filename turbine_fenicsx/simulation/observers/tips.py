@@ -15,10 +15,11 @@ from turbine_fenicsx.foundation.parallel import largest_of_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.probe import Probe, find_model, find_node
+from turbine_fenicsx.simulation.observers.probe import Probe, find_model
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.system.nearest_node import find_nearest_node
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -70,7 +71,8 @@ class Tips:
             whose = f"tip {tip.name!r}"
             if tip.carrier is not None:
                 check_among_parts("body", tip.carrier, system.rigid_bodies, whose)
-            rows.append((tip.body, find_node(find_model(system, tip.body, whose), tip.point)))
+            _, row = find_nearest_node(find_model(system, tip.body, whose), tip.point)
+            rows.append((tip.body, row))
         self._probe = Probe(system, rows)
         self.starts: Array = self._probe.start
         self._frames = [
