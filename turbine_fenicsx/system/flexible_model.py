@@ -38,7 +38,6 @@ from turbine_fenicsx.materials.kinematics import deformation_gradient, right_cau
 from turbine_fenicsx.system.body_model import BodyModel
 from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.cell_numbers import CellNumbers
-from turbine_fenicsx.system.directions import keep_directions
 from turbine_fenicsx.system.linear_form import LinearForm
 from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
 from turbine_fenicsx.system.nodal_forces import find_nodal_forces
@@ -179,7 +178,7 @@ class FlexibleModel(WeakForm, BodyModel):
         form = self.mass_form(A)
         full = _compat.create_matrix(form)
         _compat.assemble_matrix(full, form)
-        matrix = keep_directions(full, A != 0.0)
+        matrix = _keep_directions(full, A != 0.0)
         full.destroy()
         return matrix
 
@@ -322,3 +321,20 @@ class FlexibleModel(WeakForm, BodyModel):
         """Copy a vector into a function, ghosts included."""
         function.x.array[: 3 * self.n_owned] = values.array_r
         function.x.scatter_forward()
+
+
+def _keep_directions(full: PETSc.Mat, kept: npt.NDArray[np.bool_]) -> PETSc.Mat:
+    """The entries of a matrix that couple some directions, as a matrix without the others.
+
+    Args:
+        kept: Whether the entries between two directions stay, shape (3, 3).
+    """
+    starts, columns, values = full.getValuesCSR()
+    rows = np.repeat(np.arange(starts.size - 1), np.diff(starts))
+    stay = kept[rows % 3, columns % 3]
+    lengths = np.bincount(rows[stay], minlength=starts.size - 1)
+    starts = np.concatenate([[0], np.cumsum(lengths)]).astype(PETSc.IntType)
+    csr = (starts, columns[stay], values[stay])
+    matrix = PETSc.Mat().createAIJ(full.getSizes(), csr=csr, comm=full.getComm())
+    matrix.assemble()
+    return matrix
