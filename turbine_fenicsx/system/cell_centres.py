@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 from petsc4py import PETSc
 
@@ -13,7 +12,7 @@ from dolfinx import fem
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient
-from turbine_fenicsx.system.cell_numbers import PointValues, at_centres
+from turbine_fenicsx.system.cell_numbers import CentreValues
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 
 
@@ -41,7 +40,7 @@ class CellCentres:
             Shapes (cells,).
         """
         self._model.copy_to(self._u, u)
-        norm, von_mises = self._stresses.in_cells()[:, 0].T.copy()
+        norm, von_mises = self._stresses.in_cells().T.copy()
         return norm, von_mises
 
     def fibres(self, u: PETSc.Vec | None = None) -> Array | None:
@@ -56,22 +55,20 @@ class CellCentres:
             self._u.x.array[:] = 0.0
         else:
             self._model.copy_to(self._u, u)
-        return self._fibres.in_cells()[:, 0]
+        return self._fibres.in_cells()
 
     @cached_property
-    def _stresses(self) -> PointValues:
+    def _stresses(self) -> CentreValues:
         """Norm and von Mises stress."""
         sigma = cauchy_stress(self._model.energy, self._F)
-        return self._at_centres(
-            *(ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma))))
+        return CentreValues(
+            self._model.body.mesh,
+            *(ufl.sqrt(a * ufl.inner(s, s)) for a, s in ((1.0, sigma), (1.5, ufl.dev(sigma)))),
         )
 
     @cached_property
-    def _fibres(self) -> PointValues:
+    def _fibres(self) -> CentreValues:
         """Components of the unit vectors."""
         a = self._F * self._model.body.fibre
-        return self._at_centres(*(a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3)))
-
-    def _at_centres(self, *expressions: Any) -> PointValues:
-        """Values of expressions of the displacement."""
-        return at_centres(self._model.body.mesh, *expressions)
+        units = (a[i] / ufl.sqrt(ufl.dot(a, a)) for i in range(3))
+        return CentreValues(self._model.body.mesh, *units)

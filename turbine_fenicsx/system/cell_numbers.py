@@ -1,4 +1,4 @@
-"""Numbers of each cell of a mesh: integrals over it, or values at points of it.
+"""Numbers of each cell of a mesh: integrals over it, or values at its centre.
 
 They are linear forms whose test functions live in one cell each, so that they are computed for
 several cells together as forces are.
@@ -12,7 +12,6 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 
 from turbine_fenicsx import _compat
@@ -27,12 +26,11 @@ class CellNumbers:
 
     Args:
         integrands: Lists of scalar expressions, each with its measure over all cells.
-        degree: Of the Lagrange functions that all expressions are multiplied by in turn.
     """
 
-    def __init__(self, mesh: Any, *integrands: tuple[Sequence[Any], Any], degree: int = 0) -> None:
+    def __init__(self, mesh: Any, *integrands: tuple[Sequence[Any], Any]) -> None:
         n = sum(len(expressions) for expressions, _ in integrands)
-        space = _compat.cellwise_space(mesh, (n,), degree)
+        space = _compat.cellwise_space(mesh, (n,))
         w, first, form = ufl.TestFunction(space), 0, 0
         for expressions, dx in integrands:
             form += sum(e * w[first + k] for k, e in enumerate(expressions)) * dx
@@ -55,56 +53,28 @@ class CellNumbers:
         return found
 
     def of_cells(self) -> Array:
-        """Numbers of the local cells, ghosts included. Collective.
-
-        Returns:
-            Shape (cells, functions, expressions).
-        """
+        """Numbers of the local cells, ghosts included, shape (cells, expressions). Collective."""
         self._form.assemble(self._vector)
         self._vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
         with self._vector.localForm() as local:
-            found: Array = local.array_r.reshape(-1, self._n)[self._dofs]
+            found: Array = local.array_r.reshape(-1, self._n)[self._dofs[:, 0]]
         return found
 
 
-class PointValues:
-    """Values of scalar expressions at the same points x_q of each cell. Collective.
+class CentreValues:
+    """Values of scalar expressions at the centre of each cell. Collective."""
 
-    With as many Lagrange functions N_i as points, sums b_i = sum_q N_i(x_q) e(x_q) are integrals
-    over the cell by a rule with these points, and the values e(x_q) follow from them.
-
-    Args:
-        points: Points of the reference cell: one, or eight of a hexahedron that distinguish all
-            trilinear functions, shape (points, 3).
-    """
-
-    def __init__(self, mesh: Any, points: npt.ArrayLike, *expressions: Any) -> None:
-        X = np.asarray(points, dtype=float)
-        degree = 0 if len(X) == 1 else 1
-        N = _compat.shape_functions("hexahedron", 1, X)[0] if degree else np.ones((1, 1))
-        self._inverse = np.linalg.inv(N.T)
+    def __init__(self, mesh: Any, *expressions: Any) -> None:
         data = {
             "quadrature_degree": 1,
             "quadrature_rule": "custom",
-            "quadrature_points": X.tolist(),
-            "quadrature_weights": [1.0] * len(X),
+            "quadrature_points": CENTRE[_compat.cell_name(mesh)],
+            "quadrature_weights": [1.0],
         }
         volume = abs(ufl.JacobianDeterminant(mesh))
-        at_points = ufl.dx(domain=mesh, metadata=data)
-        self._numbers = CellNumbers(
-            mesh, ([e / volume for e in expressions], at_points), degree=degree
-        )
+        at_centre = ufl.dx(domain=mesh, metadata=data)
+        self._numbers = CellNumbers(mesh, ([e / volume for e in expressions], at_centre))
 
     def in_cells(self) -> Array:
-        """Values in the local cells, ghosts included. Collective.
-
-        Returns:
-            Shape (cells, points, expressions).
-        """
-        found: Array = self._inverse @ self._numbers.of_cells()
-        return found
-
-
-def at_centres(mesh: Any, *expressions: Any) -> PointValues:
-    """Values of scalar expressions at the centre of each cell. Collective."""
-    return PointValues(mesh, CENTRE[_compat.cell_name(mesh)], *expressions)
+        """Values in the local cells, ghosts included, shape (cells, expressions). Collective."""
+        return self._numbers.of_cells()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import ufl
 from dolfinx import fem
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
@@ -13,18 +12,11 @@ from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.materials.kinematics import (
-    deformation_gradient,
-    green_lagrange,
-    right_cauchy_green,
-)
 from turbine_fenicsx.materials.laminate_theory import Plies
 from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
-from turbine_fenicsx.materials.wall_axes import wall_frame
-from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
-from turbine_fenicsx.system.cell_numbers import PointValues
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.system.wall_strains import WallStrains
 
 
 class PlyStresses:
@@ -75,13 +67,7 @@ class PlyStresses:
             error = ModelError(f"a cell of {body.name!r} has no plies")
         raise_together(mesh.comm, error)
         self.table = PlyTable(laminates)
-        self._u = fem.Function(self._model.space)
-        a1, a2, _ = wall_frame(mesh)
-        E = green_lagrange(right_cauchy_green(deformation_gradient(self._u)))
-        e = [ufl.dot(a1, E * a1), ufl.dot(a2, E * a2), 2.0 * ufl.dot(a1, E * a2)]
-        points = np.repeat(gauss_quadrature(2, 2, 1).points[None], 2, axis=0)
-        points[0, :, 2], points[1, :, 2] = 0.0, 1.0
-        self._strain = PointValues(mesh, points.reshape(-1, 3), *e)
+        self._u, self._walls = fem.Function(self._model.space), WallStrains.of(self._model.space)
         self.inner, self.outer = np.zeros((2, n, 4, 3))
 
     def update(self, state: State, copy: int = 0) -> None:
@@ -94,8 +80,8 @@ class PlyStresses:
         u = self._model.mesh_displacements(state.u[self._index], copy)
         self._u.x.array[: u.size] = u.ravel()
         self._u.x.scatter_forward()
-        found = self._strain.in_cells()[: len(self.inner)]
-        self.inner, self.outer = np.moveaxis(found.reshape(-1, 2, 4, 3), 1, 0)
+        found = self._walls.strains(self._u.x.array.reshape(-1, 1, 3))[:, :, :, 0]
+        self.inner, self.outer = np.moveaxis(found, 1, 0)
 
     def strains(self) -> Array:
         """Along the fibre, across it, and shear, at both faces of each ply and at four points.

@@ -11,7 +11,7 @@ from turbine_fenicsx.foundation import vectorise
 from turbine_fenicsx.materials.base import cauchy_stress
 from turbine_fenicsx.materials.kinematics import deformation_gradient
 from turbine_fenicsx.system.cell_centres import CellCentres
-from turbine_fenicsx.system.cell_numbers import CellNumbers, PointValues, at_centres
+from turbine_fenicsx.system.cell_numbers import CellNumbers, CentreValues
 
 pytestmark = pytest.mark.parallel
 
@@ -56,19 +56,6 @@ def test_sums_are_those_of_the_nodal_momenta(comm, cell, degree):
     assert np.allclose(found, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
 
 
-def test_values_at_eight_points_are_those_of_the_field_there(comm):
-    cells = mesh.create_box(comm, [[0, 0, 0], [1.0, 0.5, 0.4]], [3, 2, 3], mesh.CellType.hexahedron)
-    X = cells.geometry.x
-    X[:] += 0.02 * np.sin(X @ np.array([[7.0, 3, 2], [1, 8, 3], [2, 4, 9]]))
-    points = np.array([[a, b, c] for a in (0.2, 0.7) for b in (0.1, 0.9) for c in (0.0, 1.0)])
-    x = ufl.SpatialCoordinate(cells)
-    found = PointValues(cells, points, x[0], x[1], x[2]).in_cells()
-    shapes = _compat.shape_functions("hexahedron", 1, points)[0]
-    expected = shapes @ X[_compat.nodes_of_cells(cells)]
-    assert found.shape == expected.shape
-    assert np.allclose(found, expected, rtol=0, atol=1e-14)
-
-
 def squares(comm):
     """Squares of two components of a field, of very different size, and the field."""
     cells = mesh.create_box(comm, [[0, 0, 0], [1.0, 0.5, 0.4]], [3, 2, 3], mesh.CellType.hexahedron)
@@ -80,11 +67,11 @@ def squares(comm):
 def test_without_lanes_numbers_are_the_same(comm, monkeypatch):
     expressions, _, cells = squares(comm)
     dx = ufl.dx(domain=cells, metadata={"quadrature_degree": 3})
-    quick, quick_centres = CellNumbers(cells, (expressions, dx)), at_centres(cells, *expressions)
+    quick, quick_centres = CellNumbers(cells, (expressions, dx)), CentreValues(cells, *expressions)
     monkeypatch.setattr(
         vectorise, "_FRAME", vectorise._FRAME.replace("vector_size(", "no_such_thing(")
     )
-    slow, slow_centres = CellNumbers(cells, (expressions, dx)), at_centres(cells, *expressions)
+    slow, slow_centres = CellNumbers(cells, (expressions, dx)), CentreValues(cells, *expressions)
     assert np.allclose(quick.sums(), slow.sums(), rtol=1e-13)
     assert np.allclose(quick_centres.in_cells(), slow_centres.in_cells(), rtol=1e-13)
 
@@ -94,7 +81,7 @@ def test_a_wrong_number_is_noticed_beside_one_that_is_much_larger(comm, monkeypa
     assert right in vectorise._FRAME
     monkeypatch.setattr(vectorise, "_FRAME", vectorise._FRAME.replace(right, wrong))
     expressions, field, cells = squares(comm)
-    numbers = at_centres(cells, *expressions)
+    numbers = CentreValues(cells, *expressions)
     assert "please report it" in caplog.text
     field.x.array[:] = 2.0
-    assert numbers.in_cells()[:, 0, 1] == pytest.approx(4.0, rel=1e-14)
+    assert numbers.in_cells()[:, 1] == pytest.approx(4.0, rel=1e-14)

@@ -9,6 +9,7 @@ from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import tabulate_walls, total_thickness
 from turbine_fenicsx.materials.ply_table import PlyTable
 from turbine_fenicsx.system.ply_stresses import PlyStresses
+from turbine_fenicsx.system.wall_strains import WallStrains
 
 pytestmark = pytest.mark.parallel
 
@@ -79,6 +80,22 @@ def test_strains_follow_the_axes_of_a_curved_wall(comm):
     for found, r in ((stresses.inner, 0.99), (stresses.outer, 1.01)):
         expected = np.broadcast_to([1e-6, 2e-6, 3e-6 * r], found.shape)
         assert np.allclose(found, expected, rtol=0, atol=3e-9)  # a cell spans 30 degrees
+
+
+def test_large_strains_are_those_of_the_deformation_gradient(comm):
+    """Of many states at once, as sums of nodes and as sums of vectors."""
+    system, _, _ = walls_of(comm, tube, 2, 8, closed=True)
+    space, rng = system.flexible_models[0].space, np.random.default_rng(0)
+    walls, X = WallStrains.of(space), space.tabulate_dof_coordinates()
+    H = 0.3 * rng.standard_normal((5, 3, 3))
+    found = walls.strains(np.einsum("kj,mij->kmi", X, H))
+    F = np.eye(3) + H
+    E = 0.5 * (np.einsum("mki,mkj->mij", F, F) - np.eye(3))
+    e = np.einsum("...ai,mij,...bj->...mab", walls.axes, E, walls.axes)
+    wanted = np.stack([e[..., 0, 0], e[..., 1, 1], 2.0 * e[..., 0, 1]], axis=-1)
+    assert np.allclose(found, wanted, rtol=0, atol=1e-12)
+    of_vectors = walls.over(X).strains(H.transpose(2, 0, 1))
+    assert np.allclose(of_vectors, wanted, rtol=0, atol=1e-12)
 
 
 def test_rigid_motion_strains_nothing(comm):
