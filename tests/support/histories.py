@@ -10,9 +10,9 @@ def read_lines(folder):
     return [line.rsplit(",", 1)[0] for line in (folder / "history.csv").read_text().splitlines()]
 
 
-def read_columns(folder):
+def read_columns(folder, name="history.csv"):
     """Its columns by name, as arrays."""
-    with (folder / "history.csv").open(newline="") as file:
+    with (folder / name).open(newline="") as file:
         header, *values = csv.reader(file)
     return dict(zip(header, np.array(values, dtype=float).T, strict=True))
 

@@ -10,12 +10,16 @@ from reduced_turbines import COMM, read, run, write_case
 from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
+from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run import restart_case
 from turbine_fenicsx.turbine.run.start import make_start
+from turbine_fenicsx.turbine.run.worst_moment import find_worst_moment
 
 FULL = "blade.model=full"
 
@@ -72,8 +76,14 @@ def test_histories_have_the_columns_of_full_blades_but_for_failure(runs):
     assert reduced == [name for name in full if "tsai_wu" not in name]
 
 
-def test_plies_fail_as_those_of_full_blades_where_a_case_asks_for_them(path, runs):
-    found = read(run(path, "plies", "output.plies=true", "time.end=0.3"))
+@pytest.fixture(scope="module")
+def watched(path):
+    """Folder of a run that looks at its plies in each step."""
+    return run(path, "plies", "output.plies=true", "time.end=0.3")
+
+
+def test_plies_fail_as_those_of_full_blades_where_a_case_asks_for_them(watched, runs):
+    found = read(watched)
     full = {name: values[: len(found["time_[s]"])] for name, values in runs[1].items()}
     assert list(found) == list(full)
     indices = [name for name in full if name.endswith("tsai_wu_[-]")]
@@ -83,6 +93,42 @@ def test_plies_fail_as_those_of_full_blades_where_a_case_asks_for_them(path, run
     for name in indices:
         assert np.max(np.abs(found[name] - full[name])) < 0.05 * largest, name
     assert found["aero_power_[W]"] == pytest.approx(runs[0]["aero_power_[W]"][: len(found[name])])
+
+
+@pytest.mark.parallel
+def test_recovered_plies_are_those_that_the_run_has_seen(watched):
+    recovery = PlyRecovery(RecordedRun.open(watched, COMM))
+    found, seen = recovery.find_history().columns(), read(watched)
+    rows = np.searchsorted(seen["time_[s]"], found["time_[s]"] - 1e-9)
+    assert len(rows) == 4
+    same = [name for name in seen if "tsai_wu" in name]
+    assert len(same) > 10
+    assert max(np.max(seen[name]) for name in same if name.endswith("[-]")) > 1e-3
+    for name in same:
+        assert found[name] == pytest.approx(seen[name][rows], rel=1e-9, abs=1e-12), name
+    assert set(found) - set(seen) == {
+        name.replace("_at_[m]", f"_{what}_[-]")
+        for name in same
+        if name.endswith("_at_[m]")
+        for what in ("ply", "blade")
+    }
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_the_worst_moment_is_the_largest_of_all(watched, criterion):
+    recovery = PlyRecovery(RecordedRun.open(watched, COMM))
+    history = recovery.find_history(criterion)
+    worst = find_worst_moment(recovery, history)
+    assert worst.index == np.max(history.index)
+    assert 1 <= worst.ply <= worst.plies and worst.blade in (1, 2, 3)
+    shares = [abs(s) / r for s, r in zip(worst.stresses, worst.strengths, strict=True)]
+    if criterion == "maximum_stress":
+        assert max(shares) == pytest.approx(worst.index, rel=1e-9)
+    seen = read(watched)
+    row = max(1, int(np.argmin(np.abs(seen["time_[s]"] - worst.time))))  # history.out has no first
+    speed, unit = worst.channels["RotSpeed"]
+    assert (speed, unit) == (pytest.approx(seen["rotor_speed_[rpm]"][row], rel=1e-5), "rpm")
+    assert f"{worst.material} at" in str(worst) and worst.panel in str(worst)
 
 
 def test_the_balance_of_energy_closes(runs):

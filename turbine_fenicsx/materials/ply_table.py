@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.laminate_theory import (
     Plies,
     interfaces,
@@ -74,7 +74,7 @@ class PlyTable:
             strains.shape
         )
 
-    def largest(self, indices: Array) -> tuple[Array, Array]:
+    def largest(self, indices: Array) -> tuple[Array, IntArray]:
         """The largest failure index of each wall and the number of the ply where it is.
 
         Args:
@@ -85,7 +85,15 @@ class PlyTable:
         """
         if not len(self.first):
             return np.zeros(0), np.zeros(0, dtype=np.int64)
-        of_plies = indices.reshape(len(self.plies), -1).max(axis=1)
-        found = np.maximum.reduceat(of_plies, self.first)
-        numbers = np.where(of_plies == found[self.wall], np.arange(len(of_plies)), len(of_plies))
-        return found, np.minimum.reduceat(numbers, self.first) - self.first
+        of_plies = indices.reshape(len(self.plies), -1).max(axis=1, keepdims=True)
+        found, numbers = self.find_largest(of_plies)
+        return found[:, 0], numbers[:, 0]
+
+    def find_largest(self, indices: Array) -> tuple[Array, IntArray]:
+        """As `largest` in m states, for indices of all plies of shape (n, m); shapes (walls, m)."""
+        if not len(self.first):
+            return np.zeros((0, indices.shape[1])), np.zeros((0, indices.shape[1]), dtype=np.int64)
+        found: Array = np.maximum.reduceat(indices, self.first)
+        n = len(indices)
+        numbers = np.where(indices == found[self.wall], np.arange(n)[:, None], n)
+        return found, np.minimum.reduceat(numbers, self.first) - self.first[:, None]

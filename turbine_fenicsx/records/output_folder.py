@@ -26,6 +26,7 @@ from turbine_fenicsx.records.parts import Parts
 
 RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
+    *("plies.csv", "worst.json"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin"),
     *("basis_*.npz", "motion.bin", "motion.json"),

@@ -11,7 +11,7 @@ from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import raise_together
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.laminate_theory import Plies
 from turbine_fenicsx.materials.ply_table import Criterion, PlyTable
 from turbine_fenicsx.system.state import State
@@ -95,7 +95,7 @@ class PlyStresses:
         """Those of `strains` [Pa]."""
         return self.table.stresses(self.strains())
 
-    def largest(self, criterion: Criterion) -> tuple[Array, Array]:
+    def largest(self, criterion: Criterion) -> tuple[Array, IntArray]:
         """The largest failure index of each cell, and the ply where it is.
 
         Args:

@@ -186,7 +186,7 @@ class ReducedModel(BodyModel):
         """Degrees of freedom and values [N] of each force of a fixed direction. Collective."""
         return [force.at(self.comm, time) for force in self._of_nodes]
 
-    def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array | None:
+    def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array:
         """Derivative of loads on sections with respect to the increments of a step. Collective.
 
         Args:
@@ -195,10 +195,8 @@ class ReducedModel(BodyModel):
             times: The step.
 
         Returns:
-            Shape (copies or 0, 3 n, 3 n) [N/m], not symmetric; None without such loads.
+            Shape (copies or 0, 3 n, 3 n) [N/m], not symmetric.
         """
-        if not self.section_loads:
-            return None
         found = np.zeros((self.copies if self._is_owner else 0, 3 * self._n, 3 * self._n))
         for loads in self.section_loads:
             slopes = loads.find_slopes(u, v, times)
@@ -220,7 +218,7 @@ class ReducedModel(BodyModel):
 
     def rows(self, copy: int, nodes: IntArray, weights: Array | csr_matrix) -> csr_matrix:
         """The weights times the functions at the nodes, for the vectors of the copy."""
-        of_copy = np.atleast_2d(weights @ self.body.basis.functions[self._row_of_node[nodes]])
+        of_copy = np.atleast_2d(weights @ self.functions_at(nodes))
         found = np.zeros((len(of_copy), self.copies, self._n))
         found[:, copy] = of_copy
         return csr_matrix(found.reshape(len(found), -1)[:, : self.n_owned])
@@ -241,8 +239,11 @@ class ReducedModel(BodyModel):
     @cached_property
     def mesh_functions(self) -> Array:
         """The functions at the nodes of the mesh that this rank owns, shape (k, n). Collective."""
-        first, end = self.space.dofmap.index_map.local_range
-        found: Array = self.body.basis.functions[self._row_of_node[first:end]]
+        return self.functions_at(np.arange(*self.space.dofmap.index_map.local_range))
+
+    def functions_at(self, nodes: IntArray) -> Array:
+        """The functions at nodes of the mesh, counted over all ranks, shape (k, n). Collective."""
+        found: Array = self.body.basis.functions[self._row_of_node[nodes]]
         return found
 
     @cached_property

@@ -6,6 +6,7 @@ import hashlib
 import json
 import logging
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -46,12 +47,7 @@ def label_case(case: Case) -> dict[str, str]:
 
 def change_case(folder: Path, overrides: list[str]) -> Case:
     """The case of an output folder with changes."""
-    data = read_tables(folder / "case.json")
-    if data is None or holds_modes(folder):
-        raise InputError(f"there is no run in {str(folder)!r} to resume")
-    for table, name in BASES.items():  # those of the run, wherever they were taken from
-        if _is_basis(folder / name):
-            data[table]["reduction"]["file"] = str(folder / name)
+    data = _read_case(folder, "to resume")
     old, new = Case.parse(data), apply_overrides(data, overrides)
     for name in type(old).model_fields:
         mine, theirs = getattr(new, name), getattr(old, name)
@@ -68,6 +64,26 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
             "output.gauges cannot change in a resumed run; history.csv keeps its columns"
         )
     return new
+
+
+def read_case(folder: Path) -> Case:
+    """The case of an output folder, with the bases in it."""
+    return Case.parse(_read_case(folder, "whose blades are reduced"))
+
+
+def _read_case(folder: Path, purpose: str) -> dict[str, Any]:
+    """The tables of a case, with the bases of its run, wherever they were taken from.
+
+    Args:
+        purpose: What the run is needed for, for the error.
+    """
+    data = read_tables(folder / "case.json")
+    if data is None or holds_modes(folder):
+        raise InputError(f"there is no run in {str(folder)!r} {purpose}")
+    for table, name in BASES.items():
+        if _is_basis(folder / name):
+            data[table]["reduction"]["file"] = str(folder / name)
+    return data
 
 
 def _is_basis(path: Path) -> bool:

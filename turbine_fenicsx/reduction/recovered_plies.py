@@ -1,0 +1,72 @@
+"""Strains and failure of the plies of a reduced body, for many states together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.materials.ply_table import Criterion
+from turbine_fenicsx.system.ply_stresses import PlyStresses
+from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.system.wall_strains import WallStrains
+
+
+class RecoveredPlies:
+    """Strains and failure indices of plies, from the vectors of a reduced body.
+
+    Args:
+        model: The body.
+        plies: Its plies.
+
+    Attributes:
+        table: The plies of the cells that this rank owns.
+
+    Raises:
+        ModelError: for plies of another body.
+
+    Note:
+        Making it is collective.
+    """
+
+    def __init__(self, model: ReducedModel, plies: PlyStresses) -> None:
+        if plies.body is not model.body.full:
+            raise ModelError(f"the plies are not those of {model.body.name!r}")
+        index_map = model.space.dofmap.index_map
+        local = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
+        functions = model.functions_at(index_map.local_to_global(local))
+        self._walls = WallStrains.of(model.space).over(functions)
+        self._body, self.table = model.body, plies.table
+
+    def strains(self, vectors: Array, copy: int = 0) -> Array:
+        """Strains 11, 22, 12 (engineering) of both faces of the walls, in their axes.
+
+        Args:
+            vectors: Vectors z of a copy in m states, shape (m, n, 3) [m].
+            copy: Number of the copy.
+
+        Returns:
+            Shape (cells, 2, 4, m, 3): inner and outer face, points of a face.
+        """
+        basis, (R, t) = self._body.basis, self._body.placements[copy].frame()
+        moved = (vectors - np.outer(basis.is_point, t)) @ R - basis.vectors
+        return self._walls.strains(np.ascontiguousarray(moved.swapaxes(0, 1)))
+
+    def find_largest(
+        self, criterion: Criterion, vectors: Array, copy: int = 0
+    ) -> tuple[Array, IntArray]:
+        """The largest failure index of each cell in each state, and the ply where it is.
+
+        Args:
+            criterion: One of `turbine_fenicsx.materials.ply_failure`.
+            vectors: As of `strains`.
+            copy: Number of the copy.
+
+        Returns:
+            Shapes (cells, m); plies of a cell count from its outer face, from 0.
+        """
+        E = self.strains(vectors, copy)
+        inner, outer = E.reshape(len(E), 2, -1, 3).swapaxes(0, 1)
+        indices = criterion(self.table, self.table.strains(inner, outer))
+        of_faces = indices.reshape(len(indices), 2 * E.shape[2], len(vectors))
+        return self.table.find_largest(of_faces.max(axis=1))

@@ -1,0 +1,81 @@
+"""A run with reduced bodies, opened again: its case, its turbine and its stored motion."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpi4py import MPI
+
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.motion_file import Motion, read_motion
+from turbine_fenicsx.records.output_folder import need_folder
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.component import Turbine
+from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.run.resume import BASES, read_case
+
+MOTION = "motion.bin"
+
+WITHOUT = ("wind", "control", "event", "generator")
+"""Tables that nothing recovered depends on."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedRun:
+    """A run whose motion is stored.
+
+    Args:
+        folder: Its output folder.
+        turbine: Its turbine, without wind, control and damping.
+        motion: Its motion.
+    """
+
+    folder: Path
+    turbine: Turbine
+    motion: Motion
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], comm: MPI.Intracomm) -> RecordedRun:
+        """Read a run and build its turbine. Collective.
+
+        Raises:
+            InputError: if there is no such run, or its files do not belong together.
+        """
+        path, case, motion = on_rank0(comm, lambda: _read(folder))
+        turbine = build_turbine(_reduce_case(case), comm)
+        stored = {body.name: body.meaning for body in motion.bodies}
+        for model in turbine.system.flexible_models:
+            if model.is_small and stored.get(model.body.name) != model.meaning:
+                raise InputError(
+                    f"{str(path / MOTION)!r} does not belong to "
+                    f"{str(path / f'basis_{model.body.name}.npz')!r}: their functions differ"
+                )
+        return cls(path, turbine, motion)
+
+
+def _read(folder: str | os.PathLike[str]) -> tuple[Path, Case, Motion]:
+    """The case and the motion of a run, on this rank."""
+    path = need_folder(folder)
+    case = read_case(path)
+    if not case.has_reduced_blades:
+        raise InputError(
+            f"the blades of {str(path)!r} are not reduced: its history.csv and fields.xdmf have "
+            "what they have seen"
+        )
+    reduced = {"blade": True, "tower": case.has_reduced_tower}
+    for table, basis in BASES.items():
+        if reduced[table] and not (path / basis).exists():
+            raise InputError(f"{str(path / basis)!r} is missing, which {MOTION} depends on")
+    return path, case, read_motion(path / MOTION)
+
+
+def _reduce_case(case: Case) -> Case:
+    """The case without what nothing recovered depends on."""
+    tables: dict[str, object] = {name: type(getattr(case, name))() for name in WITHOUT}
+    for name in BASES:
+        table = getattr(case, name)
+        tables[name] = table.model_copy(update={"damping": type(table.damping)()})
+    return case.model_copy(update=tables)
