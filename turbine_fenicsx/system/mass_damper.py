@@ -17,6 +17,7 @@ Forces and moments add up to zero; the power is -alpha w.M w.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from petsc4py import PETSc
@@ -29,7 +30,7 @@ from turbine_fenicsx.bodies.facets import check_facets
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_facets
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.rotations import skew, skew_rows
+from turbine_fenicsx.foundation.rotations import skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
 
@@ -128,7 +129,9 @@ class MassDamper:
         """
         x, roots = self._X + u.reshape(-1, 3), []
         local, size = 3 * len(x), 3 * self._comm.allreduce(len(x))
-        for k, follow in enumerate(self._follow(x)):
+        frames = self._find_frames(x, np.zeros_like(x))
+        for k, (nodes, h) in enumerate(zip(self._parts, self._h, strict=True)):
+            follow = self._follow(frames, k, h, x[nodes] - h[:, None] * frames.middle[k])
             dofs = _dofs(np.arange(len(x))[self._parts[k]])
             if dofs.size:
                 columns = 3 * self._first + dofs, _dofs(self._frames[k][0])
@@ -145,6 +148,36 @@ class MassDamper:
         root_of_D.destroy()
         return D
 
+    def part_matrices(self, u: Array) -> Array:
+        """Blocks of `matrix` for equal parts whose own nodes make their frames, with masses (k, k).
+
+        Args:
+            u: Displacements of the owned nodes, shape (3 n,) [m].
+
+        Returns:
+            Shape (parts, 3 k, 3 k); nothing where another rank owns the parts.
+        """
+        x, found = self._X + u.reshape(-1, 3), []
+        frames = self._find_frames(x, np.zeros_like(x))
+        for k, (M, nodes, h) in enumerate(zip(self._masses, self._parts, self._h, strict=True)):
+            d = x[nodes] - h[:, None] * frames.middle[k]
+            if len(d):
+                first = self._first + np.arange(len(self._X))[nodes][0]
+                of_frame = _dofs(self._frames[k][0] - first)
+                # w = (1 - C) v on the nodes, where C acts on those of the frame
+                C, MC = (self._follow(frames, k, *of) for of in ((h, d), (M @ h, M @ d)))
+                D = self._blocks[k].copy()
+                D[:, of_frame] -= MC
+                D[of_frame] -= MC.T
+                D[np.ix_(of_frame, of_frame)] += C.T @ MC
+                found.append(D)
+        return np.array(found) if found else np.zeros((0, 1, 1))
+
+    @cached_property
+    def _blocks(self) -> list[Array]:
+        """Masses (k, k) of each part for all directions, shape (3 k, 3 k)."""
+        return [np.kron(M, np.eye(3)) for M in self._masses]
+
     def _find_motions(self, frames: Frames, x: Array, v: Array) -> Iterator[tuple[Array, Array]]:
         """For each part x_a - h_a c, and -w_a, what its nodes lack to move like the frame [m/s]."""
         for k, nodes in enumerate(self._parts):
@@ -155,16 +188,21 @@ class MassDamper:
             w -= v[nodes]
             yield d, w
 
-    def _follow(self, x: Array) -> Iterator[Array]:
-        """How the nodes of each part follow those of its frame, shape (3 k, 3 m)."""
-        frames = self._find_frames(x, np.zeros_like(x))
-        for k, part in enumerate(self._parts):
-            d = skew_rows(x[part] - self._h[k][:, None] * frames.middle[k])
-            on_rows = [self._h[k][:, None, None] * np.eye(3)]
-            on_rows += [d @ (-frames.inverse[k] @ skew(r)) for r in frames.arms[k]]
-            rows = self._frames[k][1]
-            follow = np.einsum("jnab,jm->namb", on_rows, rows)
-            yield follow.reshape(3 * len(d), 3 * rows.shape[1])
+    def _follow(self, frames: Frames, k: int, h: Array, d: Array) -> Array:
+        """How c' h + omega x d follows from the rates of the m nodes of a frame, shape (3 n, 3 m).
+
+        Args:
+            h: Shape (n,).
+            d: Shape (n, 3).
+        """
+        rows = self._frames[k][1]
+        spins = np.einsum("jab,jm->amb", skew_rows(frames.arms[k]), rows[1:])
+        # omega = J^-1 sum_k r_k x r_k', omega x d = -d x omega
+        turn = -frames.inverse[k] @ spins.reshape(3, -1)
+        found: Array = (skew_rows(d) @ turn).reshape(len(d), 3, rows.shape[1], 3)
+        for i in range(3):
+            found[:, i, :, i] += h[:, None] * rows[0]
+        return found.reshape(3 * len(d), 3 * rows.shape[1])
 
     def _gather(self, frame: sparse.csr_matrix) -> tuple[IntArray, Array]:
         """Nodes of a frame, counted over all ranks, and its rows over these, shape (4, m)."""

@@ -186,8 +186,8 @@ class ReducedModel(BodyModel):
         """Degrees of freedom and values [N] of each force of a fixed direction. Collective."""
         return [force.at(self.comm, time) for force in self._of_nodes]
 
-    def find_load_slopes(self, u: Array, v: Array, times: StepTimes) -> Array:
-        """Derivative of loads on sections with respect to the increments of a step. Collective.
+    def find_slopes(self, u: Array, v: Array, times: StepTimes) -> Array:
+        """Derivative of `add_forces` with respect to the increments of a step. Collective.
 
         Args:
             u: Displacements of the owned vectors in its middle, shape (3 n_owned,).
@@ -202,6 +202,8 @@ class ReducedModel(BodyModel):
             slopes = loads.find_slopes(u, v, times)
             if self._is_owner:
                 loads.transfer.add_slopes(slopes, found)
+        if self.mass_damper is not None:
+            found -= self.mass_damper.part_matrices(u) / times.dt
         return found
 
     def applied_forces(self, gravity: Array, time: float) -> Array:

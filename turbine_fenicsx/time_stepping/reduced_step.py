@@ -172,8 +172,8 @@ class ReducedStep:
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
         dz, strain = self.model.split(du.array_r), self.model.strain
-        if self._slopes is None and self.model.section_loads:
-            self._slopes = self.model.find_load_slopes(*self._move(du.array_r), self._times)
+        if self._slopes is None and self.model.has_node_loads:
+            self._slopes = self.model.find_slopes(*self._move(du.array_r), self._times)
         _, dy, dc = self._change(dz)
         J = strain.jacobian(self._y + dy, single=True)
         if self._expected is None:

@@ -17,6 +17,7 @@ from reduced_beams import (
     rotor,
 )
 from scipy import sparse
+from scipy.linalg import block_diag
 
 from turbine_fenicsx import (
     BodyForce,
@@ -173,7 +174,7 @@ def test_damping_of_masses_adds_no_momentum_and_leaves_a_rigid_motion_alone():
     f = np.zeros_like(z)
     damper.add_forces(u.array_r, v.array_r, 1.0, f.reshape(-1))
     size, D = np.abs(f).sum(), gathered(damper.matrix(u.array_r)).toarray()
-    power = damper.power(u.array_r, v.array_r)
+    blocks, power = damper.part_matrices(u.array_r), damper.power(u.array_r, v.array_r)
     rigid = np.cross((0.3, 1.0, -0.2), z) + body.basis.is_point[:, None] * (1.0, 2.0, 3.0)
     of_rigid = damper.power(u.array_r, rigid.ravel())
     if COMM.rank == 0:
@@ -182,6 +183,7 @@ def test_damping_of_masses_adds_no_momentum_and_leaves_a_rigid_motion_alone():
         assert np.sum(f * rates) == pytest.approx(-power, rel=1e-10)
         assert_same(-D @ rates.ravel(), f.ravel())
         assert_same(D, D.T)
+        assert_same(block_diag(*blocks), D)
         assert of_rigid <= 1e-20 * size
 
 

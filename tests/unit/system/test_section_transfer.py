@@ -272,7 +272,7 @@ def test_slopes_are_the_derivative_of_the_forces_in_a_step():
         model.add_forces(u + 0.5 * moved, moved / times.dt, times.middle, 1.0, out)
         return out
 
-    slopes = model.find_load_slopes(u + 0.5 * du, du / times.dt, times)
+    slopes = model.find_slopes(u + 0.5 * du, du / times.dt, times)
     change = 1e-5
     wanted = (forces(change) - forces(-change)) / (2.0 * change)
     found = (slopes @ way.reshape(-1, slopes.shape[-1], 1)).ravel()
