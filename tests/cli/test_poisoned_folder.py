@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 from patience import patience
+from reduced_turbines import run as run_reduced
+from reduced_turbines import write_case
 
 from turbine_fenicsx.cli import commands
 
@@ -48,6 +50,7 @@ ARGUMENTS = {
     "mesh": [str(HYBRID), "-o", "new.msh", "--set", "mesh.elements=[1,1,4]"],
     "modes": [str(RIGID), "-o", "modes"],
     "plot": ["out"],
+    "recover": ["reduced/run", "--quiet"],
     "reduce": [str(HYBRID), "-o", "basis.npz", "--quiet", "--set", *FEW],
     "render": ["out", "--size", "200x200"],
     "report": ["out", "--no-pictures"],
@@ -100,6 +103,9 @@ def test_no_command_runs_python_files_of_the_present_folder(poisoned, command):
     needed = {"plot": "matplotlib", "render": "pyvista", "report": "matplotlib"}.get(command)
     if needed and importlib.util.find_spec(needed) is None:
         pytest.skip(f"{needed}, which draws, is missing")
+    if command == "recover":  # needs a run whose blades are reduced and have plies
+        (poisoned / "reduced").mkdir()
+        run_reduced(write_case(poisoned / "reduced"), "run", "time.end=0.1", *FEW[1:])
     result = start(poisoned, command, *ARGUMENTS[command])
     assert result.returncode == 0, result.stderr
     assert [path.name for path in poisoned.glob("RUN_*")] == []
