@@ -56,6 +56,11 @@ def test_a_cut_motion_is_recovered_up_to_its_last_whole_row(out, capfd):
     assert len(read_columns(out, "plies.csv")["time_[s]"]) == 5
 
 
+def test_a_motion_without_a_whole_row_is_refused(out, capfd):
+    (out / "motion.bin").write_bytes(b"")
+    is_refused(["recover", str(out)], capfd, "motion.bin' holds no whole row")
+
+
 def test_a_motion_without_its_basis_is_refused(out, capfd):
     (out / "basis_blades.npz").unlink()
     is_refused(["recover", str(out)], capfd, "basis_blades.npz' is missing, which motion.bin")

@@ -105,7 +105,7 @@ def test_recovered_plies_are_those_that_the_run_has_seen(watched):
     assert len(same) > 10
     assert max(np.max(seen[name]) for name in same if name.endswith("[-]")) > 1e-3
     for name in same:
-        assert found[name] == pytest.approx(seen[name][rows], rel=1e-9, abs=1e-12), name
+        assert found[name] == pytest.approx(seen[name][rows], rel=1e-7, abs=1e-9), name
     assert set(found) - set(seen) == {
         name.replace("_at_[m]", f"_{what}_[-]")
         for name in same
@@ -126,8 +126,8 @@ def test_the_worst_moment_is_the_largest_of_all(watched, criterion):
         assert max(shares) == pytest.approx(worst.index, rel=1e-9)
     seen = read(watched)
     row = max(1, int(np.argmin(np.abs(seen["time_[s]"] - worst.time))))  # history.out has no first
-    speed, unit = worst.channels["RotSpeed"]
-    assert (speed, unit) == (pytest.approx(seen["rotor_speed_[rpm]"][row], rel=1e-5), "rpm")
+    speed = worst.channels["RotSpeed_[rpm]"]
+    assert speed == pytest.approx(seen["rotor_speed_[rpm]"][row], rel=1e-5)
     assert f"{worst.material} at" in str(worst) and worst.panel in str(worst)
 
 

@@ -84,12 +84,13 @@ def modes_of(
     SLEPc, free = import_slepc(), linear.degrees_of_freedom
     if count > free:
         raise ModelError(f"{count} modes, but the system has {free} degrees of freedom")
-    problem = SquaredFrequencies(SLEPc, linear, shift)
-    try:
-        pairs = problem.find(count, tolerance)
-    finally:
-        problem.destroy()
-    pairs = _put_in_order(linear.vectors, pairs, problem.symmetric)
+    with one_thread():
+        problem = SquaredFrequencies(SLEPc, linear, shift)
+        try:
+            pairs = problem.find(count, tolerance)
+        finally:
+            problem.destroy()
+        pairs = _put_in_order(linear.vectors, pairs, problem.symmetric)
     found = tuple(_mode(linear.vectors, pair) for pair in pairs[:count])
     for pair in pairs:
         pair.destroy()

@@ -9,7 +9,6 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_table import Criterion
 from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.reduced_model import ReducedModel
-from turbine_fenicsx.system.wall_strains import WallStrains
 
 
 class RecoveredPlies:
@@ -35,7 +34,7 @@ class RecoveredPlies:
         index_map = model.space.dofmap.index_map
         local = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
         functions = model.functions_at(index_map.local_to_global(local))
-        self._walls = WallStrains.of(model.space).over(functions)
+        self._walls = plies.walls.over(functions)
         self._body, self.table = model.body, plies.table
 
     def strains(self, vectors: Array, copy: int = 0) -> Array:

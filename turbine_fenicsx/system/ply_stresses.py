@@ -39,6 +39,7 @@ class PlyStresses:
         table: The plies of these cells.
         inner: Strains 11, 22, 12 in the axes of the wall at the inner faces, shape (cells, 4, 3).
         outer: Those at the outer faces.
+        walls: Rows of the strains over the nodes of the mesh.
 
     Raises:
         ModelError: for a body that is not part of the system, or another number of laminates than
@@ -67,7 +68,7 @@ class PlyStresses:
             error = ModelError(f"a cell of {body.name!r} has no plies")
         raise_together(mesh.comm, error)
         self.table = PlyTable(laminates)
-        self._u, self._walls = fem.Function(self._model.space), WallStrains.of(self._model.space)
+        self._u, self.walls = fem.Function(self._model.space), WallStrains.of(self._model.space)
         self.inner, self.outer = np.zeros((2, n, 4, 3))
 
     def update(self, state: State, copy: int = 0) -> None:
@@ -80,7 +81,7 @@ class PlyStresses:
         u = self._model.mesh_displacements(state.u[self._index], copy)
         self._u.x.array[: u.size] = u.ravel()
         self._u.x.scatter_forward()
-        found = self._walls.strains(self._u.x.array.reshape(-1, 1, 3))[:, :, :, 0]
+        found = self.walls.strains(self._u.x.array.reshape(-1, 1, 3))[:, :, :, 0]
         self.inner, self.outer = np.moveaxis(found, 1, 0)
 
     def strains(self) -> Array:

@@ -24,6 +24,11 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
+def describe_body(model: ReducedModel) -> MovedBody:
+    """A reduced body as the files describe it."""
+    return MovedBody(model.body.name, model.copies, len(model.mass), model.meaning)
+
+
 class ReducedMotion:
     """Writes ``motion.bin`` and ``motion.json``, see `turbine_fenicsx.records.motion_file`.
 
@@ -44,9 +49,7 @@ class ReducedMotion:
         self._models = [(k, model) for k, model in models if isinstance(model, ReducedModel)]
         if not self._models:
             raise ModelError("the motion of reduced bodies needs a system with such bodies")
-        self._bodies = [
-            MovedBody(m.body.name, m.copies, len(m.mass), m.meaning) for _, m in self._models
-        ]
+        self._bodies = [describe_body(model) for _, model in self._models]
         self._rigid = [body.name for body in self._system.rigid_bodies]
         self._file: MotionFile | None = None
         self._next, self._last = 0.0, -np.inf

@@ -67,8 +67,13 @@ class StructuralDamping(Component):
 
     def mistakes(self, case: Case) -> Iterator[str]:
         """A sentence if modes are asked for where nothing can find them."""
-        tables = {"blade": case.blade.damping, "tower": case.tower.damping}
-        asked = [f"{name}.damping" for name, damping in tables.items() if damping.ratios]
+        tables = {
+            "blade": (case.turbine.model != "rigid", case.blade.damping),
+            "tower": (case.tower.flexible, case.tower.damping),
+        }
+        asked = [
+            f"{k}.damping" for k, (bends, damping) in tables.items() if bends and damping.ratios
+        ]
         try:
             if asked:
                 import_slepc()

@@ -70,7 +70,7 @@ class PlyRecovery:
         turbine, system = run.turbine, run.turbine.system
         plies = turbine.rotor.blades.make_plies(system, turbine.meshes[BODY])
         if plies is None:
-            raise InputError("blades of one material have no plies: name fields in place of plies")
+            raise InputError("blades of one material have no plies that could be recovered")
         model = next(m for m in system.flexible_models if m.body.name == BODY)
         assert isinstance(model, ReducedModel)
         number = [body.name for body in run.motion.bodies].index(BODY)

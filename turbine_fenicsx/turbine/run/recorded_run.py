@@ -12,6 +12,8 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.motion_file import Motion, read_motion
 from turbine_fenicsx.records.output_folder import need_folder
+from turbine_fenicsx.simulation.observers.reduced_motion import describe_body
+from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
@@ -45,10 +47,9 @@ class RecordedRun:
             InputError: if there is no such run, or its files do not belong together.
         """
         path, case, motion = on_rank0(comm, lambda: _read(folder))
-        turbine = build_turbine(_reduce_case(case), comm)
-        stored = {body.name: body.meaning for body in motion.bodies}
+        turbine = build_turbine(_leave_out(case), comm)
         for model in turbine.system.flexible_models:
-            if model.is_small and stored.get(model.body.name) != model.meaning:
+            if isinstance(model, ReducedModel) and describe_body(model) not in motion.bodies:
                 raise InputError(
                     f"{str(path / MOTION)!r} does not belong to "
                     f"{str(path / f'basis_{model.body.name}.npz')!r}: their functions differ"
@@ -69,10 +70,13 @@ def _read(folder: str | os.PathLike[str]) -> tuple[Path, Case, Motion]:
     for table, basis in BASES.items():
         if reduced[table] and not (path / basis).exists():
             raise InputError(f"{str(path / basis)!r} is missing, which {MOTION} depends on")
-    return path, case, read_motion(path / MOTION)
+    motion = read_motion(path / MOTION)
+    if not len(motion.times):
+        raise InputError(f"{str(path / MOTION)!r} holds no whole row")
+    return path, case, motion
 
 
-def _reduce_case(case: Case) -> Case:
+def _leave_out(case: Case) -> Case:
     """The case without what nothing recovered depends on."""
     tables: dict[str, object] = {name: type(getattr(case, name))() for name in WITHOUT}
     for name in BASES:

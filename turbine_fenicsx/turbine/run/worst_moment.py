@@ -17,16 +17,14 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.output_folder import add_openfast, read_history
 from turbine_fenicsx.turbine.run.ply_history import PlyHistory, PlyRecovery
 
-CHANNELS = {
-    "RtVAvgxh": "m/s",
-    "RotSpeed": "rpm",
-    "Azimuth": "deg",
-    "BldPitch1": "deg",
-    "BldPitch2": "deg",
-    "BldPitch3": "deg",
-    "RtAeroPwr": "W",
-}
-"""Columns of ``history.out`` that say what the turbine did, and their units."""
+CHANNELS = (
+    "RtVAvgxh_[m/s]",
+    "RotSpeed_[rpm]",
+    "Azimuth_[deg]",
+    *(f"BldPitch{blade}_[deg]" for blade in (1, 2, 3)),
+    "RtAeroPwr_[W]",
+)
+"""Columns of ``history.out`` that say what the turbine did."""
 
 MODES = ("along the fibre", "across the fibre", "in shear")
 
@@ -48,7 +46,7 @@ class WorstMoment:
         angle: Angle of its fibre from the span [deg].
         stresses: Along the fibre, across it, and of shear, where the index is largest [Pa].
         strengths: Those for the signs of these stresses; infinite where nothing is known [Pa].
-        channels: What the turbine did then: numbers and units by columns of ``history.out``.
+        channels: What the turbine did then, by columns of ``history.out`` and their units.
     """
 
     criterion: str
@@ -63,7 +61,7 @@ class WorstMoment:
     angle: float
     stresses: tuple[float, ...]
     strengths: tuple[float, ...]
-    channels: Mapping[str, tuple[float, str]]
+    channels: Mapping[str, float]
 
     @property
     def mode(self) -> str:
@@ -84,7 +82,8 @@ class WorstMoment:
             f"ply {self.ply} of {self.plies} from outside, {self.material} at {self.angle:.3g} "
             f"deg, most {self.mode}: {', '.join(parts)}",
         ]
-        values = [f"{name} {value:.4g} {unit}" for name, (value, unit) in self.channels.items()]
+        split = [(*names.split_unit(name), value) for name, value in self.channels.items()]
+        values = [f"{name} {value:.4g} {unit}" for name, unit, value in split]
         return "\n".join([*lines, *(["then: " + ", ".join(values)] if values else [])])
 
 
@@ -128,15 +127,11 @@ def find_worst_moment(recovery: PlyRecovery, history: PlyHistory) -> WorstMoment
     )
 
 
-def _read_channels(folder: Path, time: float) -> dict[str, tuple[float, str]]:
-    """Columns of ``history.out`` at a time, those that are there, with their units."""
+def _read_channels(folder: Path, time: float) -> dict[str, float]:
+    """Columns of ``history.out`` at a time, those that are there."""
     path = folder / "history.out"
     if not path.exists():
         return {}
-    series = add_openfast(read_history(folder / "history.csv"), path, list(CHANNELS))
+    series = add_openfast(read_history(folder / "history.csv"), path, CHANNELS)
     k = int(np.argmin(np.abs(series[names.TIME] - time)))
-    return {
-        name: (float(series[name][k]), unit)
-        for name, unit in CHANNELS.items()
-        if name in series.columns
-    }
+    return {name: float(series[name][k]) for name in CHANNELS if name in series.columns}
