@@ -50,9 +50,10 @@ class RecordedRun:
         turbine = build_turbine(_leave_out(case), comm)
         for model in turbine.system.flexible_models:
             if isinstance(model, ReducedModel) and describe_body(model) not in motion.bodies:
+                basis = path / f"basis_{model.body.name}.npz"
                 raise InputError(
-                    f"{str(path / MOTION)!r} does not belong to "
-                    f"{str(path / f'basis_{model.body.name}.npz')!r}: their functions differ"
+                    f"{str(path / MOTION)!r} does not belong to {str(basis)!r}: their functions, "
+                    "or numbers of copies, differ"
                 )
         return cls(path, turbine, motion)
 
