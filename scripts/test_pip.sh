@@ -7,7 +7,7 @@ usage() {
 scripts/test_pip.sh [OPTION]... [-- COMMAND...]
 
 Makes a virtual environment with the newest Python from 3.12 on that is found (on PATH, or of
-pyenv), installs this checkout with [solver,mesh,plot,dev], and runs the whole suite on one rank and
+pyenv), installs this checkout with [solver,mesh,plot,vtkhdf,dev], and runs the whole suite on one rank and
 demos with their pictures, one of them on two ranks. The environment is kept for a week.
 
   -- COMMAND...  run this instead of the tests; the environment's programs are first on PATH
@@ -62,7 +62,7 @@ if [ "$(cat "$cache/stamp" 2>/dev/null)" != "$key" ] || [ ! -x "$venv/bin/python
     echo "== pip: a new environment in $venv from $python"
     rm -rf "$venv" "$cache/stamp"
     logged "$python" -m venv "$venv"
-    logged "$venv/bin/python" -m pip install --disable-pip-version-check "$checkout[solver,mesh,plot,dev]"
+    logged "$venv/bin/python" -m pip install --disable-pip-version-check "$checkout[solver,mesh,plot,vtkhdf,dev]"
     logged scripts/install_turbines.sh "$venv/bin/python"
     echo "$key" >"$cache/stamp"
 fi

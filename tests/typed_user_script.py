@@ -329,7 +329,8 @@ class Generator(tfx.Component):
 
 def turbine(comm: MPI.Intracomm, folder: Path) -> None:
     """A turbine with a component of one's own, and the same run as one that goes on."""
-    table = {"turbine": {"model": "rigid"}, "time": {"end": 0.04}, "output": {"fields_every": 0.0}}
+    output = {"format": "vtkhdf"}
+    table = {"turbine": {"model": "rigid"}, "time": {"end": 0.04}, "output": output}
     case = tfx.Case.parse(table)
     components = assert_type(tfx.list_components(case), list[tfx.Component])
     components.append(Generator())
@@ -337,6 +338,8 @@ def turbine(comm: MPI.Intracomm, folder: Path) -> None:
     print(len(tfx.run_case(case, folder / "out", comm, "none", components=components)))
     more = tfx.restart_case(folder / "out", comm, ["time.end=0.08"], "none", components=components)
     assert_type(more[0], tfx.Case)
+    with tfx.VtkHdfFile(folder / "out" / "fields.vtkhdf") as file:
+        print(file.read(0).points.shape)
 
 
 def main(folder: Path) -> None:

@@ -81,6 +81,7 @@ from turbine_fenicsx.materials.transversely_isotropic import (
 from turbine_fenicsx.meshing import BladeGeometry as BladeGeometry
 from turbine_fenicsx.meshing.load import load_msh as load_msh
 from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
+from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile as VtkHdfFile
 from turbine_fenicsx.reduction.basis_file import read_basis as read_basis
 from turbine_fenicsx.reduction.basis_file import write_basis as write_basis
 from turbine_fenicsx.reduction.judge import judge as judge

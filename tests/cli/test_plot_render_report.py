@@ -72,6 +72,20 @@ def test_render_draws_the_last_time_in_the_range_asked_for(out, capfd):
     assert reds[1] == 0 < reds[0]
 
 
+def test_pictures_of_either_format_are_the_same(out, capfd):
+    pytest.importorskip("h5py")
+    command = ["render", str(out), "--times", "0.9", "--size", "160x120", "--scale", "2"]
+    if main(command) != 0:
+        pytest.skip(capfd.readouterr().err)
+    picture = out / "turbine_t1.png"
+    first = picture.read_bytes()
+    picture.unlink()
+    (out / "fields.xdmf").unlink()
+    turbine(out / "fields.vtkhdf")
+    assert main(command) == 0
+    assert picture.read_bytes() == first
+
+
 def test_progress_is_told_where_there_is_no_terminal(out, capfd, monkeypatch):
     monkeypatch.setattr("turbine_fenicsx.cli.commands._frames.EVERY", 0.0)
     if main(["render", str(out), "--times", "0,1", "--size", "160x120"]) != 0:

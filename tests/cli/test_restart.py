@@ -12,6 +12,7 @@ from restarted_runs import SOFT, assert_same, restart, run, summary
 
 from turbine_fenicsx.linear_solvers import quasi_newton
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
+from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run.run import restart_case, run_case
 
@@ -126,6 +127,25 @@ def test_step_tolerance_and_output_may_change(demo, tmp_path):
     assert np.max(np.abs(found["energy_error_[J]"])) <= 1e-3
     case = json.loads((tmp_path / "case.json").read_text())
     assert case["time"]["step"] == 0.01 and case["title"] == "other"
+
+
+def test_fields_of_either_format_are_the_same_and_go_on(demo, tmp_path):
+    pytest.importorskip("h5py")
+    changes = [*SOFT, "output.fields_every=0.03"]
+    run(demo, "hybrid_soft", tmp_path / "xdmf", "time.end=0.14", *changes)
+    out = tmp_path / "vtkhdf"
+    run(demo, "hybrid_soft", out, "time.end=0.06", *changes, "output.format=vtkhdf")
+    restart(out, "time.end=0.14")
+    assert not list(out.glob("fields.[!v]*")) and not list(out.glob("*.part"))
+    expected = read_fields(tmp_path / "xdmf" / "fields.xdmf")
+    with VtkHdfFile(out / "fields.vtkhdf") as file:
+        assert file.times.tolist() == list(expected)
+        for k, values in enumerate(expected.values()):
+            step = file.read(k)
+            found = {"points": step.points, **step.point_data, **step.cell_data}
+            assert set(found) >= {"displacement", "velocity", "von_mises_stress", "fibre", "part"}
+            for name in set(found) - {"points"}:
+                assert np.array_equal(found[name], values[name]), name
 
 
 @pytest.mark.parametrize(("first", "then"), [("0.04", "0"), ("0", "0.04")])

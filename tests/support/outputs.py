@@ -10,8 +10,8 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.foundation.rotations import E2, E3, rotation_about
+from turbine_fenicsx.records.field_files import open_series
 from turbine_fenicsx.records.parts import Part, Parts
-from turbine_fenicsx.records.xdmf import XdmfSeries
 
 ANGLES = ("yaw", "rotor")
 HUB_CENTRE = np.array([0.0, 0.0, -5.0])
@@ -99,7 +99,7 @@ def turbine(
     blade_of = np.repeat([0, 0, 1, 2, 3], 8)
     coupling = np.where(distance < 10.0, blade_of, 0)
     part = np.array([0] * 4 + [1] * 4 + [2, 3, 4])
-    series = XdmfSeries(
+    series = open_series(
         MPI.COMM_SELF,
         path,
         cells,

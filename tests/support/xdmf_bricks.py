@@ -11,19 +11,20 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.field_files import open_series
+from turbine_fenicsx.records.grid_series import GridSeries
 
 comm = MPI.COMM_WORLD
-VTK_TYPES = {"line": 4, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}
+VTK_TYPES = {"line": 3, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}
 READER = """
 import sys
 import numpy as np
 import pyvista
-reader = pyvista.get_reader(sys.argv[1])
-found = {"times": np.array(reader.time_values)}
-for step in reversed(range(len(reader.time_values))):
-    reader.set_active_time_point(step)
-    grid = reader.read()
+from turbine_fenicsx.postprocessing.field_reader import open_grids
+reader = open_grids(sys.argv[1])
+found = {"times": np.array(reader.times)}
+for step in reversed(range(len(reader.times))):
+    grid = reader.read(step)
     assert isinstance(grid, pyvista.UnstructuredGrid), type(grid)
     found[f"{step}/points"] = grid.points
     found[f"{step}/kinds"] = grid.celltypes
@@ -125,9 +126,10 @@ class Bricks:
             {"cauchy_stress_norm": stress, "normal": self.fibre + t},
         )
 
-    def series(self, path: Path, **options) -> XdmfSeries:
+    def series(self, path: Path, **options) -> GridSeries:
         static = {"part": self.part, "fibre": self.fibre}
-        return XdmfSeries(comm, path, self.cells, len(self.points), cell_data=static, **options)
+        options |= {"cells": self.cells, "n_points": len(self.points), "cell_data": static}
+        return open_series(comm, path, **options)
 
     def expected(self, t: float, dtype: str = "float32") -> dict[str, np.ndarray]:
         points, point_data, cell_data = self.fields(t)
@@ -145,7 +147,12 @@ class Bricks:
 
 def assert_holds(path: Path, times: list[float], dtype: str = "float32") -> None:
     """The series has these times and no others, and every number of every field is right."""
-    assert_equal(read(path), times, dtype)
+    found = read(path)
+    if path.suffix == ".xdmf":  # its lines are polylines of two points
+        for name in found:
+            if name.endswith("/kinds"):
+                found[name] = np.where(found[name] == 4, VTK_TYPES["line"], found[name])
+    assert_equal(found, times, dtype)
 
 
 def assert_equal(found: dict[str, np.ndarray], times: list[float], dtype: str) -> None:

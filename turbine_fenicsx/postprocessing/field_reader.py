@@ -1,4 +1,4 @@
-"""``fields.xdmf`` read by PyVista, time by time, with its deformation exaggerated if asked for.
+"""Field files read by PyVista, time by time, with the deformation exaggerated if asked for.
 
 Each flexible part is seen from what carries it: the ground, the hub, the ring of a pitch bearing.
 Its displacement relative to that motion is multiplied, so that turning, yawing and pitching stay as
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.records.parts import Part, Parts
+from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
 Points = NDArray[np.float64]
 
@@ -113,6 +114,55 @@ def span_a_plane(points: Points) -> bool:
     return bool(sizes[1] > 1e-6 * sizes[0])
 
 
+class _XdmfGrids:
+    """The grids of an XDMF file.
+
+    Attributes:
+        times: Their times [s].
+    """
+
+    def __init__(self, path: str) -> None:
+        import pyvista
+
+        self._reader = pyvista.get_reader(path)
+        self.times = np.asarray(self._reader.time_values)
+
+    def read(self, step: int) -> Any:
+        """The grid of a time by its number, from 0."""
+        self._reader.set_active_time_point(step)
+        return self._reader.read()
+
+
+class _VtkHdfGrids:
+    """The grids of a VTKHDF file.
+
+    PyVista's reader knows nothing of its times, VTK's nothing of the time of one alone.
+
+    Attributes:
+        times: Their times [s].
+    """
+
+    def __init__(self, path: str) -> None:
+        from vtkmodules.vtkIOHDF import vtkHDFReader
+
+        with VtkHdfFile(path) as file:
+            self.times = file.times
+        self._reader = vtkHDFReader()
+        self._reader.SetFileName(path)
+
+    def read(self, step: int) -> Any:
+        """The grid of a time by its number, from 0."""
+        import pyvista
+
+        self._reader.UpdateTimeStep(self.times[step])
+        return pyvista.wrap(self._reader.GetOutput())
+
+
+def open_grids(path: str) -> _XdmfGrids | _VtkHdfGrids:
+    """The grids of a file of fields."""
+    return _VtkHdfGrids(path) if path.endswith(".vtkhdf") else _XdmfGrids(path)
+
+
 AMPLITUDE = "amplitude"
 """Field of `ModeReader`: how far a point moves, 1 where it moves most."""
 
@@ -130,10 +180,8 @@ class FieldReader:
     """
 
     def __init__(self, path: str, parts: Parts, scale: float = 1.0) -> None:
-        import pyvista
-
-        self._reader = pyvista.get_reader(path)
-        self.times = np.asarray(self._reader.time_values)
+        self._grids = open_grids(path)
+        self.times = self._grids.times
         self._parts, self._scale = parts, scale
         first = self._read(0)
         part = np.asarray(first.cell_data["part"])
@@ -186,8 +234,7 @@ class FieldReader:
 
     def _read(self, step: int) -> Any:
         """The grid as it is written."""
-        self._reader.set_active_time_point(step)
-        return self._reader.read().copy()  # the reader gives the same one for the same step
+        return self._grids.read(step).copy()  # the reader gives the same one for the same step
 
 
 class ModeReader(FieldReader):

@@ -1,4 +1,4 @@
-"""Pictures and movies of the whole turbine, drawn from ``fields.xdmf`` alone.
+"""Pictures and movies of the whole turbine, drawn from its fields alone.
 
 Drawing needs PyVista and a graphics library. Where that library is missing, VTK ends the process
 instead of raising, so that `turbine_fenicsx.postprocessing.scene` draws in a child process.
@@ -59,7 +59,7 @@ class Look:
 
 
 def render_turbine(
-    fields_xdmf: str | os.PathLike[str],
+    fields: str | os.PathLike[str],
     png: str | os.PathLike[str],
     time: float | None = None,
     look: Look = Look(),
@@ -69,14 +69,14 @@ def render_turbine(
     Args:
         time: Time [s], the nearest one written is drawn; the last one if None.
     """
-    times = read_field_times(fields_xdmf)
+    times = read_field_times(fields)
     step = len(times) - 1 if time is None else find_nearest_step(times, time)
-    draw_scene(fields_xdmf, [(step, os.fspath(png))], None, look)
+    draw_scene(fields, [(step, os.fspath(png))], None, look)
     return Path(png)
 
 
 def render_times(
-    fields_xdmf: str | os.PathLike[str],
+    fields: str | os.PathLike[str],
     folder: str | os.PathLike[str],
     times: Sequence[float] | None = None,
     look: Look = Look(),
@@ -85,7 +85,7 @@ def render_times(
     """Draw the turbine at several times, all on the same scale of colours.
 
     Args:
-        fields_xdmf: Field output of a run.
+        fields: Field output of a run.
         folder: Where to write ``turbine_t5.png``, named after the nearest time written.
         times: Times [s]; the last one if None.
         look: How it is drawn.
@@ -97,10 +97,10 @@ def render_times(
     Raises:
         InputError: if a time is outside of the run or the pictures cannot be drawn.
     """
-    written = read_field_times(fields_xdmf)
+    written = read_field_times(fields)
     steps = [find_nearest_step(written, t) for t in (written[-1:] if times is None else times)]
     pictures = {step: Path(folder) / f"turbine_t{written[step]:.6g}.png" for step in steps}
-    draw_scene(fields_xdmf, [(i, str(path)) for i, path in pictures.items()], None, look, done)
+    draw_scene(fields, [(i, str(path)) for i, path in pictures.items()], None, look, done)
     return list(pictures.values())
 
 
@@ -119,7 +119,7 @@ def choose_movie_steps(times: Sequence[float], speed: float) -> tuple[list[int],
 
 
 def render_movie(
-    fields_xdmf: str | os.PathLike[str],
+    fields: str | os.PathLike[str],
     mp4: str | os.PathLike[str],
     speed: float = 1.0,
     look: Look = Look(),
@@ -130,8 +130,8 @@ def render_movie(
     Args:
         speed: Simulated seconds in a second of the movie.
     """
-    steps, rate = choose_movie_steps(list(read_field_times(fields_xdmf)), speed)
-    draw_scene(fields_xdmf, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
+    steps, rate = choose_movie_steps(list(read_field_times(fields)), speed)
+    draw_scene(fields, [], {"path": os.fspath(mp4), "fps": rate, "steps": steps}, look, done)
     return Path(mp4)
 
 
@@ -151,7 +151,7 @@ def find_nearest_step(times: Any, wanted: float) -> int:
 
 
 def draw_scene(
-    fields_xdmf: str | os.PathLike[str],
+    fields: str | os.PathLike[str],
     pictures: Sequence[tuple[int, str]],
     movie: dict[str, Any] | None,
     look: Look,
@@ -167,8 +167,8 @@ def draw_scene(
     if look.view not in VIEWS:
         raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")
     job = {
-        "fields": os.fspath(fields_xdmf),
-        "parts": read_field_parts(fields_xdmf).to_text(),
+        "fields": os.fspath(fields),
+        "parts": read_field_parts(fields).to_text(),
         "pictures": list(pictures),
         "movie": movie,
         "titles": list(titles),

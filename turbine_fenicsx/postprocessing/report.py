@@ -42,6 +42,7 @@ from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.records.output_folder import (
     TimeSeries,
+    find_fields,
     need_folder,
     read_field_times,
     read_histories,
@@ -195,11 +196,11 @@ def _in_words(column: str, value: float) -> tuple[str, float]:
 
 def _draw_pictures(folder: Path, times: Sequence[float] | None, look: Look) -> str:
     """Pictures of the turbine."""
-    fields = folder / "fields.xdmf"
+    fields = find_fields(folder)
     if not fields.exists():
         if times is not None:
             read_field_times(fields)  # says why there are none
-        return format_note("There are no pictures: the run has written no fields.xdmf.")
+        return format_note("There are no pictures: the run has written no fields.")
     written = read_field_times(fields)
     for t in times or ():
         find_nearest_step(written, t)  # a wrong time is an error, a missing library is not

@@ -80,7 +80,7 @@ class NumberFiles:
             self._size += total * row_size
         error = None
         for number, group in places.items():
-            error = _write_at_all(self._comm, self._path(number), group) or error
+            error = write_at_all(self._comm, self._path(number), group) or error
         raise_together(self._comm, error)
         on_rank0(self._comm, self._check_size)
         return items
@@ -113,10 +113,10 @@ class NumberFiles:
         return self._xdmf.with_name(file_name(self._xdmf.stem, number))
 
 
-def _write_at_all(
+def write_at_all(
     comm: MPI.Intracomm, path: Path, arrays: Sequence[tuple[int, NDArray[Any]]]
 ) -> OSError | None:
-    """Write arrays at byte offsets, close the file; return the first error of this rank.
+    """Write arrays at byte offsets of an existing file; the first error of this rank. Collective.
 
     One rank alone writes an ordinary file, ten times as fast as by MPI-IO. After an error the
     remaining collective calls still happen, because the other ranks make them.

@@ -23,12 +23,13 @@ from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, 
 from turbine_fenicsx.records.conventions import OPENFAST_HEAD
 from turbine_fenicsx.records.names import TIME, Family
 from turbine_fenicsx.records.parts import Parts
+from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
 RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json"),
-    *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin"),
-    *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin"),
+    *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
+    *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
     *("basis_*.npz", "motion.bin", "motion.json"),
 )
 """Names of what a run computes, beside checkpoints and its log."""
@@ -188,8 +189,14 @@ def read_solver_tolerance(folder: str | os.PathLike[str]) -> float | None:
     return tolerance if isinstance(tolerance, float) and 0.0 < tolerance < 1.0 else None
 
 
+def find_fields(folder: str | os.PathLike[str]) -> Path:
+    """The fields in an output folder: ``fields.vtkhdf`` if it is there, else ``fields.xdmf``."""
+    path = Path(folder) / "fields.vtkhdf"
+    return path if path.exists() else path.with_suffix(".xdmf")
+
+
 def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Times [s] in ``fields.xdmf``, shape (n,), after a look whether their numbers are there.
+    """Times [s] in a file of fields, shape (n,), after a look whether their numbers are there.
 
     VTK may end the process when it is given an incomplete file, so that this comes first.
 
@@ -197,6 +204,12 @@ def read_field_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
         InputError: if the file or one of its ``.bin`` files is missing or incomplete.
     """
     path = Path(path)
+    if path.suffix == ".vtkhdf":
+        with VtkHdfFile(path) as file:
+            times = file.times
+        if not times.size:
+            raise InputError(f"{path} holds no times")
+        return times
     try:
         root = ElementTree.fromstring(read_regular(path))
         times = np.array([float(t.attrib["Value"]) for t in root.iter("Time")])
@@ -229,22 +242,27 @@ def _explain_no_fields(folder: Path) -> str:
     blade = case.get("blade")
     if isinstance(blade, dict) and blade.get("model") == "reduced":
         return (
-            "reduced blades write no fields: motion.bin has their motion, and blade.model = "
-            '"full" writes them'
+            "reduced blades write no fields: `turbine-fenicsx recover --fields` makes them of "
+            "motion.bin"
         )
     return "it is written by a run with output.fields_every greater than 0"
 
 
 def read_field_parts(path: str | os.PathLike[str]) -> Parts:
-    """Names of the parts of ``fields.xdmf`` and their parent bodies.
+    """Names of the parts in a file of fields, and their parent bodies.
 
     Raises:
         InputError: if the file does not say so.
     """
     try:
-        for item in ElementTree.fromstring(read_regular(path)).iter("Information"):
-            if item.get("Name") == "parts":
-                return Parts.from_text(item.attrib["Value"])
+        if Path(path).suffix == ".vtkhdf":
+            with VtkHdfFile(path) as file:
+                found = file.information
+        else:
+            items = ElementTree.fromstring(read_regular(path)).iter("Information")
+            found = {item.attrib["Name"]: item.attrib["Value"] for item in items}
+        if "parts" in found:
+            return Parts.from_text(found["parts"])
     except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
         raise InputError(f"cannot read the parts in {os.fspath(path)!r}: {error}") from None
     raise InputError(

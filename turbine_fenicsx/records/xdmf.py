@@ -23,51 +23,35 @@ import errno
 import os
 from collections.abc import Mapping, Sequence
 from html import escape
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 from numpy.typing import NDArray
 
-from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
-from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.grid_series import Field, GridSeries, Precision, Share
 from turbine_fenicsx.records.number_files import NumberFiles, Rows
 from turbine_fenicsx.records.stored_grids import read_grids
 
-CELL_KINDS: dict[str, tuple[tuple[int, ...], int]] = {
-    "line": ((2, 2), 2),
-    "triangle": ((4,), 3),
-    "quadrilateral": ((5,), 4),
-    "tetrahedron": ((6,), 4),
-    "hexahedron": ((9,), 8),
+KINDS: dict[str, tuple[int, ...]] = {
+    "line": (2, 2),
+    "triangle": (4,),
+    "quadrilateral": (5,),
+    "tetrahedron": (6,),
+    "hexahedron": (9,),
 }
-"""Cell kind to what stands before its vertices, XDMF's number of the kind and for lines the number
-of vertices, and their number."""
+"""Numbers before the vertices of a cell: that of its kind, for lines also that of vertices."""
 
 
-def mixed_topology(cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
+def _make_topology(cells: Sequence[tuple[str, NDArray[Any]]]) -> NDArray[np.int32]:
     """Cells as XDMF wants a mixed topology: number of the kind, its vertices, and so on."""
     parts = [np.empty(0, dtype=np.int32)]
-    for kind, block in cells:
-        if kind not in CELL_KINDS:
-            raise ModelError(f"unknown cell kind '{kind}', known are {', '.join(CELL_KINDS)}")
-        head, n_vertices = CELL_KINDS[kind]
-        vertices = np.asarray(block)
-        if vertices.ndim != 2 or vertices.shape[1] != n_vertices:
-            raise ModelError(
-                f"{kind} cells have shape {vertices.shape}, expected (n, {n_vertices})"
-            )
-        if vertices.size and not 0 <= vertices.min() <= vertices.max() < n_points:
-            raise ModelError(
-                f"{kind} cells name points {vertices.min()} to {vertices.max()}, "
-                f"there are 0 to {n_points - 1}"
-            )
-        table = np.empty((len(vertices), len(head) + n_vertices), dtype=np.int32)
-        table[:, : len(head)], table[:, len(head) :] = head, vertices
-        parts.append(table.ravel())
+    for kind, vertices in cells:
+        head = np.broadcast_to(np.array(KINDS[kind]), (len(vertices), len(KINDS[kind])))
+        parts.append(np.hstack([head, vertices]).astype(np.int32).ravel())
     return np.concatenate(parts)
 
 
@@ -76,19 +60,8 @@ _SERIES = '<Grid Name="series" GridType="Collection" CollectionType="Temporal">\
 _TAIL = "</Grid>\n</Domain>\n</Xdmf>\n"
 
 
-class XdmfSeries:
-    """Time series of fields on one unstructured grid whose points move.
-
-    Points are numbered by rank: those of rank 0 first, then those of rank 1, and so on. Cells of a
-    rank follow the order of its blocks, and so must the rows of its cell data.
-
-    Attributes:
-        last_kept: Last time of an existing series that is continued [s]; None for a new one.
-
-    Note:
-        The constructor and `write` are collective over ``comm``; an error on one rank is raised on
-        all. Files are open only inside these calls: there is nothing to close.
-    """
+class XdmfSeries(GridSeries):
+    """Time series of fields in XDMF files."""
 
     def __init__(
         self,
@@ -100,61 +73,40 @@ class XdmfSeries:
         point_data: Mapping[str, NDArray[Any]] | None = None,
         cell_data: Mapping[str, NDArray[Any]] | None = None,
         information: Mapping[str, str] | None = None,
-        precision: Literal["float32", "float64"] = "float32",
+        precision: Precision = "float32",
         append: float | None = None,
     ) -> None:
         """Start a new series, or continue one, and write what does not change in time.
 
         Args:
-            comm: Communicator over which the grid is distributed.
-            path: XML file, usually ``OUT/fields.xdmf``; missing folders are made.
-            cells: Blocks of this rank: kind (a key of `CELL_KINDS`) and global point
-                numbers in VTK order, shape (n, vertices). A rank may hold none.
-            n_points: Number of points of this rank.
+            comm: As of `GridSeries`, like the arguments up to ``precision``.
+            path: XML file.
+            cells: Blocks of cells.
+            n_points: Number of points.
             point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
                 shown at every time.
             cell_data: Such fields in the cells, shapes (m,) or (m, 3); m is the number of cells of
                 this rank.
             information: Texts about the series by name, which readers of XDMF pass over.
-            precision: Of the real fields. Coordinates are always float64, integers int32.
+            precision: Of the real fields; integers are int32.
             append: Continue the series in ``path``: times before this one [s] stay as far as the
                 files are intact, later ones are dropped. With None, or if there is no such file, a
                 new series begins.
         """
-        self._comm, self._path = comm, Path(path)
-        self._dtype = np.dtype(precision)
+        super().__init__(comm, path, cells, n_points, precision)
         self._head = _format_head(information or {})
         self._tail_at: int | None = None
-        connectivity = self._count(cells, n_points)
+        topology = _make_topology(self._cells)
+        self._shares["Topology"] = Share.of(comm, len(topology))
         self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
         self._numbers = NumberFiles(comm, self._path, place)
-        static = self._check_arrays(point_data or {}, cell_data or {})
-        items = self._write_arrays([("Topology", "", connectivity), *static])
+        static = self._check_fields(point_data, cell_data)
+        items = self._write_arrays([Field("Topology", "", topology), *static])
         self._topology = (
-            f'<Topology TopologyType="Mixed" NumberOfElements="{self._rows["Cell"][2]}">'
+            f'<Topology TopologyType="Mixed" NumberOfElements="{self._shares["Cell"].total}">'
             f"{items[0]}</Topology>\n"
         )
         self._static = _format_attributes(static, items[1:])
-
-    def _count(self, cells: Sequence[tuple[str, NDArray[Any]]], n_points: int) -> NDArray[np.int32]:
-        """Count points and cells of all ranks; the cells of this rank as a mixed topology."""
-        error: Exception | None = None
-        connectivity = np.empty(0, dtype=np.int32)
-        n_total = self._comm.allreduce(n_points)
-        try:
-            connectivity = mixed_topology(cells, n_total)
-        except ValueError as problem:
-            error = problem
-        raise_together(self._comm, error)
-        local = (n_points, sum(len(block) for _, block in cells), len(connectivity))
-        ends = self._comm.scan(np.array(local, dtype=np.int64))
-        totals = self._comm.bcast(ends, root=self._comm.size - 1)
-        #: per kind of array: rows of this rank, first row of this rank, rows of all ranks
-        self._rows = {
-            kind: (local[i], int(ends[i]) - local[i], int(totals[i]))
-            for i, kind in enumerate(("Node", "Cell", "Topology"))
-        }
-        return connectivity
 
     def write(
         self,
@@ -163,16 +115,9 @@ class XdmfSeries:
         point_data: Mapping[str, NDArray[Any]] | None = None,
         cell_data: Mapping[str, NDArray[Any]] | None = None,
     ) -> None:
-        """Write one time.
-
-        Args:
-            t: Time [s].
-            points: Current coordinates of the points of this rank, shape (n, 3) [m].
-            point_data: Fields at the points of this rank, shapes (n,) or (n, 3).
-            cell_data: Fields in the cells of this rank, shapes (m,) or (m, 3).
-        """
+        """Write one time, see `GridSeries`."""
         t = float(t)
-        arrays = self._check_arrays(point_data or {}, cell_data or {}, points)
+        arrays = self._check_fields(point_data, cell_data, points)
         items = self._write_arrays(arrays)
         geometry = items[0].replace(">", f"><!-- t = {t!r} s -->", 1)
         grid = (
@@ -184,7 +129,7 @@ class XdmfSeries:
         self._times += 1
 
     def sync(self) -> int:
-        """Wait until all times are on the disk. Collective."""
+        """Wait until all times are on the disk; their number."""
         self._numbers.sync()
         if self._times:
             on_rank0(self._comm, lambda: sync_file(self._path))
@@ -208,47 +153,9 @@ class XdmfSeries:
             self._path.unlink(missing_ok=True)
         return 0, None, None
 
-    def _check_arrays(
-        self,
-        point_data: Mapping[str, NDArray[Any]],
-        cell_data: Mapping[str, NDArray[Any]],
-        points: NDArray[Any] | None = None,
-    ) -> list[tuple[str, str, NDArray[Any]]]:
-        """Arrays as (kind, name, numbers as they go to the file), the same list on all ranks."""
-        error: Exception | None = None
-        arrays = []
-        try:
-            if points is not None:
-                if np.shape(points) != (self._rows["Node"][0], 3):
-                    raise ModelError(
-                        f"points have shape {np.shape(points)}, "
-                        f"expected ({self._rows['Node'][0]}, 3)"
-                    )
-                arrays.append(("Node", "", np.ascontiguousarray(points, dtype=np.float64)))
-            for kind, fields in (("Node", point_data), ("Cell", cell_data)):
-                for name, values in fields.items():
-                    array = np.asarray(values)
-                    n = self._rows[kind][0]
-                    if array.shape not in ((n,), (n, 3)):
-                        raise ModelError(
-                            f"field '{name}' has shape {array.shape}, expected ({n},) or ({n}, 3)"
-                        )
-                    dtype = np.int32 if array.dtype.kind in "biu" else self._dtype
-                    arrays.append((kind, name, np.ascontiguousarray(array, dtype=dtype)))
-        except (TypeError, ValueError) as problem:
-            error = problem
-        layout = [(kind, name, a.shape[1:], a.dtype.str) for kind, name, a in arrays]
-        layouts = self._comm.allgather(layout if error is None else None)
-        if None not in layouts and any(other != layouts[0] for other in layouts):
-            error = ModelError("the ranks do not write the same fields of the same types")
-        raise_together(self._comm, error)
-        return arrays
-
-    def _write_arrays(self, arrays: Sequence[tuple[str, str, NDArray[Any]]]) -> list[str]:
+    def _write_arrays(self, arrays: Sequence[Field]) -> list[str]:
         """Write arrays of this rank, return their ``DataItem`` elements."""
-        return self._numbers.append(
-            [Rows(array, *self._rows[kind][1:]) for kind, _, array in arrays]
-        )
+        return self._numbers.append([Rows(f.values, *self._shares[f.kind][1:]) for f in arrays])
 
     def _replace_xml(self, grids: str) -> None:
         """Write the whole XML beside the old one, then take its place."""
@@ -283,12 +190,10 @@ def _format_head(information: Mapping[str, str]) -> str:
     return f"{_HEAD}{about}{_SERIES}"
 
 
-def _format_attributes(
-    arrays: Sequence[tuple[str, str, NDArray[Any]]], items: Sequence[str]
-) -> str:
+def _format_attributes(fields: Sequence[Field], items: Sequence[str]) -> str:
     """``Attribute`` elements of fields and their ``DataItem`` elements."""
     return "".join(
         f'<Attribute Name="{escape(name)}" Center="{kind}" '
-        f'AttributeType="{"Scalar" if array.ndim == 1 else "Vector"}">{item}</Attribute>\n'
-        for (kind, name, array), item in zip(arrays, items, strict=True)
+        f'AttributeType="{"Scalar" if values.ndim == 1 else "Vector"}">{item}</Attribute>\n'
+        for (kind, name, values), item in zip(fields, items, strict=True)
     )

@@ -185,7 +185,7 @@ def test_case_that_is_not_valid_is_shown_as_it_is(folder, no_diagrams):
 
 def test_what_is_missing_is_said(folder, no_diagrams):
     notes = " ".join(Page(report(folder)).notes)
-    for words in ("no case.json", "no summary.json", "no fields.xdmf"):
+    for words in ("no case.json", "no summary.json", "has written no fields"):
         assert words in notes
     with pytest.raises(InputError, match=r"there is no .*fields\.xdmf"):
         report(folder, times=[1.0])

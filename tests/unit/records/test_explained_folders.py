@@ -20,7 +20,7 @@ def test_the_folder_of_a_study_names_a_run_of_it(tmp_path):
 
 @pytest.mark.parametrize(
     ("model", "words"),
-    [("reduced", "reduced blades write no fields: motion.bin has"), ("full", "fields_every great")],
+    [("reduced", "`turbine-fenicsx recover --fields` makes"), ("full", "fields_every great")],
 )
 def test_a_run_without_fields_says_why(tmp_path, model, words):
     (tmp_path / "case.json").write_text(json.dumps({"blade": {"model": model}}))

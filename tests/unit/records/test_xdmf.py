@@ -23,8 +23,9 @@ from xdmf_bricks import (
 )
 
 from turbine_fenicsx.foundation.errors import FileError
+from turbine_fenicsx.records.grid_series import VERTICES
 from turbine_fenicsx.records.stored_grids import read_grids
-from turbine_fenicsx.records.xdmf import CELL_KINDS, XdmfSeries
+from turbine_fenicsx.records.xdmf import KINDS, XdmfSeries
 
 
 @pytest.fixture
@@ -279,4 +280,4 @@ def test_wrong_cells_on_one_rank_raise_on_all(folder, cells, message):
 
 
 def test_every_known_kind_is_tested():
-    assert set(VTK_TYPES) == set(CELL_KINDS) == {kind for kind, _ in Bricks().cells}
+    assert set(VTK_TYPES) == set(VERTICES) == set(KINDS) == {kind for kind, _ in Bricks().cells}

@@ -62,7 +62,8 @@ def carry_out(
         if case.motion_every > 0.0:
             files.insert(1, "motion.bin")
         if case.fields_every > 0.0:
-            files[1:1] = ["fields.xdmf", *(["wind.xdmf"] if case.wind.blows else [])]
+            fields = ["fields", "wind"][: 2 if case.wind.blows else 1]
+            files[1:1] = [f"{name}.{case.output.format}" for name in fields]
         print(f"{case.title or 'turbine'}, {comm.size} rank{'s' * (comm.size > 1)}")
         print(format_table(result))
         print(f"  {'results':<22}{out}/: {', '.join(files)}", flush=True)

@@ -1,10 +1,10 @@
 """Draw pictures of a model, or a movie, coloured by stress; of modes their shapes.
 
-Everything is where fields.xdmf has it; a turbine whose tower is no part of the model gets a pale
-one. All pictures of one call share their scales of colours, see --range. The option --scale S
-exaggerates the deformation of each blade relative to the hub or ring that holds its root, and of
-the tower relative to the ground, with nacelle and rotor riding on it. Turning, yaw and pitch stay
-as they are. Rigid parts are never deformed. No display is needed.
+Everything is where the fields of the run have it; a turbine whose tower is no part of the model
+gets a pale one. All pictures of one call share their scales of colours, see --range. The option
+--scale S exaggerates the deformation of each blade relative to the hub or ring that holds its root,
+and of the tower relative to the ground, with nacelle and rotor riding on it. Turning, yaw and pitch
+stay as they are. Rigid parts are never deformed. No display is needed.
 
 If OUT holds modes, the pictures are mode_1.png and so on, and modes.png with all of them; red is
 what moves most. --modes chooses some, --movie shows one in motion, --scale makes it larger.
@@ -112,6 +112,7 @@ def _render(options: argparse.Namespace) -> None:
         render_times,
     )
     from turbine_fenicsx.records.output_folder import (
+        find_fields,
         holds_modes,
         make_target_folder,
         need_folder,
@@ -141,7 +142,7 @@ def _render(options: argparse.Namespace) -> None:
         options.edges,
         str((read_tables(folder / "case.json") or {}).get("title") or ""),
     )
-    fields = folder / "fields.xdmf"
+    fields = find_fields(folder)
     written = read_field_times(fields)
     if times is not None or options.movie is None:
         out = make_target_folder(options.out or folder)

@@ -22,8 +22,10 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.records.field_files import open_series
+from turbine_fenicsx.records.grid_series import GridSeries
 from turbine_fenicsx.records.parts import Part, Parts
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.vtkhdf import ROOM
 from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.make_model import on_mesh
@@ -82,7 +84,7 @@ VTK_ORDER = {"hexahedron": [0, 1, 3, 2, 4, 5, 7, 6], "tetrahedron": [0, 1, 2, 3]
 
 
 class FieldGrid:
-    """Points and cells of a system as they go to an XDMF file.
+    """Points and cells of a system as they go to a file of fields.
 
     Points are the vertices of the flexible bodies, then on rank 0 those of the surfaces.
 
@@ -138,7 +140,7 @@ class FieldGrid:
         self.positions: Array = np.concatenate([np.zeros((0, 3)), *places])
         held = [body.couplings(system) for body in self.bodies]
         self._open = partial(
-            XdmfSeries,
+            open_series,
             comm,
             cells=cells,
             n_points=sum(counts),
@@ -151,10 +153,11 @@ class FieldGrid:
         path: str | os.PathLike[str],
         append: float | None = None,
         information: Mapping[str, str] | None = None,
-    ) -> XdmfSeries:
-        """A series on this grid. Collective."""
+        room: int = ROOM,
+    ) -> GridSeries:
+        """A series on this grid, see `open_series`. Collective."""
         about = {"parts": self._about.to_text(), **(information or {})}
-        return self._open(path=path, append=append, information=about)
+        return self._open(path=path, append=append, information=about, room=room)
 
     def motion(self, q: Array, u: Sequence[PETSc.Vec]) -> Array:
         """Displacements or velocities of the points of this rank, shape (n, 3). Collective.

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.records.stored_grids import read_grids
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.field_files import read_whole_times
+from turbine_fenicsx.records.grid_series import GridSeries
+from turbine_fenicsx.records.vtkhdf import ROOM
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
@@ -18,37 +19,47 @@ from turbine_fenicsx.system.state import State
 SHORTEST = 1e-9
 """Outputs at shorter distances [s] are those of all steps, and times divided by it are finite."""
 
+MOST = 100_000
+"""Times that a file has room for at first."""
+
 
 class FieldSeries:
-    """Base of observers that write XDMF files at set times; subclasses choose the fields.
+    """Base of observers that write fields at set times; subclasses choose them.
 
     Args:
         every: Simulated time between two outputs [s], positive; the end is always written.
         end: End time [s].
 
     Attributes:
-        name: Name of the XDMF file, under which checkpoints know it.
+        name: Name of the file, under which checkpoints know it.
     """
 
     def __init__(self, path: str | os.PathLike[str], every: float, end: float) -> None:
         self._every, self._end = max(every, SHORTEST), end
         self._path, self.name = Path(path), Path(path).name
-        self._series: XdmfSeries | None = None
+        self._series: GridSeries | None = None
         self._last: float | None = None
         self._next = 0.0
 
     @abstractmethod
-    def _open(self, path: Path, append: float | None) -> XdmfSeries:
-        """Open the series, with the times before one [s] on restart. Collective."""
+    def open(self, path: Path, append: float | None, room: int) -> GridSeries:
+        """Open a series. Collective.
+
+        Args:
+            path: The file.
+            append: Time before which an existing series is kept [s]; None for a new one.
+            room: Number of times that it has room for.
+        """
 
     @abstractmethod
-    def _write(self, series: XdmfSeries, state: State) -> None:
+    def write(self, series: GridSeries, state: State) -> None:
         """Write the fields of a state. Collective."""
 
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
         """Open the files, which keep their times before the first state on restart."""
         time, every = snapshot.state.time, self._every
-        self._series = self._open(self._path, append=time if resumed else None)
+        count = (self._end - time) / every + 2.0 if every > SHORTEST else ROOM
+        self._series = self.open(self._path, time if resumed else None, int(min(count, MOST)))
         self._last = last = self._series.last_kept
         self._next = np.ceil(time / every - 1e-9) * every
         if last is not None:
@@ -64,7 +75,7 @@ class FieldSeries:
         self._next = (np.floor(t / self._every + 1e-9) + 1.0) * self._every
         assert self._series is not None
         self._last = t
-        self._write(self._series, snapshot.state)
+        self.write(self._series, snapshot.state)
 
     def save(self) -> RestartData:
         """Bring the times to the disk; their number and the last one. Collective."""
@@ -77,9 +88,11 @@ class FieldSeries:
     def find_shortfall(self, data: RestartData, time: float) -> str | None:
         """Times that the files lack before a checkpoint; that of the checkpoint is rewritten."""
         first, n = time - 1e-9 * max(1.0, abs(time)), data.numbers
-        there = sum(grid.time < first for grid in read_grids(self._path))
+        there = int(np.sum(read_whole_times(self._path) < first))
         needed = n["times"] - (n["times"] > 0 and n["last_time"] >= first)
         return describe_shortfall(self.name, there, needed, "times", time)
 
     def finish(self) -> None:
-        """The files are closed already: they are open inside the calls only."""
+        """Give back room that was not needed. Collective."""
+        if self._series is not None:
+            self._series.finish()

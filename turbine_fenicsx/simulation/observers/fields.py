@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.argument_checks import check_among_parts
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.grid_series import GridSeries
 from turbine_fenicsx.simulation.observers.cell_values import CellValues, gather_values
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
 from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
+STRESSES = ("cauchy_stress_norm", "von_mises_stress")
+"""Fields of stress."""
+
+
+def list_fields(more: Sequence[CellValues] = ()) -> list[str]:
+    """Names of the fields that change, of all kinds of bodies and of more fields in the cells."""
+    return list(
+        dict.fromkeys(["displacement", "velocity", *STRESSES, "fibre", *(f.name for f in more)])
+    )
+
 
 class Fields(FieldSeries):
-    """Writes ``fields.xdmf``: displacement, velocity, Cauchy stress and fibre direction.
+    """Writes displacement, velocity, Cauchy stress and fibre direction, usually ``fields.xdmf``.
 
     Points are the vertices at their current positions; stresses are those of the cell centres.
 
     Args:
         system: The system.
-        path: The XDMF file.
+        path: The file: ``.xdmf`` or ``.vtkhdf``.
         every: Simulated time between two outputs [s], positive; the end is always written.
         end: End time [s].
         surfaces: Surfaces of rigid bodies, written by rank 0; if None, each is drawn as the
@@ -35,13 +46,14 @@ class Fields(FieldSeries):
             body; if None, each body is one part, with the next free numbers.
         names: Names of the numbered parts that are not called like their bodies.
         more: More fields in the cells.
+        wanted: Names of the fields, some of `list_fields`; None for all.
 
     Attributes:
-        name: Name of the XDMF file, under which checkpoints know it.
+        name: Name of the file, under which checkpoints know it.
 
     Raises:
         ModelError: if there is not one array of parts for each flexible body, or a field belongs to
-            a body of another system.
+            a body of another system, or there is none of a wanted name.
     """
 
     def __init__(
@@ -54,43 +66,47 @@ class Fields(FieldSeries):
         parts: Sequence[Array] | None = None,
         names: Mapping[int, str] | None = None,
         more: Sequence[CellValues] = (),
+        wanted: Collection[str] | None = None,
     ) -> None:
         for field in more:
             check_among_parts("flexible body", field.body, system.flexible_bodies, field.name)
-        self._more = tuple(more)
+        known = list_fields(more)
+        unknown = [name for name in wanted or () if name not in known]
+        if unknown:
+            raise ModelError(f"there is no field {unknown[0]!r}, but {', '.join(known)}")
+        self._wanted = set(known if wanted is None else wanted)
+        self._more = tuple(field for field in more if field.name in self._wanted)
         super().__init__(path, every, end)
         self._grid = FieldGrid(system, surfaces, parts, names)
         self._bodies = tuple((grid.body, grid.n_cells) for grid in self._grid.bodies)
 
-    def _open(self, path: Path, append: float | None) -> XdmfSeries:
+    def open(self, path: Path, append: float | None, room: int) -> GridSeries:
         """Open the series on the grid of all parts."""
-        return self._grid.open(path, append=append)
+        return self._grid.open(path, append, room=room)
 
-    def _write(self, series: XdmfSeries, state: State) -> None:
-        """Write all fields."""
-        grid = self._grid
+    def write(self, series: GridSeries, state: State) -> None:
+        """Write all fields that are wanted."""
+        grid, wanted = self._grid, self._wanted
         displacement = grid.displacement(state.q, state.u)
-        norm, von_mises, fibre = [], [], []
-        for body, u in zip(grid.bodies, state.u, strict=True):
-            stress = body.stresses(u)
-            norm.append(stress[0])
-            von_mises.append(stress[1])
-            fibre.append(body.fibre(u))
-        for values in (norm, von_mises):
-            values.append(np.zeros(grid.n_faces))
-        fibre.append(np.zeros((grid.n_faces, 3)))
-        more = gather_values(self._more, self._bodies, state)
+        of_points = {"displacement": displacement}
+        if "velocity" in wanted:
+            of_points["velocity"] = grid.motion(state.q_dot, state.v)
+        of_cells: dict[str, Array] = {}
+        if wanted & set(STRESSES):
+            stresses = [body.stresses(u) for body, u in zip(grid.bodies, state.u, strict=True)]
+            for name, values in zip(STRESSES, zip(*stresses, strict=True), strict=False):
+                of_cells[name] = np.concatenate(values)
+        if "fibre" in wanted:
+            fibres = [body.fibre(u) for body, u in zip(grid.bodies, state.u, strict=True)]
+            of_cells["fibre"] = np.concatenate([np.zeros((0, 3)), *fibres])
+        of_cells |= gather_values(self._more, self._bodies, state)
         series.write(
             state.time,
             grid.positions + displacement,
-            point_data={
-                "displacement": displacement,
-                "velocity": grid.motion(state.q_dot, state.v),
-            },
+            point_data=of_points,
             cell_data={
-                "cauchy_stress_norm": np.concatenate(norm),
-                "von_mises_stress": np.concatenate(von_mises),
-                "fibre": np.concatenate(fibre),
-                **{name: np.append(v, np.zeros(grid.n_faces)) for name, v in more.items()},
+                name: np.concatenate([values, np.zeros((grid.n_faces, *values.shape[1:]))])
+                for name, values in of_cells.items()
+                if name in wanted
             },
         )

@@ -218,7 +218,7 @@ class Wind(Component):
         found: list[Observer] = [self._works_of(turbine)]
         if every > 0.0:
             blade = on_rank0(turbine.comm, lambda: load_aero_blade(turbine.case))
-            path, end = folder / "wind.xdmf", turbine.case.time.end
+            path, end = turbine.case.output.name_file(folder, "wind"), turbine.case.time.end
 
             def find(state: State) -> StepLoads:
                 return find_loads(turbine.system, WIND, state)

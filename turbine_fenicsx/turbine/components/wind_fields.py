@@ -11,7 +11,8 @@ import numpy as np
 from turbine_fenicsx.forces.line_source import StepLoads
 from turbine_fenicsx.foundation.rotations import E1, E2
 from turbine_fenicsx.foundation.types import Array, IntArray
-from turbine_fenicsx.records.xdmf import XdmfSeries
+from turbine_fenicsx.records.field_files import open_series
+from turbine_fenicsx.records.grid_series import GridSeries
 from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.components.component import Turbine
@@ -31,7 +32,7 @@ CLEARANCE = 1.0
 
 
 class WindFields(FieldSeries):
-    """Writes ``wind.xdmf``: a line of stations for each blade, and an upright plane at the hub.
+    """Writes a line of stations for each blade, and an upright plane at the hub: ``wind.xdmf``.
 
     Stations are where they are at the time; their loads are those of the step that ends there.
 
@@ -58,7 +59,7 @@ class WindFields(FieldSeries):
         centre = np.asarray(turbine.rotor.layout.centre, dtype=float)
         self._plane = _make_plane(centre, WIDTH * blade.tip_radius, turbine.case.hub_height)
 
-    def _open(self, path: Path, append: float | None) -> XdmfSeries:
+    def open(self, path: Path, append: float | None, room: int) -> GridSeries:
         """Open the series; all points are rank 0's."""
         first, here = self._blades * self._n, self._comm.rank == 0
         stations = np.arange(first).reshape(self._blades, self._n)
@@ -66,16 +67,17 @@ class WindFields(FieldSeries):
         cells = [("line", lines), ("quadrilateral", first + _make_squares())]
         numbers = np.repeat(np.arange(1, self._blades + 1), self._n - 1)
         part = np.concatenate([numbers, np.full((POINTS - 1) ** 2, PLANE)])
-        return XdmfSeries(
+        return open_series(
             self._comm,
             path,
             cells if here else [],
             first + POINTS**2 if here else 0,
+            room=room,
             cell_data={"part": part if here else part[:0]},
             append=append,
         )
 
-    def _write(self, series: XdmfSeries, state: State) -> None:
+    def write(self, series: GridSeries, state: State) -> None:
         """Write line loads and wind."""
         motion, F, _, times = self._find_loads(state)
         since = 0.5 * times.dt if np.isfinite(times.dt) else 0.0  # from the middle of the step

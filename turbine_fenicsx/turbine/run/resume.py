@@ -59,6 +59,8 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     for key in OF_THE_START:
         if getattr(new.time, key) != getattr(old.time, key):
             raise InputError(f"time.{key} cannot change in a resumed run; it is how it began")
+    if new.output.format != old.output.format:
+        raise InputError("output.format cannot change in a resumed run, whose fields go on")
     if new.output.gauges != old.output.gauges:
         raise InputError(
             "output.gauges cannot change in a resumed run; history.csv keeps its columns"

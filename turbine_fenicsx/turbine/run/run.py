@@ -32,12 +32,12 @@ from turbine_fenicsx.records.output_folder import (
     read_history,
     remove_run,
 )
+from turbine_fenicsx.records.vtkhdf_layout import need_h5py
 from turbine_fenicsx.records.worst_ply import WorstPly, find_worst_ply
 from turbine_fenicsx.reduction.basis_file import write_basis
 from turbine_fenicsx.simulation.checkpoint import Checkpoints
 from turbine_fenicsx.simulation.energy_check import judge_energy
 from turbine_fenicsx.simulation.observer import Observer
-from turbine_fenicsx.simulation.observers.fields import Fields
 from turbine_fenicsx.simulation.observers.history import (
     History,
     angle_channel,
@@ -64,6 +64,7 @@ from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
+from turbine_fenicsx.turbine.run.turbine_fields import make_fields
 
 CONVENTIONS = (
     "Azimuth is 0 when blade 1 points up (AzimB1Up = 0); RotSpeed is the mean of the step that "
@@ -127,7 +128,7 @@ def run_case(
 ) -> dict[str, Any]:
     """Run a case and write everything into a folder.
 
-    Written are ``case.json``, ``history.csv``, ``history.out``, ``fields.xdmf``, ``run.log``,
+    Written are ``case.json``, ``history.csv``, ``history.out``, the fields, ``run.log``,
     ``summary.json`` and checkpoints.
 
     Args:
@@ -159,6 +160,8 @@ def run_case(
             on_rank0(comm, lambda: _refuse_to_overwrite(folder))
         open_folder.enter_context(log_to_file(comm, folder / "run.log", append=resume))
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
+        if case.output.format == "vtkhdf":
+            on_rank0(comm, need_h5py)
         turbine = build_turbine(case, comm, components)
         if not force:
             undeformed = case.time.start == "undeformed"  # else the start needs factors
@@ -334,10 +337,8 @@ def _make_outputs(
         path, between = folder / "motion.bin", case.motion_every
         found.append(ReducedMotion(turbine.system, path, between, case.time.end))
     if every > 0.0:
-        path, parts = folder / "fields.xdmf", (turbine.surfaces(), turbine.parts_of_cells())
-        names_of_parts = turbine.part_names()
-        shown = (*parts, names_of_parts, turbine.fields())
-        found.append(Fields(turbine.system, path, every, case.time.end, *shown))
+        path = case.output.name_file(folder, "fields")
+        found.append(make_fields(turbine, path, every, case.time.end))
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -98,6 +99,11 @@ class OutputCase(Section):
 
     fields_every: Annotated[Seconds, NotNegative, _FIELDS] = 0.1
     """Simulated time between two outputs of fields; 0: no fields."""
+    format: Annotated[
+        Literal["xdmf", "vtkhdf"],
+        AnyOf(Only("blade.model", "full"), Only("turbine.model", "rigid")),
+    ] = "xdmf"
+    """Files of the fields: ``fields.xdmf`` with ``fields.bin``, or ``fields.vtkhdf``."""
     motion_every: Annotated[Seconds, NotNegative, Only("blade.model", "reduced")] = 0.1
     """Simulated time between two rows of the motion of reduced bodies, from which fields and
     stresses can be recovered; 0: none."""
@@ -118,3 +124,7 @@ class OutputCase(Section):
     gauges: Annotated[
         dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
     ] = Field(default_factory=dict)
+
+    def name_file(self, folder: Path, name: str) -> Path:
+        """A file of fields in an output folder."""
+        return folder / f"{name}.{self.format}"
