@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from reduced_turbines import COMM, run, write_case
 
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
+from turbine_fenicsx.simulation.observers.fields import Fields
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +57,74 @@ def test_a_cut_motion_is_recovered_up_to_its_last_whole_row(out, capfd):
     with pytest.warns(UserWarning, match="is whole up to row 5"):
         assert main(["recover", str(out), "--plies", "--quiet"]) == 0
     assert len(read_columns(out, "plies.csv")["time_[s]"]) == 5
+
+
+FIELDS = ["--fields", "--times", "max(tsai_wu)"]
+
+
+def test_fields_at_the_worst_moment_have_its_index_and_can_be_drawn(out, capfd):
+    pytest.importorskip("h5py")
+    assert main(["recover", str(out), "--worst", *FIELDS, "--quiet"]) == 0
+    worst = json.loads((out / "worst.json").read_text())
+    with VtkHdfFile(out / "fields.vtkhdf") as file:
+        assert file.times.tolist() == [worst["time"]]
+        step = file.read(0)
+    names = {"tsai_wu", "von_mises_stress", "cauchy_stress_norm", "fibre", "part"}
+    assert set(step.cell_data) == names
+    assert set(step.point_data) == {"displacement", "velocity", "coupling"}
+    assert step.cell_data["tsai_wu"].max() == pytest.approx(worst["index"], rel=1e-6)
+    if main(["render", str(out), "--field", "tsai_wu", "--size", "160x120"]) != 0:
+        pytest.skip(capfd.readouterr().err)
+    assert (out / f"turbine_t{worst['time']:.6g}.png").exists()
+
+
+def test_fields_are_those_that_are_named_at_equal_times(out):
+    pytest.importorskip("h5py")
+    command = ["recover", str(out), "--fields", "velocity,maximum_stress", "--every", "0.2s"]
+    assert main([*command, "--from", "0.1", "--quiet"]) == 0
+    with VtkHdfFile(out / "fields.vtkhdf") as file:
+        assert file.times == pytest.approx([0.1, 0.3, 0.5])
+        step = file.read(2)
+    assert set(step.point_data) == {"displacement", "velocity", "coupling"}
+    assert set(step.cell_data) == {"maximum_stress", "part"}
+
+
+def test_an_interrupt_leaves_the_fields_that_are_written(out, monkeypatch):
+    pytest.importorskip("h5py")
+    write, count = Fields.write, iter(range(10))
+
+    def end(self, *values):
+        if next(count) == 3:
+            raise KeyboardInterrupt
+        write(self, *values)
+
+    monkeypatch.setattr(Fields, "write", end)
+    assert main(["recover", str(out), "--fields", "displacement", "--every", "0.1"]) == 130
+    with VtkHdfFile(out / "fields.vtkhdf") as file:
+        assert file.times == pytest.approx([0.0, 0.1, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--fields", "tsai_w"], "did you mean 'tsai_wu'?"),
+        (["--fields", "--times", "9"], "t = 9 s is outside of the motion, which is from 0 s"),
+        (["--fields", "--times", "max(tip)"], "'tip' is neither a failure criterion nor"),
+        (["--fields", "--every", "0"], "--every 0: expected a positive number"),
+        (["--fields", "--every", "x"], "--every x: give numbers"),
+        (["--fields", "--from", "1"], "--from 1: counts with --every only"),
+        (["--times", "1"], "--times 1: counts with --fields only"),
+    ],
+)
+def test_wrong_options_are_one_sentence_and_write_nothing(out, capfd, options, words):
+    pytest.importorskip("h5py")
+    is_refused(["recover", str(out), *options], capfd, words)
+    assert not (out / "fields.vtkhdf").exists()
+
+
+def test_fields_without_h5py_are_refused_before_work(out, capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    is_refused(["recover", str(out), *FIELDS], capfd, "need h5py")
 
 
 def test_a_motion_without_a_whole_row_is_refused(out, capfd):

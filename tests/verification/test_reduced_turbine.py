@@ -2,19 +2,26 @@
 
 import json
 import shutil
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+from mpi4py import MPI
 
 import numpy as np
 import pytest
 from reduced_turbines import COMM, read, run, write_case
 
 from turbine_fenicsx.analysis import turning
-from turbine_fenicsx.foundation.errors import InputError, StepFailure
+from turbine_fenicsx.foundation.errors import InputError, ModelWarning, StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.flexible_blades import find_plies
+from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.run.full_motion import FullMotion
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run import restart_case
@@ -112,6 +119,38 @@ def test_recovered_plies_are_those_that_the_run_has_seen(watched):
         if name.endswith("_at_[m]")
         for what in ("ply", "blade")
     }
+
+
+@pytest.mark.parallel
+def test_the_motion_on_full_meshes_is_that_of_the_run(watched):
+    recorded, seen = RecordedRun.open(watched, COMM), read(watched)
+    with pytest.warns(ModelWarning, match="motion of a tower") if COMM.rank == 0 else nullcontext():
+        motion = FullMotion(recorded)
+    turbine = motion.turbine
+    (full,) = turbine.system.flexible_models
+    (reduced,) = (m for m in recorded.turbine.system.flexible_models if m.is_small)
+    plies, gauges = find_plies(turbine), make_gauges(turbine, full.body)
+    history = PlyRecovery(recorded).find_history()
+    u, v = reduced.new_vector(), reduced.new_vector()
+    for row, time in enumerate(recorded.motion.times):
+        state = motion.find_state(row)
+        assert state.time == time
+        plies.stresses.update(state)
+        index = plies.stresses.largest(CRITERIA["tsai_wu"])[0]
+        for k, cells in enumerate(plies.panels.values()):
+            largest = COMM.allreduce(np.max(index[cells], initial=0.0), op=MPI.MAX)
+            assert largest == pytest.approx(history.index[row, k], rel=1e-9, abs=1e-11)
+        near = int(np.argmin(np.abs(seen["time_[s]"] - time)))
+        (strain,) = gauges.at(SimpleNamespace(state=state))
+        assert strain == pytest.approx(seen["strain_root_[-]"][near], rel=1e-8, abs=1e-12)
+        z, z_dot = recorded.motion.vectors[0][row], recorded.motion.velocities[0][row]
+        u.array[:] = (z.reshape(-1, 3)[: reduced.n_owned] - reduced.positions).ravel()
+        v.array[:] = z_dot.reshape(-1, 3)[: reduced.n_owned].ravel()
+        mine, theirs = (
+            COMM.allreduce(model.integrals(*motions))[:-1]  # the strain energy has fewer terms
+            for model, motions in ((full, (state.u[0], state.v[0])), (reduced, (u, v)))
+        )
+        assert mine == pytest.approx(theirs, rel=1e-9, abs=1e-9 * np.max(np.abs(theirs)))
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)

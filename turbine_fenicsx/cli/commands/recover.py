@@ -1,12 +1,17 @@
-"""Recover the failure of all plies from a run with reduced blades.
+"""Recover plies and fields of a run with reduced blades.
 
-Reads motion.bin, the bases and case.json of the run.
+Reads motion.bin, the bases and case.json of the run. Without an option, --plies and --worst are
+done.
 
 --plies writes OUT/plies.csv. It has a row for each row of the motion, with the largest failure
 index of each panel and web in all blades, its place, its ply and its blade.
 
 --worst prints when, where and how a ply came nearest to failure, with what the turbine did then. It
-writes OUT/worst.json. Without either, both are done.
+writes OUT/worst.json.
+
+--fields writes OUT/fields.vtkhdf, on the full meshes, for ParaView and the command render: all that
+a run with full blades writes, or the fields that are named. Their times are those of --times, such
+as 12.5,max(tsai_wu),min(tip_clearance_1), or equal distances with --every.
 """
 
 from __future__ import annotations
@@ -32,6 +37,25 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default="tsai_wu",
         help="of failure; default: tsai_wu",
     )
+    parser.add_argument(
+        "--fields",
+        metavar="NAME,NAME,...",
+        nargs="?",
+        const="",
+        help="write fields on the full meshes, for example displacement,von_mises_stress,tsai_wu; "
+        "without names, those of a run with full blades",
+    )
+    times = parser.add_mutually_exclusive_group()
+    times.add_argument(
+        "--times",
+        metavar="T,T,...",
+        help="of the fields in s, the nearest ones of the motion, or max(NAME) and min(NAME) of a "
+        "failure criterion or a column of history.csv or history.out; default: the moment nearest "
+        "to failure",
+    )
+    times.add_argument("--every", metavar="S", help="fields at equal distances of time in s")
+    parser.add_argument("--from", dest="begin", metavar="T", help="first time of --every")
+    parser.add_argument("--to", dest="end", metavar="T", help="last time of --every")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
 
@@ -42,21 +66,61 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.parallel import on_rank0
 
     need_dolfinx()
+    from turbine_fenicsx.turbine.run import recovery_files as files
     from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
-    from turbine_fenicsx.turbine.run.recovery_files import list_files, refuse_to_overwrite, write
+    from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
 
-    both = not (options.plies or options.worst)
-    files = list_files(options.plies or both, options.worst or both)
+    both = not (options.plies or options.worst or options.fields is not None)
+    plies, worst = options.plies or both, options.worst or both
+    wanted = {files.PLIES: plies, files.WORST: worst, files.FIELDS: options.fields is not None}
+    every, begin, end = _read_times(options)
+    names = [name for name, is_wanted in wanted.items() if is_wanted]
     if not options.overwrite:
-        on_rank0(comm, lambda: refuse_to_overwrite(options.folder, files))
-    recorded = RecordedRun.open(options.folder, comm)
+        on_rank0(comm, lambda: files.refuse_to_overwrite(options.folder, names))
+    run = RecordedRun.open(options.folder, comm)
+    recovery, lines, paths = RunRecovery(run, _make_progress(comm, options.quiet)), [], []
     try:
-        found = write(recorded, files, options.criterion, _make_progress(comm, options.quiet))
+        if options.fields is not None:
+            texts = (options.times or f"max({options.criterion})").split(",")
+            chosen = None if every is None else (every, begin, end)
+            paths.append(files.write_fields(recovery, _split(options.fields), texts, chosen))
+        if plies:
+            paths.append(files.write_plies(recovery, options.criterion))
+        if worst:
+            found, path = files.write_worst(recovery, options.criterion)
+            lines.append(str(found))
+            paths.append(path)
     except FileError as error:
         raise InputError(str(error)) from None
     if comm.rank == 0 and not options.quiet:
-        print(*found, sep="\n", flush=True)
+        print(*lines, ", ".join(map(str, paths)), sep="\n", flush=True)
     return OK
+
+
+def _split(names: str) -> list[str] | None:
+    """Names between commas; None for all."""
+    return [name.strip() for name in names.split(",")] if names else None
+
+
+def _read_times(options: argparse.Namespace) -> tuple[float | None, float | None, float | None]:
+    """The numbers of --every, --from and --to; None where they are not given."""
+    from turbine_fenicsx.cli.commands._numbers import parse_numbers
+    from turbine_fenicsx.foundation.errors import InputError
+
+    given = {"--every": options.every, "--from": options.begin, "--to": options.end}
+    found: dict[str, float | None] = dict.fromkeys(given)
+    for name, text in given.items():
+        if text is not None:
+            (found[name],) = parse_numbers(name, text.strip().removesuffix("s"))[:1]
+    every = found["--every"]
+    if every is not None and every <= 0.0:
+        raise InputError(f"--every {options.every}: expected a positive number")
+    given |= {"--fields": options.fields, "--times": options.times}
+    needs = {"--from": "--every", "--to": "--every", "--every": "--fields", "--times": "--fields"}
+    for name, needed in needs.items():
+        if given[name] is not None and given[needed] is None:
+            raise InputError(f"{name} {given[name]}: counts with {needed} only")
+    return every, found["--from"], found["--to"]
 
 
 def _make_progress(comm: Any, quiet: bool) -> Callable[[float], None]:

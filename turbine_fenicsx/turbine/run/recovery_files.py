@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -15,16 +15,13 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.row_file import join_columns
-from turbine_fenicsx.turbine.run.ply_history import PlyHistory, PlyRecovery
-from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
-from turbine_fenicsx.turbine.run.worst_moment import WorstMoment, find_worst_moment
+from turbine_fenicsx.records.vtkhdf_layout import need_h5py
+from turbine_fenicsx.turbine.run.chosen_rows import find_rows_every
+from turbine_fenicsx.turbine.run.ply_history import PlyHistory
+from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+from turbine_fenicsx.turbine.run.worst_moment import WorstMoment
 
-PLIES, WORST = "plies.csv", "worst.json"
-
-
-def list_files(plies: bool, worst: bool) -> list[str]:
-    """Names of the files that are wanted."""
-    return [name for name, wanted in ((PLIES, plies), (WORST, worst)) if wanted]
+PLIES, WORST, FIELDS = "plies.csv", "worst.json", "fields.vtkhdf"
 
 
 def refuse_to_overwrite(folder: str | os.PathLike[str], files: Sequence[str]) -> None:
@@ -36,32 +33,44 @@ def refuse_to_overwrite(folder: str | os.PathLike[str], files: Sequence[str]) ->
             )
 
 
-def write(
-    run: RecordedRun, files: Sequence[str], criterion: str, progress: Callable[[float], None]
-) -> list[str]:
-    """Recover what some files need, and write them. Collective.
+def write_plies(recovery: RunRecovery, criterion: str) -> Path:
+    """Write the history of each panel and web; the file. Collective."""
+    return _replace(recovery, PLIES, format_history(recovery.find_history(criterion)))
+
+
+def write_worst(recovery: RunRecovery, criterion: str) -> tuple[WorstMoment, Path]:
+    """Find the moment nearest to failure and write it; it and the file. Collective."""
+    worst = recovery.find_worst(criterion)
+    return worst, _replace(recovery, WORST, format_worst(worst))
+
+
+def write_fields(
+    recovery: RunRecovery,
+    wanted: Sequence[str] | None,
+    texts: Sequence[str],
+    every: tuple[float, float | None, float | None] | None,
+) -> Path:
+    """Write fields on the full meshes; the file. Collective.
 
     Args:
-        files: Some of `PLIES` and `WORST`.
-        criterion: One of `turbine_fenicsx.materials.ply_failure.CRITERIA`.
-        progress: Called with the part that is done, from 0 to 1.
-
-    Returns:
-        Lines for people.
+        wanted: Names of the fields; None for those of a run.
+        texts: Times, see `turbine_fenicsx.turbine.run.chosen_rows`.
+        every: Distance, begin and end of other times [s], which are then taken; None for none.
     """
-    comm, folder, lines = run.turbine.comm, run.folder, []
-    recovery = PlyRecovery(run)
-    history = recovery.find_history(criterion, progress)
-    contents = {}
-    if PLIES in files:
-        contents[PLIES] = format_history(history)
-    if WORST in files:
-        worst = find_worst_moment(recovery, history)
-        contents[WORST] = format_worst(worst)
-        lines.append(str(worst))
-    for name, content in contents.items():
-        on_rank0(comm, partial(replace_file, folder / name, content.encode()))
-    return [*lines, ", ".join(str(folder / name) for name in contents)]
+    comm, times = recovery.run.turbine.comm, recovery.run.motion.times
+    on_rank0(comm, need_h5py)
+    fields = recovery.find_fields(wanted)
+    rows = recovery.find_rows(texts) if every is None else find_rows_every(times, *every)
+    path = recovery.run.folder / FIELDS
+    fields.write(path, rows, recovery.progress)
+    return path
+
+
+def _replace(recovery: RunRecovery, name: str, content: str) -> Path:
+    """Write a text file."""
+    path = recovery.run.folder / name
+    on_rank0(recovery.run.turbine.comm, partial(replace_file, path, content.encode()))
+    return path
 
 
 def format_history(history: PlyHistory) -> str:
