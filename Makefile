@@ -20,11 +20,12 @@ demo-iea: setup ## run the IEA 15 MW turbine for ten seconds into out/iea15 and 
 	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --times 4,7,10 --field tsai_wu -o $(OUT)/iea15
 	$(VENV)/bin/turbine-fenicsx render $(OUT)/iea15 --movie $(OUT)/iea15/movie.mp4 --field tsai_wu
 
-demo-reduced: setup ## run ten minutes of turbulence with reduced blades into out/turbulence and draw power, pitch, loads, clearance
+demo-reduced: setup ## run ten minutes of turbulence with reduced blades into out/turbulence and draw power, pitch, loads, clearance, failure of plies
 	mkdir -p $(OUT)/turbulence
 	cp demos/turbulence/turbulence.toml $(OUT)/turbulence
 	$(VENV)/bin/python demos/turbulence/kaimal.py $(OUT)/turbulence/turbulence.toml
 	$(VENV)/bin/turbine-fenicsx run $(OUT)/turbulence/turbulence.toml -o $(OUT)/turbulence/run --overwrite
+	$(VENV)/bin/turbine-fenicsx recover $(OUT)/turbulence/run --overwrite
 	$(VENV)/bin/python demos/turbulence/draw.py $(OUT)/turbulence/run
 
 # The tests of formulas, without those that compile the forms of every material and cell.

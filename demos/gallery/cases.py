@@ -109,16 +109,18 @@ def campbell(name: str, folder: Path, png: Path) -> None:
 
 
 def turbulence(name: str, folder: Path, png: Path) -> None:
-    """Power, pitch and loads of a run in turbulence, which takes some minutes."""
+    """Power, pitch, loads and failure of a run in turbulence, which takes some minutes."""
     demo = DEMOS / name
     shutil.copy(demo / f"{name}.toml", folder)
     subprocess.run([sys.executable, demo / "kaimal.py", folder / f"{name}.toml"], check=True)
     command("run", folder / f"{name}.toml", "-o", folder / "run", "--quiet")
+    command("recover", folder / "run", "--quiet")
     subprocess.run([sys.executable, demo / "draw.py", folder / "run"], check=True)
-    with Image.open(folder / "run" / "turbulence.png") as image:
-        small = image.convert("RGB")
-        small.thumbnail((1200, 1200), Image.Resampling.LANCZOS)
-        small.quantize(64).save(png)
+    for drawn, target in ((name, name), ("failure", "failure"), ("worst", "worst_moment")):
+        with Image.open(folder / "run" / f"{drawn}.png") as image:
+            small = image.convert("RGB")
+            small.thumbnail((1200, 1200), Image.Resampling.LANCZOS)
+            small.quantize(128).save(png.with_name(f"{target}.png"))
 
 
 def spin_up(name: str, folder: Path, png: Path) -> None:

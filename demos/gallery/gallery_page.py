@@ -26,12 +26,14 @@ class Entry:
         code: Files below ``demos``; the first one's title is the heading.
         words: What the picture shows.
         picture: Where it is below ``docs/images``, if it is not in the gallery's folder.
+        heading: The heading, if it is another one.
     """
 
     name: str
     code: tuple[str, ...]
     words: str
     picture: str = ""
+    heading: str = ""
 
     @property
     def path(self) -> str:
@@ -41,6 +43,8 @@ class Entry:
     @property
     def title(self) -> str:
         """Title of a case, or first line of a script's docstring."""
+        if self.heading:
+            return self.heading
         path = DEMOS / self.code[0]
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".toml":
@@ -107,6 +111,20 @@ ENTRIES = (
         ("turbulence/turbulence.toml", "turbulence/kaimal.py", "turbulence/draw.py"),
         "Reduced blades and tower, the controller of the file, and a seeded wind field; "
         "[ten minutes, step by step](howto/ten_minutes.md).",
+    ),
+    Entry(
+        "failure",
+        ("turbulence/turbulence.toml", "turbulence/draw.py"),
+        "Failure of the plies in these ten minutes, in the panels that come nearest to it; "
+        "[how to](howto/worst_moment.md).",
+        heading="Plies over ten minutes of turbulence",
+    ),
+    Entry(
+        "worst_moment",
+        ("turbulence/turbulence.toml",),
+        "The blade at its worst moment in these ten minutes, and the hot spot in a web from near "
+        "by: `turbine-fenicsx recover`; [how to](howto/worst_moment.md).",
+        heading="The worst moment",
     ),
     Entry(
         "modes",

@@ -1,6 +1,7 @@
 """Four panels of a run in turbulence: power, pitch, flap moment, and how near tips pass the tower.
 
-``python demos/turbulence/draw.py OUT`` writes ``OUT/turbulence.png``.
+``python demos/turbulence/draw.py OUT`` writes ``OUT/turbulence.png``, and ``OUT/failure.png`` with
+the failure of plies over time, if ``turbine-fenicsx recover OUT`` came before.
 """
 
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE
+from turbine_fenicsx.postprocessing.failure_panels import largest_index, worst_place
 from turbine_fenicsx.postprocessing.plot_style import draw_line
 from turbine_fenicsx.postprocessing.plots import draw
 from turbine_fenicsx.records import names
@@ -55,6 +57,9 @@ def main():
     """Draw a run."""
     folder = Path(sys.argv[1])
     draw([read_history(folder / "history.csv")], PANELS, [folder / "turbulence.png"])
+    plies = folder / "plies.csv"
+    if plies.exists():
+        draw([read_history(plies)], (largest_index, worst_place), [folder / "failure.png"])
 
 
 if __name__ == "__main__":

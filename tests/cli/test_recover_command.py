@@ -1,6 +1,7 @@
 """The command that recovers the failure of plies from a run with reduced blades."""
 
 import json
+import os
 import shutil
 import sys
 
@@ -41,7 +42,7 @@ def test_the_command_writes_and_prints_both(out, capfd):
     assert main(["recover", str(out)]) == 0
     first, *_, paths = capfd.readouterr().out.splitlines()
     assert first.startswith("nearest to failure: tsai_wu ")
-    assert paths == f"{out}/plies.csv, {out}/worst.json"
+    assert paths.startswith(f"{out}/plies.csv, {out}/worst.json")
     columns, worst = read_columns(out, "plies.csv"), json.loads((out / "worst.json").read_text())
     assert worst["index"] == np.max(columns[f"{worst['panel']}_tsai_wu_[-]"])
     before = (out / "plies.csv").read_bytes()
@@ -76,6 +77,39 @@ def test_fields_at_the_worst_moment_have_its_index_and_can_be_drawn(out, capfd):
     if main(["render", str(out), "--field", "tsai_wu", "--size", "160x120"]) != 0:
         pytest.skip(capfd.readouterr().err)
     assert (out / f"turbine_t{worst['time']:.6g}.png").exists()
+
+
+def test_a_report_shows_the_worst_moment_and_keeps_it(out, capfd):
+    assert main(["report", str(out), "--no-pictures"]) == 0
+    page = (out / "report.html").read_text()
+    worst = json.loads((out / "worst.json").read_text())
+    assert f"s the index of tsai_wu is {worst['index']:.3g} in" in page
+    assert "Failure index of the plies in all blades" in page
+    assert not (out / "worst.png").exists()
+    before = (out / "worst.json").stat().st_mtime_ns
+    assert main(["report", str(out), "--no-pictures"]) == 0
+    assert (out / "worst.json").stat().st_mtime_ns == before
+    os.utime(out / "motion.bin")
+    assert main(["report", str(out), "--no-pictures"]) == 0
+    assert (out / "worst.json").stat().st_mtime_ns > before
+    (out / "basis_blades.npz").unlink()
+    os.utime(out / "motion.bin")
+    assert main(["report", str(out), "--no-pictures"]) == 0
+    assert "The moment nearest to failure is not all there: " in (out / "report.html").read_text()
+
+
+def test_the_picture_of_the_worst_moment_marks_it(out, capfd):
+    assert main(["recover", str(out), "--worst"]) == 0
+    printed = capfd.readouterr()
+    if "there is no picture" in printed.err:
+        pytest.skip(printed.err)
+    assert printed.out.splitlines()[-1] == f"{out}/worst.json, {out}/worst.png"
+    from PIL import Image
+
+    image = np.asarray(Image.open(out / "worst.png").convert("RGB"), dtype=int)
+    assert image.shape == (900, 1600, 3)
+    for half in (image[:360], image[360:]):  # each with the mark, which is dark blue
+        assert (np.abs(half - (11, 61, 145)).max(axis=2) < 40).sum() > 20
 
 
 def test_fields_are_those_that_are_named_at_equal_times(out):

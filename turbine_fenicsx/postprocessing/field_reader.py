@@ -204,6 +204,11 @@ class FieldReader:
             grid.points = exaggerate(x, u, coupling, points_of, self._parts, self._scale)
         return grid
 
+    def cells(self, part: Part) -> NDArray[np.int64]:
+        """Numbers of the cells of a part."""
+        found: NDArray[np.int64] = self._cells[part.number]
+        return found
+
     def surface(self, grid: Any, part: Part, smooth: bool) -> Any:
         """Surface of a part; None if it has no cells.
 

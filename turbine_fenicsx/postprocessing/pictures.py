@@ -104,6 +104,34 @@ def render_times(
     return list(pictures.values())
 
 
+def render_hot_spot(
+    fields: str | os.PathLike[str],
+    png: str | os.PathLike[str],
+    time: float | None = None,
+    field: str = "tsai_wu",
+    title: str = "",
+    size: tuple[int, int] = (1600, 900),
+) -> Path:
+    """Draw the flexible part in which a field of cells is largest, whole and from near by.
+
+    Args:
+        fields: Field output of a run.
+        png: The picture.
+        time: Time [s], the nearest one written is drawn; the last one if None.
+        field: The field.
+        title: Lines above the picture.
+        size: Width and height in pixels.
+
+    Raises:
+        InputError: if it cannot be drawn.
+    """
+    times = read_field_times(fields)
+    step = len(times) - 1 if time is None else find_nearest_step(times, time)
+    look = Look(field, size=size, title=title)
+    draw_scene(fields, [(step, os.fspath(png))], None, look, hot_spot=True)
+    return Path(png)
+
+
 def choose_movie_steps(times: Sequence[float], speed: float) -> tuple[list[int], float]:
     """Which times a movie shows, and how many frames per second.
 
@@ -157,12 +185,14 @@ def draw_scene(
     look: Look,
     done: Callable[[], object] = lambda: None,
     titles: Sequence[str] = (),
+    hot_spot: bool = False,
 ) -> None:
     """Let the child process draw.
 
     Args:
         movie: File, frames per second and steps of a movie, of modes also phases; None for none.
         titles: What each step is called if they are modes.
+        hot_spot: Whether the pictures show where the field is largest.
     """
     if look.view not in VIEWS:
         raise InputError(f"there is no view {look.view!r}, but {', '.join(VIEWS)}")
@@ -172,6 +202,7 @@ def draw_scene(
         "pictures": list(pictures),
         "movie": movie,
         "titles": list(titles),
+        "hot_spot": hot_spot,
     }
     env = environment_without_mpi()
     package = str(Path(scene.__file__).parents[1])

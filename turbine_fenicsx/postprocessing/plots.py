@@ -14,6 +14,7 @@ from typing import Any
 
 from turbine_fenicsx.foundation.diagram_style import LINE_STYLES, MARKERS, PALETTE, STYLE
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing import failure_panels as f
 from turbine_fenicsx.postprocessing import panels as p
 from turbine_fenicsx.postprocessing import power_balance
 from turbine_fenicsx.postprocessing import wind_panels as w
@@ -57,6 +58,8 @@ def choose_figures(runs: Sequence[TimeSeries]) -> dict[str, tuple[Panel, ...]]:
         found["tip_deflections"] = (p.tip_length,)
     if all(run.of(names.TOWER_TOP_DISPLACEMENT) for run in runs):
         found["tower"] = (p.tower_top, p.tower_base)
+    if all(f.find_indices(run)[1] for run in runs):
+        found["failure"] = (f.largest_index, f.worst_place)
     turbines = all(p.is_turbine(run) for run in runs)
     in_wind = turbines and all(w.has_wind(run) for run in runs)
     if in_wind:

@@ -37,6 +37,7 @@ from turbine_fenicsx.postprocessing.panels import (
 )
 from turbine_fenicsx.postprocessing.pictures import Look, find_nearest_step, render_times
 from turbine_fenicsx.postprocessing.plots import choose_figures, draw
+from turbine_fenicsx.postprocessing.worst_section import format_worst
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.records.names import split_unit
@@ -66,6 +67,7 @@ _CAPTIONS = {
     "displacements": "Displacements of sliding joints.",
     "tip_deflections": "Deflections of the blade tips in the frames of what carries their roots.",
     "root_moments": "Moments of the blades on what carries their roots, means of each step.",
+    "failure": "Failure index of the plies, in all blades, and the place of the largest.",
     "tower": "Displacement of the tower top, and moments of the tower on the ground.",
 }
 _SIZE = (1280, 960)
@@ -78,6 +80,7 @@ def report(
     scale: float = 1.0,
     pictures: bool = True,
     describe: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict,
+    note: str = "",
 ) -> str:
     """Describe a run.
 
@@ -85,6 +88,7 @@ def report(
         times: Times of the pictures [s]; four of the whole run if None.
         scale: Factor of the deformation in the pictures.
         describe: Makes the tables of the page from those of ``case.json``.
+        note: HTML that comes before the moment nearest to failure.
     """
     folder = need_folder(folder)
     (history,) = read_histories([folder])
@@ -96,6 +100,7 @@ def report(
     sections = {
         "Key figures": "".join(f"<p class='warning'>{escape(w)}</p>\n" for w in warnings)
         + format_tables({"": _find_key_figures(history)}),
+        "Nearest to failure": note + format_worst(folder),
         "Case": format_case(case, describe),
         "Diagrams": _draw_diagrams(history, read_solver_tolerance(folder)),
         "Fatigue": _format_fatigue(history),

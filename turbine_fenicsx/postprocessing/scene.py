@@ -22,6 +22,7 @@ from turbine_fenicsx.postprocessing import colours
 from turbine_fenicsx.postprocessing.backdrop import Backdrop
 from turbine_fenicsx.postprocessing.camera import look_at
 from turbine_fenicsx.postprocessing.field_reader import FieldReader, ModeReader
+from turbine_fenicsx.postprocessing.hot_spot import draw_hot_spot
 from turbine_fenicsx.records.conventions import NACELLE, TOWER
 from turbine_fenicsx.records.parts import Part, Parts
 
@@ -280,6 +281,14 @@ def draw(job: Mapping[str, Any]) -> Iterator[None]:
 
     if job["movie"]:
         import imageio_ffmpeg  # noqa: F401 (say at once if it is missing)
+    if job["hot_spot"]:
+        parts = Parts.from_text(job["parts"])
+        reader = FieldReader(job["fields"], parts, job["scale"])
+        for step, path in job["pictures"]:
+            given = step, job["scalar"], job["title"], tuple(job["size"])
+            Image.fromarray(draw_hot_spot(reader, parts, *given)).save(path, dpi=(300, 300))
+            yield
+        return
     movie = job["movie"] or {"steps": []}
     scene = Scene(job, [*(step for step, _ in job["pictures"]), *movie["steps"]])
     for step, path in job["pictures"]:

@@ -12,3 +12,6 @@ tip to root, to feather. The paper counts some the other way."""
 
 OPENFAST_HEAD = 8
 """Lines of ``history.out`` before the first row: free text, the fifth the title; names, units."""
+
+MOTION = "motion.bin"
+"""File of the motion of reduced bodies in an output folder."""

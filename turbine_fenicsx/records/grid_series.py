@@ -23,7 +23,7 @@ Precision = Literal["float32", "float64"]
 """Of real fields."""
 
 
-class Field(NamedTuple):
+class FieldRows(NamedTuple):
     """Numbers of this rank as they go to the file.
 
     Args:
@@ -126,7 +126,7 @@ class GridSeries:
         point_data: Mapping[str, NDArray[Any]] | None,
         cell_data: Mapping[str, NDArray[Any]] | None,
         points: NDArray[Any] | None = None,
-    ) -> list[Field]:
+    ) -> list[FieldRows]:
         """The fields, the same list on all ranks, with coordinates first."""
         error: Exception | None = None
         fields = []
@@ -135,7 +135,7 @@ class GridSeries:
                 n = self._shares["Node"].own
                 if np.shape(points) != (n, 3):
                     raise ModelError(f"points have shape {np.shape(points)}, expected ({n}, 3)")
-                fields.append(Field("Node", "", np.ascontiguousarray(points, dtype=np.float64)))
+                fields.append(FieldRows("Node", "", np.ascontiguousarray(points, dtype=np.float64)))
             for kind, group in (("Node", point_data), ("Cell", cell_data)):
                 for name, values in (group or {}).items():
                     array = np.asarray(values)
@@ -145,7 +145,7 @@ class GridSeries:
                             f"field '{name}' has shape {array.shape}, expected ({n},) or ({n}, 3)"
                         )
                     dtype = np.int32 if array.dtype.kind in "biu" else self._dtype
-                    fields.append(Field(kind, name, np.ascontiguousarray(array, dtype=dtype)))
+                    fields.append(FieldRows(kind, name, np.ascontiguousarray(array, dtype=dtype)))
         except (TypeError, ValueError) as problem:
             error = problem
         layout = [(f.kind, f.name, f.values.shape[1:], f.values.dtype.str) for f in fields]

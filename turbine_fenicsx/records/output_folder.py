@@ -27,7 +27,7 @@ from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
 RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
-    *("plies.csv", "worst.json"),
+    *("plies.csv", "worst.json", "worst.png"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
     *("basis_*.npz", "motion.bin", "motion.json"),
@@ -290,6 +290,13 @@ def holds_run(folder: str | os.PathLike[str]) -> bool:
 def remove_run(folder: str | os.PathLike[str]) -> None:
     """Remove earlier results, so that nothing of them stands beside the new ones."""
     _remove(folder, (*RESULTS, *MODE_RESULTS))
+
+
+def is_older(path: Path, other: Path) -> bool:
+    """Whether a file is missing or was written before another one, which is there."""
+    if not other.exists():
+        return False
+    return not path.exists() or path.stat().st_mtime < other.stat().st_mtime
 
 
 def holds_modes(folder: str | os.PathLike[str]) -> bool:

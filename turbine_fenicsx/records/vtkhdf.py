@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors, sync_file, sync_folder
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
-from turbine_fenicsx.records.grid_series import Field, GridSeries, Precision, Share
+from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Precision, Share
 from turbine_fenicsx.records.number_files import write_at_all
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 from turbine_fenicsx.records.vtkhdf_layout import (
@@ -122,7 +122,7 @@ class VtkHdfSeries(GridSeries):
         on_rank0(self._comm, partial(self._call, add_time, self._path, self._times, float(t)))
         self._times += 1
 
-    def _make_layout(self, fields: Sequence[Field]) -> Layout:
+    def _make_layout(self, fields: Sequence[FieldRows]) -> Layout:
         """The arrays of the file."""
         n_ids = self._comm.allreduce(sum(block.size for _, block in self._cells))
         known = [*((f, False) for f in self._static), *((f, True) for f in fields)]
@@ -133,7 +133,7 @@ class VtkHdfSeries(GridSeries):
             tuple((f.kind, f.name, f.values.shape[1:], f.values.dtype.str, m) for f, m in known),
         )
 
-    def _begin(self, layout: Layout, t: float, fields: Sequence[Field]) -> None:
+    def _begin(self, layout: Layout, t: float, fields: Sequence[FieldRows]) -> None:
         """Make the file, with what does not change and the first time."""
         ids = Share.of(self._comm, sum(block.size for _, block in self._cells))
         cells = self._shares["Cell"]
@@ -155,7 +155,7 @@ class VtkHdfSeries(GridSeries):
         on_rank0(self._comm, partial(self._replace, draft))
         self._times = 1
 
-    def _name_rows(self, fields: Sequence[Field]) -> list[tuple[str, Share, NDArray[Any]]]:
+    def _name_rows(self, fields: Sequence[FieldRows]) -> list[tuple[str, Share, NDArray[Any]]]:
         """Fields with their places in the file."""
         return [
             (

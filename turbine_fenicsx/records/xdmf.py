@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.records.grid_series import Field, GridSeries, Precision, Share
+from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Precision, Share
 from turbine_fenicsx.records.number_files import NumberFiles, Rows
 from turbine_fenicsx.records.stored_grids import read_grids
 
@@ -101,7 +101,7 @@ class XdmfSeries(GridSeries):
         self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
         self._numbers = NumberFiles(comm, self._path, place)
         static = self._check_fields(point_data, cell_data)
-        items = self._write_arrays([Field("Topology", "", topology), *static])
+        items = self._write_arrays([FieldRows("Topology", "", topology), *static])
         self._topology = (
             f'<Topology TopologyType="Mixed" NumberOfElements="{self._shares["Cell"].total}">'
             f"{items[0]}</Topology>\n"
@@ -153,7 +153,7 @@ class XdmfSeries(GridSeries):
             self._path.unlink(missing_ok=True)
         return 0, None, None
 
-    def _write_arrays(self, arrays: Sequence[Field]) -> list[str]:
+    def _write_arrays(self, arrays: Sequence[FieldRows]) -> list[str]:
         """Write arrays of this rank, return their ``DataItem`` elements."""
         return self._numbers.append([Rows(f.values, *self._shares[f.kind][1:]) for f in arrays])
 
@@ -190,7 +190,7 @@ def _format_head(information: Mapping[str, str]) -> str:
     return f"{_HEAD}{about}{_SERIES}"
 
 
-def _format_attributes(fields: Sequence[Field], items: Sequence[str]) -> str:
+def _format_attributes(fields: Sequence[FieldRows], items: Sequence[str]) -> str:
     """``Attribute`` elements of fields and their ``DataItem`` elements."""
     return "".join(
         f'<Attribute Name="{escape(name)}" Center="{kind}" '

@@ -7,7 +7,7 @@ done.
 index of each panel and web in all blades, its place, its ply and its blade.
 
 --worst prints when, where and how a ply came nearest to failure, with what the turbine did then. It
-writes OUT/worst.json.
+writes OUT/worst.json, and draws OUT/worst.png.
 
 --fields writes OUT/fields.vtkhdf, on the full meshes, for ParaView and the command render: all that
 a run with full blades writes, or the fields that are named. Their times are those of --times, such
@@ -21,7 +21,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from turbine_fenicsx.cli.commands._common import OK, need_dolfinx
+from turbine_fenicsx.cli.commands._common import OK, need_dolfinx, warn
+from turbine_fenicsx.cli.commands._worst import PICTURE, draw_worst
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +73,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
     both = not (options.plies or options.worst or options.fields is not None)
     plies, worst = options.plies or both, options.worst or both
-    wanted = {files.PLIES: plies, files.WORST: worst, files.FIELDS: options.fields is not None}
+    wanted = {files.PLIES: plies, files.WORST: worst, PICTURE: worst}
+    wanted[files.FIELDS] = options.fields is not None
     every, begin, end = _read_times(options)
     names = [name for name, is_wanted in wanted.items() if is_wanted]
     if not options.overwrite:
@@ -90,6 +92,10 @@ def run(options: argparse.Namespace, comm: Any) -> int:
             found, path = files.write_worst(recovery, options.criterion)
             lines.append(str(found))
             paths.append(path)
+            try:
+                paths.append(draw_worst(recovery, found))
+            except InputError as error:
+                warn(comm, [f"there is no picture: {error}"])
     except FileError as error:
         raise InputError(str(error)) from None
     if comm.rank == 0 and not options.quiet:

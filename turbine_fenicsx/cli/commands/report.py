@@ -2,7 +2,8 @@
 
 Case, mesh, diagrams, pictures, tables and versions, all from the output folder and all inside the
 page. The page leaves out missing files and figures that cannot be drawn here, and says so in a
-sentence.
+sentence. Of a run with reduced blades the moment nearest to failure is recovered first, as by the
+command recover.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.cli.commands._common import OK
+from turbine_fenicsx.cli.commands._common import OK, need_dolfinx
+from turbine_fenicsx.cli.commands._worst import draw_worst
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,13 +41,48 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     """Write the page and print its path."""
     from turbine_fenicsx.foundation.parallel import on_rank0
 
-    path = on_rank0(comm, lambda: _write(options))
+    note = _find_worst(options, comm)
+    path = on_rank0(comm, lambda: _write(options, note))
     if comm.rank == 0:
         print(path, flush=True)
     return OK
 
 
-def _write(options: argparse.Namespace) -> str:
+def _find_worst(options: argparse.Namespace, comm: Any) -> str:
+    """Recover the moment nearest to failure of a run with reduced blades; a note if it cannot be.
+
+    It stays as the command ``recover`` has written it, unless the motion is newer.
+    """
+    from turbine_fenicsx.foundation.errors import FileError, InputError
+    from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.postprocessing.page import format_note
+    from turbine_fenicsx.records.conventions import MOTION
+    from turbine_fenicsx.records.output_folder import is_older
+
+    folder = Path(options.folder)
+    if on_rank0(comm, lambda: not is_older(folder / "worst.json", folder / MOTION)):
+        return ""
+    try:
+        need_dolfinx()
+        from turbine_fenicsx.turbine.run import recovery_files as files
+        from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
+        from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+
+        recovery = RunRecovery(RecordedRun.open(folder, comm))
+        files.write_plies(recovery, CRITERION)
+        worst, _ = files.write_worst(recovery, CRITERION)
+        if not options.no_pictures:
+            draw_worst(recovery, worst)
+    except (FileError, InputError) as error:
+        return format_note(f"The moment nearest to failure is not all there: {error}.")
+    return ""
+
+
+CRITERION = "tsai_wu"
+"""Of the failure that the page shows."""
+
+
+def _write(options: argparse.Namespace, note: str) -> str:
     """Write the page."""
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
@@ -70,7 +107,9 @@ def _write(options: argparse.Namespace) -> str:
             raise InputError(f"--times {options.times}: modes have none")
         page = report_modes(options.folder, options.scale, not options.no_pictures, describe_case)
     else:
-        page = report(options.folder, times, options.scale, not options.no_pictures, describe_case)
+        page = report(
+            options.folder, times, options.scale, not options.no_pictures, describe_case, note
+        )
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:

@@ -94,8 +94,8 @@ class Fields(FieldSeries):
         of_cells: dict[str, Array] = {}
         if wanted & set(STRESSES):
             stresses = [body.stresses(u) for body, u in zip(grid.bodies, state.u, strict=True)]
-            for name, values in zip(STRESSES, zip(*stresses, strict=True), strict=False):
-                of_cells[name] = np.concatenate(values)
+            for k, name in enumerate(STRESSES):
+                of_cells[name] = np.concatenate([np.zeros(0), *(values[k] for values in stresses)])
         if "fibre" in wanted:
             fibres = [body.fibre(u) for body, u in zip(grid.bodies, state.u, strict=True)]
             of_cells["fibre"] = np.concatenate([np.zeros((0, 3)), *fibres])

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.conventions import MOTION
 from turbine_fenicsx.records.motion_file import Motion, read_motion
 from turbine_fenicsx.records.output_folder import need_folder
 from turbine_fenicsx.simulation.observers.reduced_motion import describe_body
@@ -18,8 +19,6 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.resume import BASES, read_case
-
-MOTION = "motion.bin"
 
 WITHOUT = ("wind", "control", "event", "generator")
 """Tables that nothing recovered depends on."""

@@ -24,6 +24,7 @@ from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.records import names
+from turbine_fenicsx.records.conventions import MOTION
 from turbine_fenicsx.records.folder_lock import lock_folder
 from turbine_fenicsx.records.output_folder import (
     holds_modes,
@@ -334,7 +335,7 @@ def _make_outputs(
         OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
     ]
     if case.motion_every > 0.0:
-        path, between = folder / "motion.bin", case.motion_every
+        path, between = folder / MOTION, case.motion_every
         found.append(ReducedMotion(turbine.system, path, between, case.time.end))
     if every > 0.0:
         path = case.output.name_file(folder, "fields")
