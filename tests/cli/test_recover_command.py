@@ -112,6 +112,21 @@ def test_the_picture_of_the_worst_moment_marks_it(out, capfd):
         assert (np.abs(half - (11, 61, 145)).max(axis=2) < 40).sum() > 20
 
 
+def test_places_and_gauges_are_written_and_described(out, capfd):
+    place = ["--at", "0.4,spar_cap_suction_side,1"]
+    assert main(["recover", str(out), *place, "--set", "output.gauges.new.station=0.6"]) == 0
+    head, first, *_, paths = capfd.readouterr().out.splitlines()
+    assert head.startswith("spar_cap_suction_side, the cell ") and first.startswith("  ply 1: ")
+    file = "at_0.4_spar_cap_suction_side_ply_1.csv"
+    assert paths == f"{out}/gauges.csv, {out}/{file}"
+    assert list(read_columns(out, "gauges.csv")) == [
+        *("time_[s]", "strain_root_[-]", "strain_new_[-]")
+    ]
+    assert len(read_columns(out, file)) == 1 + 3 * 7
+    is_refused(["recover", str(out), *place], capfd, f"{file}' is there already")
+    is_refused(["recover", str(out), "--gauges"], capfd, "gauges.csv' is there already")
+
+
 def test_fields_are_those_that_are_named_at_equal_times(out):
     pytest.importorskip("h5py")
     command = ["recover", str(out), "--fields", "velocity,maximum_stress", "--every", "0.2s"]
@@ -148,6 +163,12 @@ def test_an_interrupt_leaves_the_fields_that_are_written(out, monkeypatch):
         (["--fields", "--every", "x"], "--every x: give numbers"),
         (["--fields", "--from", "1"], "--from 1: counts with --every only"),
         (["--times", "1"], "--times 1: counts with --fields only"),
+        (["--at", "0.4"], "place '0.4': expected STATION,PANEL or STATION,PANEL,PLY"),
+        (["--at", "2,web"], "place '2,web': expected STATION,PANEL"),
+        (["--at", "0.4,spar_cap_suction_sid"], "did you mean 'spar_cap_suction_side'?"),
+        (["--at", "0.4,spar_cap_suction_side,99"], "there is no ply 99 in spar_cap_suction_side"),
+        (["--set", "time.end=9"], "--set time.end=9: only output.gauges.NAME can be set"),
+        (["--set", "output.gauges.new.station=9"], "output.gauges.new.station = 9: must be less"),
     ],
 )
 def test_wrong_options_are_one_sentence_and_write_nothing(out, capfd, options, words):

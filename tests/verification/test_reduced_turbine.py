@@ -3,7 +3,6 @@
 import json
 import shutil
 from contextlib import nullcontext
-from types import SimpleNamespace
 
 from mpi4py import MPI
 
@@ -14,6 +13,7 @@ from reduced_turbines import COMM, read, run, write_case
 from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.foundation.errors import InputError, ModelWarning, StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.materials.laminate_theory import reduced_stiffness
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
@@ -22,10 +22,12 @@ from turbine_fenicsx.turbine.components.flexible_blades import find_plies
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.full_motion import FullMotion
+from turbine_fenicsx.turbine.run.gauge_history import find_gauge_history
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run import restart_case
 from turbine_fenicsx.turbine.run.start import make_start
+from turbine_fenicsx.turbine.run.wall_history import WallPlace, find_wall_history
 from turbine_fenicsx.turbine.run.worst_moment import find_worst_moment
 
 FULL = "blade.model=full"
@@ -122,6 +124,56 @@ def test_recovered_plies_are_those_that_the_run_has_seen(watched):
 
 
 @pytest.mark.parallel
+def test_the_history_of_a_place_is_that_of_a_cell_in_the_middle_of_its_panel(watched):
+    recovery = PlyRecovery(RecordedRun.open(watched, COMM))
+    panel = "spar_cap_suction_side"
+    length = recovery.run.turbine.rotor.blades.length
+    history = find_wall_history(recovery, WallPlace(0.4, panel))
+    count = len(history.plies)
+    found = np.array(
+        [
+            [history.columns[f"blade_{b}_ply_{k + 1}_tsai_wu_[-]"] for k in range(count)]
+            for b in (1, 2, 3)
+        ]
+    )
+    of_cells = np.array(
+        [
+            recovery.recovered.find_largest(CRITERIA["tsai_wu"], recovery.vectors[:, copy], copy)[0]
+            for copy in range(3)
+        ]
+    )
+    cells = recovery.plies.panels[panel]
+    places = recovery.plies.place[cells]
+    mine = cells[np.isclose(places, history.distance)]
+    same = [np.allclose(found.max(axis=1), of_cells[:, k], rtol=1e-9, atol=0.0) for k in mine]
+    assert sum(COMM.allgather(sum(same))) == 1
+    nearest = min(COMM.allgather(float(np.min(np.abs(places - 0.4 * length), initial=np.inf))))
+    assert abs(history.distance - 0.4 * length) == pytest.approx(nearest)
+    ply = history.plies[-1]
+    of_ply = [
+        np.array([history.columns[f"blade_3_ply_{count}_{name}"] for name in names])
+        for names in (
+            [f"strain_{c}_[-]" for c in ("11", "22", "12")],
+            [f"stress_{c}_[Pa]" for c in ("11", "22", "12")],
+        )
+    ]
+    assert reduced_stiffness(ply.material) @ of_ply[0] == pytest.approx(of_ply[1], rel=1e-9)
+    assert np.max(np.abs(of_ply[0])) > 1e-5
+    alone = find_wall_history(recovery, WallPlace(0.4, panel, count)).columns
+    assert len(alone) == 1 + 3 * 7
+    assert all(np.array_equal(values, history.columns[name]) for name, values in alone.items())
+
+
+def test_recovered_gauges_are_those_that_the_run_has_read(watched):
+    seen = read(watched)
+    more = ["output.gauges.new.station=0.6", 'output.gauges.new.around="leading edge"']
+    found = find_gauge_history(RecordedRun.open(watched, COMM, more))
+    rows = np.searchsorted(seen["time_[s]"], found["time_[s]"] - 1e-9)
+    assert found["strain_root_[-]"] == pytest.approx(seen["strain_root_[-]"][rows], rel=1e-9)
+    assert np.max(np.abs(found["strain_new_[-]"])) > 1e-6
+
+
+@pytest.mark.parallel
 def test_the_motion_on_full_meshes_is_that_of_the_run(watched):
     recorded, seen = RecordedRun.open(watched, COMM), read(watched)
     with pytest.warns(ModelWarning, match="motion of a tower") if COMM.rank == 0 else nullcontext():
@@ -141,7 +193,7 @@ def test_the_motion_on_full_meshes_is_that_of_the_run(watched):
             largest = COMM.allreduce(np.max(index[cells], initial=0.0), op=MPI.MAX)
             assert largest == pytest.approx(history.index[row, k], rel=1e-9, abs=1e-11)
         near = int(np.argmin(np.abs(seen["time_[s]"] - time)))
-        (strain,) = gauges.at(SimpleNamespace(state=state))
+        (strain,) = gauges.strains(state)
         assert strain == pytest.approx(seen["strain_root_[-]"][near], rel=1e-8, abs=1e-12)
         z, z_dot = recorded.motion.vectors[0][row], recorded.motion.velocities[0][row]
         u.array[:] = (z.reshape(-1, 3)[: reduced.n_owned] - reduced.positions).ravel()

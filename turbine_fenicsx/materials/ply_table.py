@@ -51,6 +51,11 @@ class PlyTable:
         faces = [np.stack([z[:-1], z[1:]], axis=1) for z in zeta]
         self._share = np.concatenate([np.zeros((0, 2)), *faces])
 
+    def take(self, walls: IntArray) -> PlyTable:
+        """The plies of some walls."""
+        ends = [*self.first.tolist(), len(self.plies)]
+        return PlyTable([self.plies[ends[k] : ends[k + 1]] for k in walls.tolist()])
+
     def strains(self, inner: Array, outer: Array) -> Array:
         """Strains of the plies at their outer and inner faces, in their own axes.
 

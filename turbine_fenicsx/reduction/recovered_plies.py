@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy as shallow_copy
+
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
@@ -36,6 +38,12 @@ class RecoveredPlies:
         functions = model.functions_at(index_map.local_to_global(local))
         self._walls = plies.walls.over(functions)
         self._body, self.table = model.body, plies.table
+
+    def take(self, cells: IntArray) -> RecoveredPlies:
+        """The plies of some cells, numbers local to this rank."""
+        found = shallow_copy(self)
+        found._walls, found.table = self._walls.take(cells), self.table.take(cells)
+        return found
 
     def strains(self, vectors: Array, copy: int = 0) -> Array:
         """Strains 11, 22, 12 (engineering) of both faces of the walls, in their axes.

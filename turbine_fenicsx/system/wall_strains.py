@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.wall_quadrature import gauss_quadrature
 
 POINTS = 4
@@ -72,6 +72,12 @@ class WallStrains:
     def over(self, functions: Array) -> WallStrains:
         """The rows over vectors whose functions have these values at the nodes, shape (k, n)."""
         return WallStrains(np.ascontiguousarray(self.rows @ functions), self.axes)
+
+    def take(self, cells: IntArray) -> WallStrains:
+        """Those of some cells."""
+        n = len(self.axes)
+        rows = np.arange(self.rows.shape[0]).reshape(n, -1)[cells].ravel()
+        return WallStrains(self.rows[rows], self.axes[cells])
 
     def strains(self, u: Array) -> Array:
         """Strains 11, 22, 12 (engineering) in the axes of the wall.

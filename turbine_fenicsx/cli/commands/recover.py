@@ -1,4 +1,4 @@
-"""Recover plies and fields of a run with reduced blades.
+"""Recover plies, fields and gauges of a run with reduced blades.
 
 Reads motion.bin, the bases and case.json of the run. Without an option, --plies and --worst are
 done.
@@ -12,6 +12,10 @@ writes OUT/worst.json, and draws OUT/worst.png.
 --fields writes OUT/fields.vtkhdf, on the full meshes, for ParaView and the command render: all that
 a run with full blades writes, or the fields that are named. Their times are those of --times, such
 as 12.5,max(tsai_wu),min(tip_clearance_1), or equal distances with --every.
+
+--at writes OUT/at_STATION_PANEL.csv: strain, stress and failure index of the plies there over time,
+in all blades. --gauges writes OUT/gauges.csv, with the gauges of the case and those of --set, such
+as output.gauges.flap.station=0.3.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from turbine_fenicsx.cli.commands._common import OK, need_dolfinx, warn
+from turbine_fenicsx.cli.commands._common import OK, add_overrides, need_dolfinx, warn
 from turbine_fenicsx.cli.commands._worst import PICTURE, draw_worst
 
 
@@ -46,6 +50,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="write fields on the full meshes, for example displacement,von_mises_stress,tsai_wu; "
         "without names, those of a run with full blades",
     )
+    parser.add_argument(
+        "--at",
+        metavar="STATION,PANEL[,PLY]",
+        action="append",
+        default=[],
+        help="write the history of the plies at a fraction of the span, for example "
+        "0.35,spar_cap_suction_side; again for more places",
+    )
+    parser.add_argument(
+        "--gauges", action="store_true", help="write the history of strain gauges, see --set"
+    )
+    add_overrides(parser)
     times = parser.add_mutually_exclusive_group()
     times.add_argument(
         "--times",
@@ -70,30 +86,40 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.turbine.run import recovery_files as files
     from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
     from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+    from turbine_fenicsx.turbine.run.wall_history import WallPlace
 
-    both = not (options.plies or options.worst or options.fields is not None)
+    places = [WallPlace.parse(text) for text in options.at]
+    gauges = options.gauges or bool(options.overrides)
+    both = not (options.plies or options.worst or options.fields is not None or places or gauges)
     plies, worst = options.plies or both, options.worst or both
     wanted = {files.PLIES: plies, files.WORST: worst, PICTURE: worst}
-    wanted[files.FIELDS] = options.fields is not None
+    wanted |= {files.FIELDS: options.fields is not None, files.GAUGES: gauges}
+    wanted |= dict.fromkeys(map(files.name_place, places), True)
     every, begin, end = _read_times(options)
     names = [name for name, is_wanted in wanted.items() if is_wanted]
     if not options.overwrite:
         on_rank0(comm, lambda: files.refuse_to_overwrite(options.folder, names))
-    run = RecordedRun.open(options.folder, comm)
+    run = RecordedRun.open(options.folder, comm, options.overrides)
     recovery, lines, paths = RunRecovery(run, _make_progress(comm, options.quiet)), [], []
     try:
         if options.fields is not None:
             texts = (options.times or f"max({options.criterion})").split(",")
             chosen = None if every is None else (every, begin, end)
             paths.append(files.write_fields(recovery, _split(options.fields), texts, chosen))
+        if gauges:
+            paths.append(files.write_gauges(recovery))
+        for place in places:
+            found, path = files.write_place(recovery, place, options.criterion)
+            lines.append(found)
+            paths.append(path)
         if plies:
             paths.append(files.write_plies(recovery, options.criterion))
         if worst:
-            found, path = files.write_worst(recovery, options.criterion)
-            lines.append(str(found))
+            moment, path = files.write_worst(recovery, options.criterion)
+            lines.append(str(moment))
             paths.append(path)
             try:
-                paths.append(draw_worst(recovery, found))
+                paths.append(draw_worst(recovery, moment))
             except InputError as error:
                 warn(comm, [f"there is no picture: {error}"])
     except FileError as error:

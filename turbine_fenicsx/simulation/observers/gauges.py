@@ -24,6 +24,7 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.probe import Probe, find_model
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.surface_rays import Crossing, Skin
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -90,7 +91,11 @@ class Gauges:
 
     def at(self, snapshot: Snapshot) -> Array:
         """Strains at a snapshot, shape (n,), equal on all ranks. Collective."""
-        strains: Array = np.linalg.norm(self._probe.values(snapshot.state), axis=1) - 1.0
+        return self.strains(snapshot.state)
+
+    def strains(self, state: State) -> Array:
+        """Strains in a state, as of `at`. Collective."""
+        strains: Array = np.linalg.norm(self._probe.values(state), axis=1) - 1.0
         return strains
 
 

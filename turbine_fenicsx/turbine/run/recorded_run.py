@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,10 +16,14 @@ from turbine_fenicsx.records.motion_file import Motion, read_motion
 from turbine_fenicsx.records.output_folder import need_folder
 from turbine_fenicsx.simulation.observers.reduced_motion import describe_body
 from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.resume import BASES, read_case
+
+GAUGES = "output.gauges."
+"""Keys that may change."""
 
 WITHOUT = ("wind", "control", "event", "generator")
 """Tables that nothing recovered depends on."""
@@ -39,13 +44,21 @@ class RecordedRun:
     motion: Motion
 
     @classmethod
-    def open(cls, folder: str | os.PathLike[str], comm: MPI.Intracomm) -> RecordedRun:
+    def open(
+        cls, folder: str | os.PathLike[str], comm: MPI.Intracomm, overrides: Sequence[str] = ()
+    ) -> RecordedRun:
         """Read a run and build its turbine. Collective.
+
+        Args:
+            folder: Its output folder.
+            comm: Communicator.
+            overrides: Changes of the table ``output.gauges``, such as
+                ``"output.gauges.flap.station=0.3"``.
 
         Raises:
             InputError: if there is no such run, or its files do not belong together.
         """
-        path, case, motion = on_rank0(comm, lambda: _read(folder))
+        path, case, motion = on_rank0(comm, lambda: _read(folder, overrides))
         turbine = build_turbine(_leave_out(case), comm)
         for model in turbine.system.flexible_models:
             if isinstance(model, ReducedModel) and describe_body(model) not in motion.bodies:
@@ -56,11 +69,33 @@ class RecordedRun:
                 )
         return cls(path, turbine, motion)
 
+    def list_states(self) -> Iterator[State]:
+        """States of the rows of the motion, of which the next one changes those before. Collective.
 
-def _read(folder: str | os.PathLike[str]) -> tuple[Path, Case, Motion]:
+        They have the displacements of reduced bodies alone.
+        """
+        system, stored = self.turbine.system, [body.name for body in self.motion.bodies]
+        state = system.initial_state()
+        models = [
+            (model, u, self.motion.vectors[stored.index(model.body.name)])
+            for model, u in zip(system.flexible_models, state.u, strict=True)
+            if isinstance(model, ReducedModel)
+        ]
+        for row, time in enumerate(self.motion.times):
+            state.time = float(time)
+            for model, u, vectors in models:
+                z = vectors[row].reshape(-1, 3)[: model.n_owned]
+                u.array[:] = (z - model.positions).ravel()
+            yield state
+
+
+def _read(folder: str | os.PathLike[str], overrides: Sequence[str]) -> tuple[Path, Case, Motion]:
     """The case and the motion of a run, on this rank."""
     path = need_folder(folder)
-    case = read_case(path)
+    for override in overrides:
+        if not override.strip().startswith(GAUGES):
+            raise InputError(f"--set {override}: only {GAUGES}NAME can be set for a recovery")
+    case = read_case(path, overrides)
     if not case.has_reduced_blades:
         raise InputError(
             f"the blades of {str(path)!r} are not reduced: its history.csv and fields.xdmf have "

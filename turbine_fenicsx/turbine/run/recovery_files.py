@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -14,14 +14,17 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.row_file import join_columns
 from turbine_fenicsx.records.vtkhdf_layout import need_h5py
 from turbine_fenicsx.turbine.run.chosen_rows import find_rows_every
-from turbine_fenicsx.turbine.run.ply_history import PlyHistory
+from turbine_fenicsx.turbine.run.gauge_history import find_gauge_history
 from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+from turbine_fenicsx.turbine.run.wall_history import WallPlace, find_wall_history
 from turbine_fenicsx.turbine.run.worst_moment import WorstMoment
 
 PLIES, WORST, FIELDS = "plies.csv", "worst.json", "fields.vtkhdf"
+GAUGES = "gauges.csv"
 
 
 def refuse_to_overwrite(folder: str | os.PathLike[str], files: Sequence[str]) -> None:
@@ -35,13 +38,29 @@ def refuse_to_overwrite(folder: str | os.PathLike[str], files: Sequence[str]) ->
 
 def write_plies(recovery: RunRecovery, criterion: str) -> Path:
     """Write the history of each panel and web; the file. Collective."""
-    return _replace(recovery, PLIES, format_history(recovery.find_history(criterion)))
+    return _replace(recovery, PLIES, format_columns(recovery.find_history(criterion).columns()))
 
 
 def write_worst(recovery: RunRecovery, criterion: str) -> tuple[WorstMoment, Path]:
     """Find the moment nearest to failure and write it; it and the file. Collective."""
     worst = recovery.find_worst(criterion)
     return worst, _replace(recovery, WORST, format_worst(worst))
+
+
+def write_place(recovery: RunRecovery, place: WallPlace, criterion: str) -> tuple[str, Path]:
+    """Write the history of the plies at a place; lines for people, and the file. Collective."""
+    found = find_wall_history(recovery.plies, place, criterion)
+    return str(found), _replace(recovery, name_place(place), format_columns(found.columns))
+
+
+def write_gauges(recovery: RunRecovery) -> Path:
+    """Write the history of the gauges of the case; the file. Collective."""
+    return _replace(recovery, GAUGES, format_columns(find_gauge_history(recovery.run)))
+
+
+def name_place(place: WallPlace) -> str:
+    """The file with the history of a place."""
+    return f"at_{place.label}.csv"
 
 
 def write_fields(
@@ -73,9 +92,8 @@ def _replace(recovery: RunRecovery, name: str, content: str) -> Path:
     return path
 
 
-def format_history(history: PlyHistory) -> str:
+def format_columns(columns: Mapping[str, Array]) -> str:
     """A table of comma-separated numbers with a head."""
-    columns = history.columns()
     rows = np.column_stack(list(columns.values())).tolist()
     lines = [join_columns(list(columns)), *(",".join(map(repr, row)) for row in rows)]
     return "\n".join(lines) + "\n"

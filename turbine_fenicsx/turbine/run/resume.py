@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -68,9 +69,9 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
     return new
 
 
-def read_case(folder: Path) -> Case:
-    """The case of an output folder, with the bases in it."""
-    return Case.parse(_read_case(folder, "whose blades are reduced"))
+def read_case(folder: Path, overrides: Iterable[str] = ()) -> Case:
+    """The case of an output folder, with the bases in it, and with changes."""
+    return apply_overrides(_read_case(folder, "whose blades are reduced"), overrides)
 
 
 def _read_case(folder: Path, purpose: str) -> dict[str, Any]:
