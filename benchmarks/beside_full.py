@@ -3,7 +3,10 @@
 ``python benchmarks/beside_full.py turbulence [SPAN AROUND]`` runs 20 s of turbulence with a stop on
 the IEA 15 MW turbine, by default with 12 by 16 cells. ``... steady`` starts the IEA 22 MW turbine
 in equilibrium at 8, 10 and 15 m/s with 20 by 24 cells. Both print the largest differences. Full
-blades take long: half an hour for the turbulence. Runs stay in ``benchmarks/out/beside_full``.
+blades take long: half an hour for the turbulence. ``... plies [SPAN AROUND [FUNCTIONS STRAINS]]``
+sends a gust of two seconds through the IEA 15 MW turbine and compares the failure of its plies,
+panel by panel, with that recovered of the reduced blades. Runs stay in
+``benchmarks/out/beside_full``.
 """
 
 import csv
@@ -39,7 +42,12 @@ def run(case, out, *changes):
         command += ["--overwrite", "--set", *changes]
         with out.with_suffix(".log").open("w") as log:
             subprocess.run(command, check=True, stdout=log, stderr=log)
-    with (out / "history.csv").open() as file:
+    return read(out / "history.csv")
+
+
+def read(path):
+    """Columns of a file."""
+    with path.open() as file:
         head, *rows = csv.reader(file)
     return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
 
@@ -63,6 +71,39 @@ def turbulence(span="12", around="16"):
     compare(f"{span} by {around}", *found, SETTLED)
 
 
+GUST = {"wind": {"file": "gust.csv", "shear": 0.14}, "time.end": "2 s", "time.step": "0.02 s"}
+SPEEDS = "time [s],speed [m/s]\n0,10.6\n0.3,10.6\n1.3,15\n2,11\n"
+GUST |= {"pitch.initial": "0 deg", "solver.tolerance": 1e-8, "output.motion_every": "0.02 s"}
+
+
+def plies(span="12", around="16", functions="66", strains="25"):
+    """Failure of plies in a gust of two seconds."""
+    basis = [f"blade.reduction.functions={functions}", f"blade.reduction.strains={strains}"]
+    mesh = [f"mesh.span={span}", f"mesh.around={around}", f"aero.stations={int(span)}"]
+    (FOLDER / "gust.csv").write_text(SPEEDS)
+    case = robust.write_case(f"plies-{span}", GUST)
+    folder = FOLDER / f"plies-{span}-{functions}-{strains}"
+    run(case, folder, *mesh, *basis)
+    recover = [Path(sys.executable).with_name("turbine-fenicsx"), "recover", folder, "--overwrite"]
+    subprocess.run([*recover, "--plies", "--quiet"], check=True)
+    full = run(case, FOLDER / f"plies-{span}-full", *mesh, *FULL, "output.fields_every=0")
+    reduced = read(folder / "plies.csv")
+    times = reduced["time_[s]"]
+    end = "_tsai_wu_[-]"
+    for column in (name for name in reduced if name.endswith(end)):
+        panel = column.removesuffix(end)
+        found = []
+        for columns in (reduced, full):
+            index = np.interp(times, columns["time_[s]"], columns[column])
+            k = int(np.argmax(index))
+            at = np.argmin(np.abs(columns["time_[s]"] - times[k]))
+            found.append((index, columns[f"{panel}_tsai_wu_at_[m]"][at]))
+        (a, mine), (b, theirs) = found
+        error, rms = np.max(np.abs(a - b)), np.sqrt(np.mean((a - b) ** 2))
+        shares = [f"{100.0 * x / np.max(b):.2f} %" for x in (np.max(a) - np.max(b), error, rms)]
+        print(f"| {panel} | {np.max(b):.4g} | {' | '.join(shares)} | {theirs:.4g} | {mine:.4g} |")
+
+
 def steady():
     """Equilibria of the IEA 22 MW turbine that turns in steady wind."""
     for speed, rpm, pitch in ((8, 5.6, 0), (10, 7.0, 0), (15, 7.0, 11)):
@@ -76,12 +117,15 @@ def steady():
 
 
 def main():
-    """One of both."""
+    """One of them."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     robust.FOLDER = FOLDER
-    print("| case | quantity | largest | difference | of it |\n" + 5 * "| --- " + "|")
     what, *more = sys.argv[1:]
-    {"turbulence": turbulence, "steady": steady}[what](*more)
+    head = ["case", "quantity", "largest", "difference", "of it"]
+    if what == "plies":
+        head = ["panel", "largest", "its error", "largest error", "rms", "place [m]", "reduced [m]"]
+    print("| " + " | ".join(head) + " |\n" + len(head) * "| --- " + "|", flush=True)
+    {"turbulence": turbulence, "steady": steady, "plies": plies}[what](*more)
 
 
 if __name__ == "__main__":

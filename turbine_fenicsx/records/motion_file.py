@@ -35,6 +35,9 @@ from turbine_fenicsx.foundation.types import Array
 VERSION = 1
 """Version of the files."""
 
+BLOCK = 2**24
+"""Bytes that are read together."""
+
 SAME_TIME = 1e-9
 """Relative difference of times that are one."""
 
@@ -61,6 +64,49 @@ class MovedBody:
 
 
 @dataclass(frozen=True, eq=False)
+class StoredRows:
+    """Numbers of a body in the rows of a motion, read when they are asked for.
+
+    ``rows[k]``, ``rows[k:l]`` and ``rows[k:l, copy]`` are arrays, as of one of the same shape.
+
+    Args:
+        path: ``motion.bin``.
+        width: Numbers in a row of the file.
+        first: The first of them that is the body's.
+        shape: Shape of all: rows, copies, vectors, 3.
+    """
+
+    path: Path
+    width: int
+    first: int
+    shape: tuple[int, int, int, int]
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, key: Any) -> Array:
+        rows, *more = key if isinstance(key, tuple) else (key,)
+        if isinstance(rows, slice):
+            begin, end, step = rows.indices(len(self))
+            return self._read(begin, max(begin, end))[(slice(None, None, step), *more)]
+        row = range(len(self))[rows]
+        found: Array = self._read(row, row + 1)[(0, *more)]
+        return found
+
+    def _read(self, begin: int, end: int) -> Array:
+        """Rows one after another, shape (rows, copies, vectors, 3)."""
+        size = 8 * self.width * (end - begin)
+        with name_file_in_errors("read", self.path), open_regular(self.path) as file:
+            file.seek(8 * self.width * begin)
+            content = file.read(size)
+        if len(content) < size:
+            raise InputError(f"{str(self.path)!r} has become shorter since it was opened")
+        block = np.frombuffer(content).reshape(end - begin, self.width)
+        own = block[:, self.first : self.first + int(np.prod(self.shape[1:]))]
+        return np.asarray(own.reshape(len(own), *self.shape[1:]))
+
+
+@dataclass(frozen=True, eq=False)
 class Motion:
     """The motion of a run.
 
@@ -79,8 +125,8 @@ class Motion:
     q_dot: Array
     rigid: tuple[str, ...]
     bodies: tuple[MovedBody, ...]
-    vectors: tuple[Array, ...]
-    velocities: tuple[Array, ...]
+    vectors: tuple[StoredRows, ...]
+    velocities: tuple[StoredRows, ...]
 
 
 class MotionFile:
@@ -109,13 +155,13 @@ class MotionFile:
         """Begin new files, or keep the rows before a time; their number."""
         rows = 0
         if keep is not None and self._path.exists():
-            head, values = _read_rows(self._path, self._head)
+            head, width = _read_head(self._path, self._head)
             if head != self._head:
                 raise InputError(f"{str(self._path)!r} holds the motion of other bodies")
-            good = values[: _count_good(values)]
-            rows = int(np.sum(good[:, 0] < keep - SAME_TIME * max(1.0, abs(keep))))
+            times = _scan(self._path, width, 1)[0][:, 0]
+            rows = int(np.sum(times < keep - SAME_TIME * max(1.0, abs(keep))))
             with name_file_in_errors("write", self._path):
-                os.truncate(self._path, rows * 8 * values.shape[1])
+                os.truncate(self._path, rows * 8 * width)
         else:
             replace_file(self._path, b"")
         replace_file(_head_of(self._path), (json.dumps(self._head, indent=2) + "\n").encode())
@@ -149,24 +195,25 @@ def read_motion(path: str | os.PathLike[str]) -> Motion:
     Warns:
         ModelWarning: if rows are left out, as a power cut leaves them: cut, with zeros or with nan.
     """
-    head, rows = _read_rows(Path(path))
-    good = _count_good(rows)
-    if good < len(rows) or os.path.getsize(path) % rows.strides[0]:
+    path = Path(path)
+    head, width = _read_head(path)
+    rigid, bodies = tuple(head["rigid_bodies"]), tuple(MovedBody(**b) for b in head["bodies"])
+    leading = 1 + 24 * len(rigid)
+    first, whole = _scan(path, width, leading)
+    if not whole:
         warnings.warn(
-            f"{os.fspath(path)} is whole up to row {good}; those from there on are left out, which "
-            "are cut, hold no numbers, or have times that do not grow",
+            f"{os.fspath(path)} is whole up to row {len(first)}; those from there on are left out, "
+            "which are cut, hold no numbers, or have times that do not grow",
             ModelWarning,
             stacklevel=2,
         )
-        rows = rows[:good]
-    rigid, bodies = tuple(head["rigid_bodies"]), tuple(MovedBody(**b) for b in head["bodies"])
-    widths = [1, *[12 * len(rigid)] * 2, *(b.width for b in bodies for _ in range(2))]
-    times, q, q_dot, *parts = np.split(rows, np.cumsum(widths)[:-1], axis=1)
-    shaped = [
-        part.reshape(len(rows), b.copies, b.vectors, 3)
-        for part, b in zip(parts, (b for b in bodies for _ in range(2)), strict=True)
-    ]
-    return Motion(times[:, 0], q, q_dot, rigid, bodies, tuple(shaped[::2]), tuple(shaped[1::2]))
+    times, q, q_dot = np.split(first, [1, 1 + 12 * len(rigid)], axis=1)
+    found: tuple[list[StoredRows], list[StoredRows]] = ([], [])
+    for b in bodies:
+        for each in found:
+            each.append(StoredRows(path, width, leading, (len(first), b.copies, b.vectors, 3)))
+            leading += b.width
+    return Motion(times[:, 0], q, q_dot, rigid, bodies, *map(tuple, found))
 
 
 def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:
@@ -177,20 +224,38 @@ def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:
         head: The contents of ``motion.json``, where that is missing.
     """
     try:
-        _, rows = _read_rows(path, head)
+        _, width = _read_head(path, head)
+        times = _scan(path, width, 1)[0][:, 0]
     except InputError:
         return 0
-    return int(np.sum(rows[: _count_good(rows), 0] < before))
+    return int(np.sum(times < before))
 
 
-def _count_good(rows: Array) -> int:
-    """Number of rows before the first with a value that is not finite or a time that falls.
+def _scan(path: Path, width: int, leading: int) -> tuple[Array, bool]:
+    """The first numbers of the rows before one that is cut or wrong, and whether there is none.
+
+    Wrong are values that are not finite and times that do not grow.
 
     Args:
-        rows: Shape (rows, width).
+        width: Numbers in a row.
+        leading: How many of them are wanted.
     """
-    good = np.isfinite(rows).all(axis=1) & np.append(True, np.diff(rows[:, 0]) > 0.0)[: len(rows)]
-    return len(rows) if good.all() else int(np.argmin(good))
+    found, last, step = [np.zeros((0, leading))], -np.inf, max(1, BLOCK // (8 * width))
+    try:
+        with open_regular(path) as file:
+            while content := file.read(8 * width * step):
+                block = np.frombuffer(content[: len(content) // (8 * width) * 8 * width])
+                block = block.reshape(-1, width)
+                grows = np.diff(block[:, 0], prepend=last) > 0.0
+                good = np.isfinite(block).all(axis=1) & grows
+                n = len(block) if good.all() else int(np.argmin(good))
+                found.append(block[:n, :leading].copy())
+                if n < len(block) or len(content) % (8 * width):
+                    return np.concatenate(found), False
+                last = block[-1, 0]
+    except OSError as error:
+        raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
+    return np.concatenate(found), True
 
 
 def describe_rows(rigid: Sequence[str], bodies: Sequence[MovedBody]) -> dict[str, Any]:
@@ -208,34 +273,29 @@ def _head_of(path: Path) -> Path:
     return path.with_suffix(".json")
 
 
-def _read_rows(path: Path, head: dict[str, Any] | None = None) -> tuple[dict[str, Any], Array]:
-    """Names and sizes of what is in a row, and the rows that are whole, shape (rows, width).
+def _read_head(path: Path, head: dict[str, Any] | None = None) -> tuple[dict[str, Any], int]:
+    """Names and sizes of what is in a row, and the numbers in one.
 
     Args:
         head: The contents of ``motion.json``, where that is missing.
     """
-    name, opened = str(path), path
+    if path.is_dir():
+        raise InputError(f"{str(path)!r} is a folder, name the motion.bin in it")
     try:
-        if path.is_dir():
-            raise InputError(f"{name!r} is a folder, name the motion.bin in it")
         if head is None or _head_of(path).exists():
-            opened = _head_of(path)
-            with open_regular(opened) as file:
+            with open_regular(_head_of(path)) as file:
                 head = json.loads(file.read())
         bodies = [MovedBody(**body) for body in head["bodies"]]
         if min([1, *(b.copies for b in bodies), *(b.vectors for b in bodies)]) < 1:
             raise ValueError
         if head != describe_rows(head["rigid_bodies"], bodies):
             raise ValueError
-        width = 1 + 24 * len(head["rigid_bodies"]) + 2 * sum(body.width for body in bodies)
-        opened = path
-        with open_regular(opened) as file:
-            content = file.read()
     except OSError as error:
-        raise InputError(f"cannot read {str(opened)!r}: {error.strerror}") from None
+        raise InputError(f"cannot read {str(_head_of(path))!r}: {error.strerror}") from None
     except InputError:
         raise
     except (ValueError, TypeError, KeyError):
-        raise InputError(f"{name!r} is not the motion of a run, or from another machine") from None
-    whole = len(content) // (8 * width)
-    return head, np.frombuffer(content[: 8 * width * whole]).reshape(whole, width)
+        raise InputError(
+            f"{str(path)!r} is not the motion of a run, or from another machine"
+        ) from None
+    return head, 1 + 24 * len(head["rigid_bodies"]) + 2 * sum(body.width for body in bodies)

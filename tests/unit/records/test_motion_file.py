@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.errors import InputError, ModelWarning
+from turbine_fenicsx.records import motion_file
 from turbine_fenicsx.records.motion_file import (
     MotionFile,
     MovedBody,
@@ -45,6 +46,23 @@ def test_rows_are_read_by_what_they_are(path):
     assert z.shape == v.shape == (3, 2, 5, 3)
     assert z[2].ravel().tolist() == (0.2 + np.arange(24, 54)).tolist()
     assert v[2].ravel().tolist() == (0.2 + np.arange(54, 84)).tolist()
+
+
+def test_vectors_are_read_when_they_are_asked_for_in_any_rows(path, monkeypatch):
+    monkeypatch.setattr(motion_file, "BLOCK", 1)  # row by row
+    motion = read_motion(path)
+    (z,) = motion.vectors
+    whole = z[:]
+    assert len(z) == 3 and whole.shape == z.shape
+    for key in (1, -1, slice(1, 3), slice(0, 3, 2), slice(2, 1), slice(-2, None)):
+        assert np.array_equal(z[key], whole[key]), key
+        assert np.array_equal(z[key, 1], whole[key, 1]), key
+    with pytest.raises(IndexError):
+        z[3]
+    with path.open("r+b") as file:
+        file.truncate(100)
+    with pytest.raises(InputError, match="has become shorter since it was opened"):
+        z[2]
 
 
 def test_a_row_that_a_crash_cut_off_is_left_out(path):

@@ -180,7 +180,7 @@ class FlexibleBlades(Component):
     def fields(self, turbine: Turbine) -> list[CellValues]:
         """The failure index of plies, by Tsai and Wu."""
         plies = find_plies(turbine)
-        if plies is None or turbine.case.has_reduced_blades:
+        if plies is None:
             return []
         return [failure_field(plies.stresses, leave_out=plies.made_up)]
 
@@ -216,8 +216,8 @@ def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, i
 
 
 def find_plies(turbine: Turbine) -> BladePlies | None:
-    """Plies of the blades; None for one material, or reduced blades without them. Collective."""
-    if turbine.case.has_reduced_blades and not turbine.case.output.plies:
+    """Plies of full blades; None for one material, and for reduced ones. Collective."""
+    if turbine.case.has_reduced_blades:
         return None
     return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
 

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
-from turbine_fenicsx.case.rules import AnyOf, Only, With
-from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section, check_names
+from turbine_fenicsx.case.rules import AnyOf, Only
+from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
 
 _FIELDS = AnyOf(
@@ -111,11 +111,6 @@ class OutputCase(Section):
     """Simulated time between two checkpoints; 0: by wall time alone."""
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
     """Wall time between two checkpoints; 0: only at start and end."""
-    plies: Annotated[
-        Flag, Only("blade.model", "reduced"), Only("turbine.model", "hybrid"), With("turbine.file")
-    ] = False
-    """Whether histories of reduced blades have the failure of plies, as those of full blades of
-    ``turbine.file`` always do. It takes longer than a step."""
     twists: Annotated[
         tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Only("turbine.model", "hybrid")
     ] = ()
