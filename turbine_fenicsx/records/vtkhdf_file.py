@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import open_regular
-from turbine_fenicsx.records.vtkhdf_layout import GROUPS, STEPS, import_h5py
+from turbine_fenicsx.records.vtkhdf_layout import GROUPS, STEPS, open_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +53,9 @@ class VtkHdfFile:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._path = Path(path)
-        h5py = import_h5py()
         try:
             with open_regular(path):
-                self._file = h5py.File(self._path, "r")
+                self._file = open_file(self._path, "r")
         except OSError as error:
             raise InputError(f"cannot read {str(path)!r}: {error.strerror or error}") from None
         try:

@@ -23,6 +23,9 @@ GROUPS = {"Node": "PointData", "Cell": "CellData"}
 
 STEPS = "VTKHDF/Steps"
 
+TOGETHER = 2**24
+"""Bytes that are copied together."""
+
 
 def import_h5py() -> Any:
     """The library.
@@ -38,6 +41,11 @@ def import_h5py() -> Any:
             f"h5py for others ({error})"
         ) from None
     return h5py
+
+
+def open_file(path: Path, mode: str) -> Any:
+    """A file, without a lock: ParaView may look at it during a run."""
+    return import_h5py().File(path, mode, locking=False)
 
 
 def need_h5py() -> None:
@@ -62,11 +70,6 @@ class Block:
     width: tuple[int, ...]
     dtype: str
     moves: bool
-
-    @property
-    def size(self) -> int:
-        """Size of the rows [bytes]."""
-        return self.rows * self.row_size
 
     @property
     def row_size(self) -> int:
@@ -119,7 +122,7 @@ def make_file(
         information: Texts about the series by name.
         times: Times of its first steps, one or more [s].
     """
-    with import_h5py().File(path, "w") as file:
+    with open_file(path, "w") as file:
         for name, text in information.items():
             file.attrs[name] = text
         root = file.create_group("VTKHDF")
@@ -171,7 +174,7 @@ def locate(path: Path, layout: Layout) -> tuple[int, dict[str, int]]:
         ModelError: for a file of another layout.
     """
     places = {}
-    with import_h5py().File(path, "r") as file:
+    with open_file(path, "r") as file:
         (room,) = file[f"{STEPS}/Values"].maxshape
         for block in layout.list_blocks():
             shape = (block.rows * (room if block.moves else 1), *block.width)
@@ -185,20 +188,21 @@ def locate(path: Path, layout: Layout) -> tuple[int, dict[str, int]]:
 
 def copy_steps(old: Path, new: Path, layout: Layout, room: int, steps: int) -> None:
     """Copy the first steps of a file to a new one with another room."""
-    h5py = import_h5py()
-    with h5py.File(old, "r") as source:
+    with open_file(old, "r") as source:
         times = source[f"{STEPS}/Values"][:steps]
         make_file(new, layout, room, dict(source.attrs), times)
-        with h5py.File(new, "r+") as target:
+        with open_file(new, "r+") as target:
             for block in layout.list_blocks():
-                for k in range(steps if block.moves else 1):
-                    rows = slice(k * block.rows, (k + 1) * block.rows)
+                end = block.rows * (steps if block.moves else 1)
+                part = max(1, TOGETHER // block.row_size)
+                for first in range(0, end, part):
+                    rows = slice(first, min(first + part, end))
                     target[block.name][rows] = source[block.name][rows]
 
 
 def add_time(path: Path, step: int, time: float) -> None:
     """Set the time [s] of a step, which is then the last one of the file."""
-    with import_h5py().File(path, "r+") as file:
+    with open_file(path, "r+") as file:
         group = file[STEPS]
         group.attrs.modify("NSteps", np.int64(step + 1))
         file.flush()

@@ -1,6 +1,7 @@
 """What VTK's reader and ours find in VTKHDF files, on any number of ranks."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -134,6 +135,19 @@ def test_append_begins_where_there_is_nothing(path, content):
     assert series.last_kept is None
     write(series, [1.0])
     assert read_whole_times(path).tolist() == [1.0]
+
+
+def test_a_file_is_written_while_somebody_reads_it(path):
+    series = Bricks().series(path)
+    write(series, [0.0])
+    hold = f"import h5py; f = h5py.File({str(path)!r}, 'r'); print('open', flush=True); input()"
+    command = [sys.executable, "-c", hold]  # with a lock, as ParaView
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        assert child.stdout.readline() == b"open\n"
+        write(series, [1.0])
+        child.communicate(b"\n")
+    assert child.returncode == 0
+    assert read_whole_times(path).tolist() == [0.0, 1.0]
 
 
 def test_other_fields_are_not_appended(path):
