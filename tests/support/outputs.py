@@ -102,8 +102,8 @@ def turbine(
     series = open_series(
         MPI.COMM_SELF,
         path,
-        cells,
-        len(X),
+        cells=cells,
+        n_points=len(X),
         point_data={"coupling": coupling},
         cell_data={"part": part},
         information={"parts": PARTS.to_text()},

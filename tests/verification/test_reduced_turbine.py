@@ -116,7 +116,7 @@ def test_the_history_of_a_place_is_that_of_a_cell_in_the_middle_of_its_panel(rec
     count = len(history.plies)
     found = np.array(
         [
-            [history.columns[f"blade_{b}_ply_{k + 1}_tsai_wu_[-]"] for k in range(count)]
+            [history.columns[f"ply_{k + 1}_blade_{b}_tsai_wu_[-]"] for k in range(count)]
             for b in (1, 2, 3)
         ]
     )
@@ -135,7 +135,7 @@ def test_the_history_of_a_place_is_that_of_a_cell_in_the_middle_of_its_panel(rec
     assert abs(history.distance - 0.4 * length) == pytest.approx(nearest)
     ply = history.plies[-1]
     of_ply = [
-        np.array([history.columns[f"blade_3_ply_{count}_{name}"] for name in names])
+        np.array([history.columns[f"ply_{count}_blade_3_{name}"] for name in names])
         for names in (
             [f"strain_{c}_[-]" for c in ("11", "22", "12")],
             [f"stress_{c}_[Pa]" for c in ("11", "22", "12")],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.records.grid_series import GridSeries
 from turbine_fenicsx.records.stored_grids import read_grids
-from turbine_fenicsx.records.vtkhdf import ROOM, VtkHdfSeries
+from turbine_fenicsx.records.vtkhdf import VtkHdfSeries
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 from turbine_fenicsx.records.xdmf import XdmfSeries
 
@@ -23,25 +22,10 @@ VTKHDF = ".vtkhdf"
 """Ending of the files of one format; all others are XDMF."""
 
 
-def open_series(
-    comm: MPI.Intracomm,
-    path: str | os.PathLike[str],
-    cells: Sequence[tuple[str, NDArray[Any]]],
-    n_points: int,
-    *,
-    room: int = ROOM,
-    **more: Any,
-) -> GridSeries:
-    """A series in the format that its file's name says. Collective.
-
-    Args:
-        cells: As of either, like the number of points.
-        room: As of `VtkHdfSeries`, which it is for.
-        **more: More arguments of either.
-    """
-    if Path(path).suffix == VTKHDF:
-        return VtkHdfSeries(comm, path, cells, n_points, room=room, **more)
-    return XdmfSeries(comm, path, cells, n_points, **more)
+def open_series(comm: MPI.Intracomm, path: str | os.PathLike[str], **given: Any) -> GridSeries:
+    """A series in the format that the file's name says, see `GridSeries`. Collective."""
+    kind = VtkHdfSeries if Path(path).suffix == VTKHDF else XdmfSeries
+    return kind(comm, path, **given)
 
 
 def read_whole_times(path: Path) -> NDArray[np.float64]:

@@ -19,8 +19,8 @@ from turbine_fenicsx.foundation.parallel import raise_together
 VERTICES = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
 """Kinds of cells, and their numbers of vertices."""
 
-Precision = Literal["float32", "float64"]
-"""Of real fields."""
+ROOM = 64
+"""Times that a file has room for at first, if nobody knows how many will come."""
 
 
 class FieldRows(NamedTuple):
@@ -62,7 +62,16 @@ class GridSeries:
         cells: Blocks of this rank: kind (a key of `VERTICES`) and global point numbers in VTK
             order, shape (n, vertices). A rank may hold none.
         n_points: Number of points of this rank.
-        precision: Of the real fields. Coordinates are always float64.
+        point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
+            shown at every time.
+        cell_data: Such fields in the cells, shapes (m,) or (m, 3); m is the number of cells of this
+            rank.
+        information: Texts about the series by name, which other readers pass over.
+        precision: Of the real fields. Coordinates are always float64, integers int32.
+        append: Continue the series in ``path``: times before this one [s] stay as far as the files
+            are intact, later ones are dropped. With None, or if there is no such file, a new series
+            begins.
+        room: Number of times that a file has room for at first, if its format needs that; it grows.
 
     Attributes:
         last_kept: Last time of an existing series that is continued [s]; None for a new one.
@@ -83,7 +92,13 @@ class GridSeries:
         path: str | os.PathLike[str],
         cells: Sequence[tuple[str, NDArray[Any]]],
         n_points: int,
-        precision: Precision,
+        *,
+        point_data: Mapping[str, NDArray[Any]] | None = None,
+        cell_data: Mapping[str, NDArray[Any]] | None = None,
+        information: Mapping[str, str] | None = None,
+        precision: Literal["float32", "float64"] = "float32",
+        append: float | None = None,
+        room: int = ROOM,
     ) -> None:
         self._comm, self._path = comm, Path(path)
         self._dtype = np.dtype(precision)
@@ -96,6 +111,13 @@ class GridSeries:
         raise_together(comm, error)
         n_cells = sum(len(block) for _, block in self._cells)
         self._shares = {"Node": nodes, "Cell": Share.of(comm, n_cells)}
+        self._information, self._room = dict(information or {}), max(room, 1)
+        self._static = self._check_fields(point_data, cell_data)
+        self._start(append)
+
+    @abstractmethod
+    def _start(self, append: float | None) -> None:
+        """Start a new series, or continue one, see ``append``."""
 
     @abstractmethod
     def write(

@@ -13,15 +13,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors, sync_file, sync_folder
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
-from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Precision, Share
+from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Share
 from turbine_fenicsx.records.number_files import write_at_all
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 from turbine_fenicsx.records.vtkhdf_layout import (
@@ -37,50 +35,18 @@ from turbine_fenicsx.records.vtkhdf_layout import (
 KINDS = {"line": 3, "triangle": 5, "quadrilateral": 9, "tetrahedron": 10, "hexahedron": 12}
 """VTK's numbers of the kinds of cells."""
 
-ROOM = 64
-"""Steps that a file has room for at first, if nobody knows how many will come."""
-
 
 class VtkHdfSeries(GridSeries):
-    """Time series of fields in a VTKHDF file."""
+    """Time series of fields in a VTKHDF file, which is there from the first time on.
 
-    def __init__(
-        self,
-        comm: MPI.Intracomm,
-        path: str | os.PathLike[str],
-        cells: Sequence[tuple[str, NDArray[Any]]],
-        n_points: int,
-        *,
-        point_data: Mapping[str, NDArray[Any]] | None = None,
-        cell_data: Mapping[str, NDArray[Any]] | None = None,
-        information: Mapping[str, str] | None = None,
-        precision: Precision = "float32",
-        append: float | None = None,
-        room: int = ROOM,
-    ) -> None:
-        """Start a new series, or continue one; its file is there from the first time on.
+    Raises:
+        InputError: without h5py.
+    """
 
-        Args:
-            comm: As of `GridSeries`, like the arguments up to ``precision``.
-            path: The file.
-            cells: Blocks of cells.
-            n_points: Number of points.
-            point_data: Fields that do not change, shapes (n,) or (n, 3); written once.
-            cell_data: Such fields in the cells, shapes (m,) or (m, 3).
-            information: Texts about the series by name, attributes of the file.
-            precision: Of the real fields; integers are int32.
-            append: Continue the series in ``path``: times before this one [s] stay, later ones are
-                dropped. With None, or if there is no such file, a new series begins.
-            room: Number of times that the file has room for at first; it grows.
-
-        Raises:
-            InputError: without h5py.
-        """
-        on_rank0(comm, need_h5py)
-        super().__init__(comm, path, cells, n_points, precision)
-        self._information, self._room = dict(information or {}), max(room, 1)
-        self._static = self._check_fields(point_data, cell_data)
-        self._times, self.last_kept = on_rank0(comm, lambda: self._open(append))
+    def _start(self, append: float | None) -> None:
+        """Start or continue the series."""
+        on_rank0(self._comm, need_h5py)
+        self._times, self.last_kept = on_rank0(self._comm, lambda: self._open(append))
         self._layout: Layout | None = None
         self._places: dict[str, int] = {}
 

@@ -25,14 +25,12 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file, sync_file
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Precision, Share
+from turbine_fenicsx.records.grid_series import FieldRows, GridSeries, Share
 from turbine_fenicsx.records.number_files import NumberFiles, Rows
 from turbine_fenicsx.records.stored_grids import read_grids
 
@@ -63,50 +61,20 @@ _TAIL = "</Grid>\n</Domain>\n</Xdmf>\n"
 class XdmfSeries(GridSeries):
     """Time series of fields in XDMF files."""
 
-    def __init__(
-        self,
-        comm: MPI.Intracomm,
-        path: str | os.PathLike[str],
-        cells: Sequence[tuple[str, NDArray[Any]]],
-        n_points: int,
-        *,
-        point_data: Mapping[str, NDArray[Any]] | None = None,
-        cell_data: Mapping[str, NDArray[Any]] | None = None,
-        information: Mapping[str, str] | None = None,
-        precision: Precision = "float32",
-        append: float | None = None,
-    ) -> None:
-        """Start a new series, or continue one, and write what does not change in time.
-
-        Args:
-            comm: As of `GridSeries`, like the arguments up to ``precision``.
-            path: XML file.
-            cells: Blocks of cells.
-            n_points: Number of points.
-            point_data: Fields that do not change, shapes (n,) or (n, 3). They are written once and
-                shown at every time.
-            cell_data: Such fields in the cells, shapes (m,) or (m, 3); m is the number of cells of
-                this rank.
-            information: Texts about the series by name, which readers of XDMF pass over.
-            precision: Of the real fields; integers are int32.
-            append: Continue the series in ``path``: times before this one [s] stay as far as the
-                files are intact, later ones are dropped. With None, or if there is no such file, a
-                new series begins.
-        """
-        super().__init__(comm, path, cells, n_points, precision)
-        self._head = _format_head(information or {})
+    def _start(self, append: float | None) -> None:
+        """Start or continue the series, and write what does not change in time."""
+        self._head = _format_head(self._information)
         self._tail_at: int | None = None
         topology = _make_topology(self._cells)
-        self._shares["Topology"] = Share.of(comm, len(topology))
-        self._times, self.last_kept, place = on_rank0(comm, lambda: self._open(append))
-        self._numbers = NumberFiles(comm, self._path, place)
-        static = self._check_fields(point_data, cell_data)
-        items = self._write_arrays([FieldRows("Topology", "", topology), *static])
+        self._shares["Topology"] = Share.of(self._comm, len(topology))
+        self._times, self.last_kept, place = on_rank0(self._comm, lambda: self._open(append))
+        self._numbers = NumberFiles(self._comm, self._path, place)
+        items = self._write_arrays([FieldRows("Topology", "", topology), *self._static])
         self._topology = (
             f'<Topology TopologyType="Mixed" NumberOfElements="{self._shares["Cell"].total}">'
             f"{items[0]}</Topology>\n"
         )
-        self._static = _format_attributes(static, items[1:])
+        self._unchanged = _format_attributes(self._static, items[1:])
 
     def write(
         self,
@@ -123,7 +91,7 @@ class XdmfSeries(GridSeries):
         grid = (
             f'<Grid Name="mesh" GridType="Uniform"><Time Value="{t!r}"/>\n'
             f'{self._topology}<Geometry GeometryType="XYZ">{geometry}</Geometry>\n'
-            f"{_format_attributes(arrays[1:], items[1:])}{self._static}</Grid>\n"
+            f"{_format_attributes(arrays[1:], items[1:])}{self._unchanged}</Grid>\n"
         )
         on_rank0(self._comm, lambda: self._extend_xml(grid))
         self._times += 1

@@ -23,9 +23,8 @@ from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.records.field_files import open_series
-from turbine_fenicsx.records.grid_series import GridSeries
+from turbine_fenicsx.records.grid_series import ROOM, GridSeries
 from turbine_fenicsx.records.parts import Part, Parts
-from turbine_fenicsx.records.vtkhdf import ROOM
 from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.make_model import on_mesh

@@ -10,8 +10,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.records.field_files import read_whole_times
-from turbine_fenicsx.records.grid_series import GridSeries
-from turbine_fenicsx.records.vtkhdf import ROOM
+from turbine_fenicsx.records.grid_series import ROOM, GridSeries
 from turbine_fenicsx.simulation.observer import describe_shortfall
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State

@@ -70,8 +70,8 @@ class WindFields(FieldSeries):
         return open_series(
             self._comm,
             path,
-            cells if here else [],
-            first + POINTS**2 if here else 0,
+            cells=cells if here else [],
+            n_points=first + POINTS**2 if here else 0,
             room=room,
             cell_data={"part": part if here else part[:0]},
             append=append,
