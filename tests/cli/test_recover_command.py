@@ -80,6 +80,8 @@ def test_fields_at_the_worst_moment_have_its_index_and_can_be_drawn(out, capfd):
 
 
 def test_a_report_shows_the_worst_moment_and_keeps_it(out, capfd):
+    is_refused(["report", str(out), "-o", "page.txt"], capfd, "--out page.txt: the name of a page")
+    assert not (out / "worst.json").exists()  # it takes long
     assert main(["report", str(out), "--no-pictures"]) == 0
     page = (out / "report.html").read_text()
     worst = json.loads((out / "worst.json").read_text())
@@ -161,6 +163,7 @@ def test_an_interrupt_leaves_the_fields_that_are_written(out, monkeypatch):
         (["--fields", "--times", "max(tip)"], "'tip' is neither a failure criterion nor"),
         (["--fields", "--every", "0"], "--every 0: expected a positive number"),
         (["--fields", "--every", "x"], "--every x: give numbers"),
+        (["--fields", "--every", "1,2"], "--every 1,2: give one number"),
         (["--fields", "--from", "1"], "--from 1: counts with --every only"),
         (["--times", "1"], "--times 1: counts with --fields only"),
         (["--at", "0.4"], "place '0.4': expected STATION,PANEL or STATION,PANEL,PLY"),

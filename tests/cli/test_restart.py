@@ -12,6 +12,7 @@ from restarted_runs import SOFT, assert_same, restart, run, summary
 
 from turbine_fenicsx.linear_solvers import quasi_newton
 from turbine_fenicsx.linear_solvers.quasi_newton import QuasiNewton
+from turbine_fenicsx.records import vtkhdf
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run.run import restart_case, run_case
@@ -129,12 +130,14 @@ def test_step_tolerance_and_output_may_change(demo, tmp_path):
     assert case["time"]["step"] == 0.01 and case["title"] == "other"
 
 
-def test_fields_of_either_format_are_the_same_and_go_on(demo, tmp_path):
+def test_fields_of_either_format_are_the_same_and_go_on(demo, tmp_path, monkeypatch):
     pytest.importorskip("h5py")
     changes = [*SOFT, "output.fields_every=0.03"]
     run(demo, "hybrid_soft", tmp_path / "xdmf", "time.end=0.14", *changes)
     out = tmp_path / "vtkhdf"
-    run(demo, "hybrid_soft", out, "time.end=0.06", *changes, "output.format=vtkhdf")
+    with monkeypatch.context() as patch:  # there is room for all times, so nothing is copied
+        patch.setattr(vtkhdf, "copy_steps", None)
+        run(demo, "hybrid_soft", out, "time.end=0.06", *changes, "output.format=vtkhdf")
     restart(out, "time.end=0.14")
     assert not list(out.glob("fields.[!v]*")) and not list(out.glob("*.part"))
     expected = read_fields(tmp_path / "xdmf" / "fields.xdmf")

@@ -182,7 +182,7 @@ def test_the_motion_on_full_meshes_is_that_of_the_run(recorded):
         near = int(np.argmin(np.abs(seen["time_[s]"] - time)))
         (strain,) = gauges.strains(state)
         assert strain == pytest.approx(seen["strain_root_[-]"][near], rel=1e-8, abs=1e-12)
-        z, z_dot = run.motion.vectors[0][row], run.motion.velocities[0][row]
+        z, z_dot = run.motion.vectors["blades"][row], run.motion.velocities["blades"][row]
         u.array[:] = (z.reshape(-1, 3)[: reduced.n_owned] - reduced.positions).ravel()
         v.array[:] = z_dot.reshape(-1, 3)[: reduced.n_owned].ravel()
         mine, theirs = (
@@ -266,7 +266,7 @@ def test_the_motion_that_is_stored_is_that_of_the_run(path, runs):
     assert blades.meaning == model.meaning
     # tips as the history has them, in the frames of the rings
     F, points = model.body.basis.functions, model.body.points
-    x = F @ motion.vectors[0][-1]
+    x = F @ motion.vectors["blades"][-1]
     for k, tip in enumerate(turbine.rotor.tips):
         row = np.argmin(np.linalg.norm(points[k] - tip, axis=1))
         ring = turbine.part(f"ring_{k + 1}")
@@ -274,8 +274,8 @@ def test_the_motion_that_is_stored_is_that_of_the_run(path, runs):
         arm = ring.body_coordinates(points[k, row])
         deflection = np.linalg.norm(q[1:] @ (x[k, row] - q[0]) - arm)
         assert deflection == pytest.approx(runs[0][f"tip_deflection_{k + 1}_[m]"][-1], rel=1e-6)
-    step = motion.vectors[0][1] - motion.vectors[0][0]
-    mean = 0.5 * (motion.velocities[0][1] + motion.velocities[0][0])
+    step = motion.vectors["blades"][1] - motion.vectors["blades"][0]
+    mean = 0.5 * (motion.velocities["blades"][1] + motion.velocities["blades"][0])
     assert np.abs(step - 0.1 * mean).max() < 0.1 * np.abs(step).max()
 
 

@@ -119,7 +119,6 @@ class GridSeries:
     def _start(self, append: float | None) -> None:
         """Start a new series, or continue one, see ``append``."""
 
-    @abstractmethod
     def write(
         self,
         t: float,
@@ -135,6 +134,11 @@ class GridSeries:
             point_data: Fields at the points of this rank, shapes (n,) or (n, 3).
             cell_data: Fields in the cells of this rank, shapes (m,) or (m, 3).
         """
+        self._write(float(t), self._check_fields(point_data, cell_data, points))
+
+    @abstractmethod
+    def _write(self, t: float, fields: Sequence[FieldRows]) -> None:
+        """Write the coordinates and then the fields of a time."""
 
     @abstractmethod
     def sync(self) -> int:

@@ -116,7 +116,7 @@ class Motion:
         q_dot: Their rates.
         rigid: Names of the rigid bodies.
         bodies: The reduced bodies.
-        vectors: Vectors z of each, shape (rows, copies, n, 3).
+        vectors: Vectors z of each by its name, shape (rows, copies, n, 3).
         velocities: Their velocities.
     """
 
@@ -125,8 +125,8 @@ class Motion:
     q_dot: Array
     rigid: tuple[str, ...]
     bodies: tuple[MovedBody, ...]
-    vectors: tuple[StoredRows, ...]
-    velocities: tuple[StoredRows, ...]
+    vectors: dict[str, StoredRows]
+    velocities: dict[str, StoredRows]
 
 
 class MotionFile:
@@ -208,12 +208,12 @@ def read_motion(path: str | os.PathLike[str]) -> Motion:
             stacklevel=2,
         )
     times, q, q_dot = np.split(first, [1, 1 + 12 * len(rigid)], axis=1)
-    found: tuple[list[StoredRows], list[StoredRows]] = ([], [])
+    found: tuple[dict[str, StoredRows], dict[str, StoredRows]] = ({}, {})
     for b in bodies:
         for each in found:
-            each.append(StoredRows(path, width, leading, (len(first), b.copies, b.vectors, 3)))
+            each[b.name] = StoredRows(path, width, leading, (len(first), b.copies, b.vectors, 3))
             leading += b.width
-    return Motion(times[:, 0], q, q_dot, rigid, bodies, *map(tuple, found))
+    return Motion(times[:, 0], q, q_dot, rigid, bodies, *found)
 
 
 def count_rows(path: Path, before: float, head: dict[str, Any]) -> int:

@@ -8,7 +8,7 @@ h5py will do, and a step costs what writing its numbers does. See
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -62,30 +62,24 @@ class VtkHdfSeries(GridSeries):
                 except InputError:
                     times = np.zeros(0)
                 if len(times):
+                    self._call(add_time, self._path, len(times) - 1, times[-1])
                     return len(times), float(times[-1])
             self._path.unlink(missing_ok=True)
         return 0, None
 
-    def write(
-        self,
-        t: float,
-        points: NDArray[Any],
-        point_data: Mapping[str, NDArray[Any]] | None = None,
-        cell_data: Mapping[str, NDArray[Any]] | None = None,
-    ) -> None:
-        """Write one time, see `GridSeries`."""
-        fields = self._check_fields(point_data, cell_data, points)
+    def _write(self, t: float, fields: Sequence[FieldRows]) -> None:
+        """Write one time."""
         if self._layout is None:
             self._layout = self._make_layout(fields[1:])
             if not self._times:
-                self._begin(self._layout, float(t), fields)
+                self._begin(self._layout, t, fields)
                 return
             self._find_places(self._path, self._layout)
         if self._times == self._room:
             on_rank0(self._comm, partial(self._resize, self._layout, 2 * self._room))
             self._find_places(self._path, self._layout)
         self._write_rows(self._path, self._name_rows(fields), self._times)
-        on_rank0(self._comm, partial(self._call, add_time, self._path, self._times, float(t)))
+        on_rank0(self._comm, partial(self._call, add_time, self._path, self._times, t))
         self._times += 1
 
     def _make_layout(self, fields: Sequence[FieldRows]) -> Layout:
@@ -123,14 +117,7 @@ class VtkHdfSeries(GridSeries):
 
     def _name_rows(self, fields: Sequence[FieldRows]) -> list[tuple[str, Share, NDArray[Any]]]:
         """Fields with their places in the file."""
-        return [
-            (
-                name_field(f.kind, f.name) if f.name else "VTKHDF/Points",
-                self._shares[f.kind],
-                f.values,
-            )
-            for f in fields
-        ]
+        return [(name_field(kind, name), self._shares[kind], x) for kind, name, x in fields]
 
     def _write_rows(
         self, path: Path, arrays: Sequence[tuple[str, Share, NDArray[Any]]], step: int

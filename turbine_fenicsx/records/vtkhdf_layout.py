@@ -204,6 +204,9 @@ def add_time(path: Path, step: int, time: float) -> None:
     """Set the time [s] of a step, which is then the last one of the file."""
     with open_file(path, "r+") as file:
         group = file[STEPS]
+        if step + 1 < len(group["Values"]):  # there must never be more of them than NSteps
+            group["Values"].resize((step + 1,))
+            file.flush()
         group.attrs.modify("NSteps", np.int64(step + 1))
         file.flush()
         group["Values"].resize((step + 1,))

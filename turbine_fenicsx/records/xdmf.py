@@ -76,22 +76,14 @@ class XdmfSeries(GridSeries):
         )
         self._unchanged = _format_attributes(self._static, items[1:])
 
-    def write(
-        self,
-        t: float,
-        points: NDArray[Any],
-        point_data: Mapping[str, NDArray[Any]] | None = None,
-        cell_data: Mapping[str, NDArray[Any]] | None = None,
-    ) -> None:
-        """Write one time, see `GridSeries`."""
-        t = float(t)
-        arrays = self._check_fields(point_data, cell_data, points)
-        items = self._write_arrays(arrays)
+    def _write(self, t: float, fields: Sequence[FieldRows]) -> None:
+        """Write one time."""
+        items = self._write_arrays(fields)
         geometry = items[0].replace(">", f"><!-- t = {t!r} s -->", 1)
         grid = (
             f'<Grid Name="mesh" GridType="Uniform"><Time Value="{t!r}"/>\n'
             f'{self._topology}<Geometry GeometryType="XYZ">{geometry}</Geometry>\n'
-            f"{_format_attributes(arrays[1:], items[1:])}{self._unchanged}</Grid>\n"
+            f"{_format_attributes(fields[1:], items[1:])}{self._unchanged}</Grid>\n"
         )
         on_rank0(self._comm, lambda: self._extend_xml(grid))
         self._times += 1

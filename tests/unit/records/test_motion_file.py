@@ -42,7 +42,7 @@ def test_rows_are_read_by_what_they_are(path):
     assert motion.times.tolist() == [0.0, 0.1, 0.2]
     assert motion.q[1].tolist() == (0.1 + np.arange(12)).tolist()
     assert motion.q_dot[1].tolist() == (0.1 + np.arange(12, 24)).tolist()
-    (z,), (v,) = motion.vectors, motion.velocities
+    z, v = motion.vectors["blades"], motion.velocities["blades"]
     assert z.shape == v.shape == (3, 2, 5, 3)
     assert z[2].ravel().tolist() == (0.2 + np.arange(24, 54)).tolist()
     assert v[2].ravel().tolist() == (0.2 + np.arange(54, 84)).tolist()
@@ -51,7 +51,7 @@ def test_rows_are_read_by_what_they_are(path):
 def test_vectors_are_read_when_they_are_asked_for_in_any_rows(path, monkeypatch):
     monkeypatch.setattr(motion_file, "BLOCK", 1)  # row by row
     motion = read_motion(path)
-    (z,) = motion.vectors
+    z = motion.vectors["blades"]
     whole = z[:]
     assert len(z) == 3 and whole.shape == z.shape
     for key in (1, -1, slice(1, 3), slice(0, 3, 2), slice(2, 1), slice(-2, None)):

@@ -118,6 +118,8 @@ def test_append_keeps_earlier_times_and_drops_later_ones(path):
     second = Bricks().series(path, append=0.30000000000000004)
     assert second.last_kept == pytest.approx(0.2)
     comm.Barrier()
+    assert read_whole_times(path).tolist() == (0.1 * np.arange(3)).tolist()
+    comm.Barrier()
     write(second, [0.3])
     assert second.sync() == 4
     second.finish()

@@ -102,16 +102,16 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     run = RecordedRun.open(options.folder, comm, options.overrides)
     recovery, lines, paths = RunRecovery(run, _make_progress(comm, options.quiet)), [], []
     try:
-        if options.fields is not None:
-            texts = (options.times or f"max({options.criterion})").split(",")
-            chosen = None if every is None else (every, begin, end)
-            paths.append(files.write_fields(recovery, _split(options.fields), texts, chosen))
         if gauges:
             paths.append(files.write_gauges(recovery))
         for place in places:
             found, path = files.write_place(recovery, place, options.criterion)
             lines.append(found)
             paths.append(path)
+        if options.fields is not None:
+            texts = (options.times or f"max({options.criterion})").split(",")
+            chosen = None if every is None else (every, begin, end)
+            paths.append(files.write_fields(recovery, _split(options.fields), texts, chosen))
         if plies:
             paths.append(files.write_plies(recovery, options.criterion))
         if worst:
@@ -143,7 +143,9 @@ def _read_times(options: argparse.Namespace) -> tuple[float | None, float | None
     found: dict[str, float | None] = dict.fromkeys(given)
     for name, text in given.items():
         if text is not None:
-            (found[name],) = parse_numbers(name, text.strip().removesuffix("s"))[:1]
+            found[name], *more = parse_numbers(name, text.strip().removesuffix("s"))
+            if more:
+                raise InputError(f"{name} {text}: give one number")
     every = found["--every"]
     if every is not None and every <= 0.0:
         raise InputError(f"--every {options.every}: expected a positive number")

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import OK, need_dolfinx
-from turbine_fenicsx.cli.commands._worst import draw_worst
+from turbine_fenicsx.cli.commands._worst import PICTURE, draw_worst
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,8 +41,9 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     """Write the page and print its path."""
     from turbine_fenicsx.foundation.parallel import on_rank0
 
+    path, times = on_rank0(comm, lambda: _check(options))
     note = _find_worst(options, comm)
-    path = on_rank0(comm, lambda: _write(options, note))
+    on_rank0(comm, lambda: _write(options, path, times, note))
     if comm.rank == 0:
         print(path, flush=True)
     return OK
@@ -60,7 +61,8 @@ def _find_worst(options: argparse.Namespace, comm: Any) -> str:
     from turbine_fenicsx.records.output_folder import is_older
 
     folder = Path(options.folder)
-    if on_rank0(comm, lambda: not is_older(folder / "worst.json", folder / MOTION)):
+    result = folder / ("worst.json" if options.no_pictures else PICTURE)
+    if on_rank0(comm, lambda: not is_older(result, folder / MOTION)):
         return ""
     try:
         need_dolfinx()
@@ -82,36 +84,39 @@ CRITERION = "tsai_wu"
 """Of the failure that the page shows."""
 
 
-def _write(options: argparse.Namespace, note: str) -> str:
-    """Write the page."""
+def _check(options: argparse.Namespace) -> tuple[Path, list[float] | None]:
+    """The path of the page, and times of the pictures, after a look at all options."""
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.mode_report import report_modes
-    from turbine_fenicsx.postprocessing.report import report
-    from turbine_fenicsx.records.output_folder import (
-        holds_modes,
-        make_target_folder,
-        need_folder,
-    )
-    from turbine_fenicsx.turbine.case.description import describe_case
+    from turbine_fenicsx.records.output_folder import holds_modes, make_target_folder, need_folder
 
     times = None if options.times is None else parse_numbers("--times", options.times)
     if not 0.0 <= options.scale < float("inf"):
         raise InputError(f"--scale {options.scale:g}: must be a positive number")
     if options.out is not None and Path(options.out).suffix != ".html":
         raise InputError(f"--out {options.out}: the name of a page ends in .html")
-    path = Path(options.out or need_folder(options.folder) / "report.html")
+    folder = need_folder(options.folder)
+    if times is not None and holds_modes(folder):
+        raise InputError(f"--times {options.times}: modes have none")
+    path = Path(options.out or folder / "report.html")
     make_target_folder(path.parent)
+    return path, times
+
+
+def _write(options: argparse.Namespace, path: Path, times: list[float] | None, note: str) -> None:
+    """Write the page."""
+    from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.postprocessing.mode_report import report_modes
+    from turbine_fenicsx.postprocessing.report import report
+    from turbine_fenicsx.records.output_folder import holds_modes
+    from turbine_fenicsx.turbine.case.description import describe_case
+
+    shown = options.scale, not options.no_pictures, describe_case
     if holds_modes(options.folder):
-        if times is not None:
-            raise InputError(f"--times {options.times}: modes have none")
-        page = report_modes(options.folder, options.scale, not options.no_pictures, describe_case)
+        page = report_modes(options.folder, *shown)
     else:
-        page = report(
-            options.folder, times, options.scale, not options.no_pictures, describe_case, note
-        )
+        page = report(options.folder, times, *shown, note)
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot write {str(path)!r}: {error.strerror}") from None
-    return str(path)

@@ -57,7 +57,7 @@ class FieldSeries:
     def start(self, snapshot: Snapshot, resumed: bool) -> None:
         """Open the files, which keep their times before the first state on restart."""
         time, every = snapshot.state.time, self._every
-        count = (self._end - time) / every + 2.0 if every > SHORTEST else ROOM
+        count = np.ceil((self._end - time) / every - 1e-9) + 1.0 if every > SHORTEST else ROOM
         self._series = self.open(self._path, time if resumed else None, int(min(count, MOST)))
         self._last = last = self._series.last_kept
         self._next = np.ceil(time / every - 1e-9) * every

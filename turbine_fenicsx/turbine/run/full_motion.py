@@ -62,14 +62,9 @@ class FullMotion:
         system, names = self.turbine.system, list(self._motion.rigid)
         numbers = [names.index(body.name) for body in system.rigid_bodies]
         self._columns = (12 * np.array(numbers)[:, None] + np.arange(12)).ravel()
-        bodies = {
-            body.name: body
-            for body in run.turbine.system.flexible_bodies
-            if isinstance(body, ReducedBody)
+        self._expanded = {
+            m.body.name: _Expanded(run.reduced[m.body.name].body, m) for m in system.flexible_models
         }
-        self._expanded = [_Expanded(bodies[m.body.name], m) for m in system.flexible_models]
-        stored = [body.name for body in self._motion.bodies]
-        self._numbers = [stored.index(m.body.name) for m in system.flexible_models]
         self._state = system.initial_state()
 
     def find_state(self, row: int) -> State:
@@ -80,9 +75,9 @@ class FullMotion:
         motion, state = self._motion, self._state
         state.time = float(motion.times[row])
         state.q, state.q_dot = (x[row, self._columns] for x in (motion.q, motion.q_dot))
-        for k, body, u, v in zip(self._numbers, self._expanded, state.u, state.v, strict=True):
-            u.array[:] = body.expand(motion.vectors[k][row] - body.starts).ravel()
-            v.array[:] = body.expand(motion.velocities[k][row]).ravel()
+        for (name, body), u, v in zip(self._expanded.items(), state.u, state.v, strict=True):
+            u.array[:] = body.expand(motion.vectors[name][row] - body.starts).ravel()
+            v.array[:] = body.expand(motion.velocities[name][row]).ravel()
         return state
 
 

@@ -12,7 +12,6 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records import names
 from turbine_fenicsx.reduction.recovered_plies import RecoveredPlies
-from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 
@@ -71,11 +70,8 @@ class PlyRecovery:
         plies = turbine.rotor.blades.make_plies(system, turbine.meshes[BODY])
         if plies is None:
             raise InputError("blades of one material have no plies that could be recovered")
-        model = next(m for m in system.flexible_models if m.body.name == BODY)
-        assert isinstance(model, ReducedModel)
-        number = [body.name for body in run.motion.bodies].index(BODY)
-        self.run, self.plies, self.vectors = run, plies, run.motion.vectors[number]
-        self.recovered = RecoveredPlies(model, plies.stresses)
+        self.run, self.plies, self.vectors = run, plies, run.motion.vectors[BODY]
+        self.recovered = RecoveredPlies(run.reduced[BODY], plies.stresses)
 
     def find_history(
         self, criterion: str = "tsai_wu", progress: Callable[[float], None] = lambda part: None

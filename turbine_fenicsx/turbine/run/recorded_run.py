@@ -60,32 +60,35 @@ class RecordedRun:
         """
         path, case, motion = on_rank0(comm, lambda: _read(folder, overrides))
         turbine = build_turbine(_leave_out(case), comm)
-        for model in turbine.system.flexible_models:
-            if isinstance(model, ReducedModel) and describe_body(model) not in motion.bodies:
-                basis = path / f"basis_{model.body.name}.npz"
+        run = cls(path, turbine, motion)
+        for name, model in run.reduced.items():
+            if describe_body(model) not in motion.bodies:
+                basis = path / f"basis_{name}.npz"
                 raise InputError(
                     f"{str(path / MOTION)!r} does not belong to {str(basis)!r}: their functions, "
                     "or numbers of copies, differ"
                 )
-        return cls(path, turbine, motion)
+        return run
+
+    @property
+    def reduced(self) -> dict[str, ReducedModel]:
+        """The reduced bodies by their names."""
+        models = self.turbine.system.flexible_models
+        return {m.body.name: m for m in models if isinstance(m, ReducedModel)}
 
     def list_states(self) -> Iterator[State]:
         """States of the rows of the motion, of which the next one changes those before. Collective.
 
         They have the displacements of reduced bodies alone.
         """
-        system, stored = self.turbine.system, [body.name for body in self.motion.bodies]
+        system = self.turbine.system
         state = system.initial_state()
-        models = [
-            (model, u, self.motion.vectors[stored.index(model.body.name)])
-            for model, u in zip(system.flexible_models, state.u, strict=True)
-            if isinstance(model, ReducedModel)
-        ]
+        vectors = {model: u for model, u in zip(system.flexible_models, state.u, strict=True)}
         for row, time in enumerate(self.motion.times):
             state.time = float(time)
-            for model, u, vectors in models:
-                z = vectors[row].reshape(-1, 3)[: model.n_owned]
-                u.array[:] = (z - model.positions).ravel()
+            for name, model in self.reduced.items():
+                z = self.motion.vectors[name][row].reshape(-1, 3)[: model.n_owned]
+                vectors[model].array[:] = (z - model.positions).ravel()
             yield state
 
 
