@@ -15,7 +15,7 @@ constraints=$venv/constraints.txt
 packages=(
     python3-dolfinx python3-dolfinx-real python3-petsc4py python3-petsc4py-real
     python3-slepc4py python3-slepc4py-real python3-mpi4py python3-numpy python3-scipy
-    python3-gmsh gmsh python3-h5py-serial
+    python3-gmsh gmsh python3-h5py python3-h5py-serial
     python3-venv python3-dev gcc g++ make # DOLFINx compiles its forms when they are first used
     openmpi-bin
     libopenblas0-pthread                   # several times faster than the default BLAS
@@ -180,7 +180,7 @@ install_python_packages() {
     [ "$source" != pypi ] || extras=solver,$extras
     # Debian's gmsh and h5py are unknown to pip, which would download a second one.
     "$venv/bin/python" -c 'import gmsh' 2>/dev/null || extras=mesh,$extras
-    "$venv/bin/python" -c 'import h5py' 2>/dev/null || extras=vtkhdf,$extras
+    "$venv/bin/python" -c 'from h5py import File' 2>/dev/null || extras=vtkhdf,$extras
     say "Python packages [$extras]"
     logged "$venv/bin/python" -m pip install --disable-pip-version-check -c "$constraints" -e ".[$extras]" ||
         fail_logged "the Python packages"

@@ -35,6 +35,7 @@ def import_h5py() -> Any:
     """
     try:
         import h5py
+        from h5py import File  # noqa: F401  (Debian's python3-h5py-serial alone is an empty package)
     except (ImportError, ValueError) as error:  # beside another HDF5 it fails in its own ways
         raise InputError(
             "VTKHDF files need h5py: apt install python3-h5py for Debian's DOLFINx, pip install "
