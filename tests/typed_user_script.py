@@ -254,6 +254,24 @@ def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
     return tfx.equilibrium(tfx.MultibodySystem(comm, [beams, *clamps, tfx.Gravity()]))
 
 
+def sections(comm: MPI.Intracomm) -> tfx.State:
+    """A beam of section matrices, bent by its weight."""
+    line = assert_type(tfx.BeamLine.straight(length=10.0, twist=0.2), tfx.BeamLine)
+    matrices = np.array([np.diag([1e7, 1e7, 1e8, 1e6, 1e6, 1e6]), np.diag([1.0] * 6)])
+    of_beam = tfx.BeamSections(
+        np.array([0.0, line.length]), matrices[[0, 0]], 100.0 * matrices[[1, 1]]
+    )
+    box = tfx.box_carrier("beam", line, (0.5, 0.2), cells=12, comm=comm)
+    carrier = assert_type(box.carrier, tfx.Carrier)
+    basis = assert_type(
+        tfx.beam_basis(carrier, line, of_beam, elements=4, degree=3, start=box.start),
+        tfx.BeamBasis,
+    )
+    body = tfx.ReducedBody("beam", carrier, basis)
+    clamp = tfx.Coupling("clamp", body, box.start, None)
+    return tfx.equilibrium(tfx.MultibodySystem(comm, [body, clamp, tfx.Gravity()]))
+
+
 def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     """A soft beam on a swinging arm."""
     body, foot = beam(comm)
@@ -352,7 +370,7 @@ def main(folder: Path) -> None:
     print(Drag("drag", body, foot).name, duration(tfx.StepTimes.from_start(0.0, 0.1)))
     case = assert_type(tfx.Case.parse({"time": {"end": 1.0}}), tfx.Case)
     print(assert_type(case.time.end, float), assert_type(tfx.BladeGeometry(), tfx.BladeGeometry))
-    print(reduced(comm, folder / "beam.npz").time)
+    print(reduced(comm, folder / "beam.npz").time, sections(comm).time)
     turbine(comm, folder)
     print(tfx.read_run(folder / "out").shape)
     print(assert_type(tfx.system_matrices(tfx.MultibodySystem(comm, [a])), tfx.SystemMatrices))

@@ -13,6 +13,8 @@ from turbine_fenicsx.analysis.modes import modes as modes
 from turbine_fenicsx.analysis.statics import equilibrium as equilibrium
 from turbine_fenicsx.analysis.turning import turning_equilibrium as turning_equilibrium
 from turbine_fenicsx.analysis.turning_modes import turning_modes as turning_modes
+from turbine_fenicsx.bodies.beam_basis import BeamBasis as BeamBasis
+from turbine_fenicsx.bodies.carrier import Carrier as Carrier
 from turbine_fenicsx.bodies.coupling import Coupling as Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody as FlexibleBody
 from turbine_fenicsx.bodies.placement import Placement as Placement
@@ -84,6 +86,10 @@ from turbine_fenicsx.postprocessing.data_frame import read_run as read_run
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile as VtkHdfFile
 from turbine_fenicsx.reduction.basis_file import read_basis as read_basis
 from turbine_fenicsx.reduction.basis_file import write_basis as write_basis
+from turbine_fenicsx.reduction.beam_basis import beam_basis as beam_basis
+from turbine_fenicsx.reduction.beam_line import BeamLine as BeamLine
+from turbine_fenicsx.reduction.beam_sections import BeamSections as BeamSections
+from turbine_fenicsx.reduction.box_carrier import box_carrier as box_carrier
 from turbine_fenicsx.reduction.judge import judge as judge
 from turbine_fenicsx.reduction.load_path import LoadPath as LoadPath
 from turbine_fenicsx.reduction.reduce_body import reduce_body as reduce_body

@@ -16,7 +16,7 @@ class DeformableBody:
 
     Attributes:
         name: Unique name.
-        full: The `FlexibleBody` to whose mesh facets, points and pictures refer.
+        full: The `FlexibleBody` or `Carrier` to whose mesh facets, points and pictures refer.
         placements: Where each copy of the mesh stands; one copy where it is by default.
         displacement: What its model makes the initial displacement of; None if that is zero.
     """

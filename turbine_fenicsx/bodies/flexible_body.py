@@ -9,16 +9,12 @@ import numpy as np
 from dolfinx.mesh import Mesh
 from ufl.core.expr import Expr
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.mesh_check import check_body_mesh
 from turbine_fenicsx.foundation.argument_checks import describe
-from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.base import Material
 from turbine_fenicsx.materials.cell_fields import Scalar, check_cells
-
-CELLS = ("hexahedron", "tetrahedron")
-"""Cells that a mesh may have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +57,6 @@ class FlexibleBody(DeformableBody):
             lambda rho: (rho > 0.0) & (rho < np.inf),
             density=self.density,
         )
-        if self.degree not in (1, 2):
-            raise ModelError(f"degree of {self.name!r} must be 1 or 2, got {self.degree}")
         if not isinstance(self.material, Material):
             raise TypeError(
                 f"material of {self.name!r} needs strain_energy() and quadratic, got "
@@ -82,12 +76,7 @@ class FlexibleBody(DeformableBody):
                 f"displacement of {self.name!r} must be a function of positions or an array, got "
                 f"{describe(self.displacement)}"
             )
-        dims, cell = (self.mesh.topology.dim, self.mesh.geometry.dim), _compat.cell_name(self.mesh)
-        if dims != (3, 3) or cell not in CELLS:
-            raise ModelError(
-                f"mesh of {self.name!r} must be three-dimensional, of {' or '.join(CELLS)} cells; "
-                f"got {cell} cells in {dims[1]} dimensions"
-            )
+        check_body_mesh(self.name, self.mesh, self.degree)
 
     @property
     def full(self) -> FlexibleBody:  # type: ignore[override]

@@ -6,10 +6,12 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.placement import Placement
@@ -20,9 +22,6 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 SAME_PLACE = 1e-9
 """Maximum distance of two nodes in the same place, relative to the size of the body."""
 
-FLAT = ("masses", "surface_of", "viscosity", "singular_values")
-"""Attributes of a basis with one index."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReducedBasis:
@@ -31,8 +30,9 @@ class ReducedBasis:
     Vectors z_k in space move the body by x(X, t) = sum_k F_k(X) z_k(t). An interface s is a surface
     that couplings hold. Its four functions are f_s and f_s (X - X_s)_j, and their vectors a point
     and three directors. The function f_s is one on its surface and zero on the others; all f_s add
-    up to one. The other functions are zero on all interfaces. A body without interfaces has the
-    point and the directors all the same, with f = 1.
+    up to one. (Of a beam, the last three are such on surfaces only; a rigid motion of all
+    interfaces moves it rigidly all the same.) The other functions are zero on all interfaces. A
+    body without interfaces has the point and the directors all the same, with f = 1.
 
     `turbine_fenicsx.reduce_body` makes a basis, `turbine_fenicsx.write_basis` and
     `turbine_fenicsx.read_basis` keep it in a file. Arrays cannot be written to.
@@ -49,7 +49,7 @@ class ReducedBasis:
         viscosity: Times Z of the viscous losses sum_r Z_r c_r'^2 of c = W^T e, shape (r,) [s];
             shape (0,) of materials without viscosity.
         cells: What the basis belongs to: a row for each cell with its middle, volume, density, and
-            numbers that stand for stiffness and viscosity, shape (cells, 7).
+            numbers that stand for stiffness and viscosity, shape (cells, 7); shape (0, 7) of beams.
         singular_values: Of the equilibria that functions were made of, largest first: roots of the
             energies that they had beyond the functions before them [sqrt(J)]; shape (0,) if none.
     """
@@ -65,11 +65,13 @@ class ReducedBasis:
     cells: Array
     singular_values: Array
 
+    FLAT: ClassVar[tuple[str, ...]] = ("masses", "surface_of", "viscosity", "singular_values")
+
     def __post_init__(self) -> None:
         for field in fields(self):
             kind = np.int64 if field.name == "surface_of" else np.float64
             values = np.array(getattr(self, field.name), dtype=kind, order="C")
-            if values.ndim != (1 if field.name in FLAT else 2):
+            if values.ndim != (1 if field.name in self.FLAT else 2):
                 raise ModelError(f"{field.name} of a basis has the shape {values.shape}")
             if not np.all(np.isfinite(values)):
                 raise ModelError(f"{field.name} of a basis must be finite")
@@ -182,7 +184,8 @@ class ReducedBody(DeformableBody):
 
     Args:
         name: Unique name.
-        full: The body that the basis was made of; facets and points refer to its mesh.
+        full: The body that the basis was made of, or the carrier of a beam; facets and points
+            refer to its mesh.
         basis: The basis.
         placements: Where each copy stands; one copy where the mesh is by default. Couplings name
             the copy that they hold.
@@ -198,19 +201,19 @@ class ReducedBody(DeformableBody):
     """
 
     name: str
-    full: FlexibleBody
+    full: FlexibleBody | Carrier
     basis: ReducedBasis
     placements: Sequence[Placement] = (Placement(),)
     velocity: Callable[[Array], Array] | None = None
     displacement: Callable[[Array], Array] | Array | None = None
 
     def __post_init__(self) -> None:
-        kinds = {"full": FlexibleBody, "basis": ReducedBasis}
-        for key, kind in kinds.items():
-            if not isinstance(getattr(self, key), kind):
+        kinds = {"full": (FlexibleBody, Carrier), "basis": (ReducedBasis,)}
+        for key, of_key in kinds.items():
+            if not isinstance(getattr(self, key), of_key):
+                names = " or a ".join(kind.__name__ for kind in of_key)
                 raise TypeError(
-                    f"{key} of {self.name!r} must be a {kind.__name__}, got "
-                    f"{describe(getattr(self, key))}"
+                    f"{key} of {self.name!r} must be a {names}, got {describe(getattr(self, key))}"
                 )
         if not self.placements:
             raise ModelError(f"placements of {self.name!r} must name one copy or more")

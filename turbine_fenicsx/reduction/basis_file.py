@@ -11,19 +11,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.bodies.beam_basis import BeamBasis
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis
 from turbine_fenicsx.foundation.array_file import read_arrays, write_arrays
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.elasticity import Law
-from turbine_fenicsx.reduction.fingerprint import describe_cells, find_difference
+from turbine_fenicsx.reduction.fingerprint import describe_cells, find_difference, find_other_nodes
 
 VERSION = 2
 """Version of the file."""
 
-ARRAYS = tuple(field.name for field in fields(ReducedBasis))
-"""Arrays of the file besides the version."""
+KINDS: tuple[type[ReducedBasis], ...] = (BeamBasis, ReducedBasis)
+"""Kinds of bases; a file holds the arrays of the first one whose arrays are all there."""
 
 
 def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
@@ -46,16 +48,17 @@ def write_basis(path: str | os.PathLike[str], basis: ReducedBasis) -> None:
         there = {member.removesuffix(".npy") for member in archive.namelist()}
         if not {"version", "functions"} <= there:  # those of earlier versions may be replaced
             raise InputError(f"{name!r} holds other arrays, which a basis does not replace")
-    arrays = {name: getattr(basis, name) for name in ARRAYS}
+    arrays = {name: getattr(basis, name) for name in _name_arrays(type(basis))}
     write_arrays(path, {"version": np.array(VERSION), **arrays})
 
 
-def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis:
+def read_basis(path: str | os.PathLike[str], body: FlexibleBody | Carrier) -> ReducedBasis:
     """Read the basis of a body from a file.
 
     Args:
         path: A file of `write_basis`.
-        body: The body, with the mesh and material that the basis was made of.
+        body: The body, with the mesh and material that the basis was made of, or the carrier of a
+            beam.
 
     Raises:
         InputError: for a file that is not a basis, or that of another mesh, material or density, on
@@ -67,12 +70,16 @@ def read_basis(path: str | os.PathLike[str], body: FlexibleBody) -> ReducedBasis
     """
     name, comm = os.fspath(path), body.mesh.comm
     arrays = on_rank0(comm, lambda: _read_arrays(name))
-    try:
-        basis = ReducedBasis(**arrays)
-    except ModelError as error:
-        raise InputError(f"{name!r} is damaged: {error}") from None
-    nodes = _compat.vector_space(body.mesh, body.degree).dofmap.index_map.size_global
-    difference = find_difference(basis, describe_cells(body, Law(body)), nodes)
+    basis = _make(name, arrays)
+    space = _compat.vector_space(body.mesh, body.degree)
+    nodes = space.dofmap.index_map.size_global
+    if isinstance(basis, BeamBasis) != isinstance(body, Carrier):
+        kind = "a beam" if isinstance(basis, BeamBasis) else "a body of a material"
+        difference = f"but of {kind}"
+    elif isinstance(body, Carrier):
+        difference = find_other_nodes(basis, body.mesh.comm, space)
+    else:
+        difference = find_difference(basis, describe_cells(body, Law(body)), nodes)
     if difference:
         raise InputError(
             f"{name!r} is not a basis of {body.name!r}, {difference}: reduce the body anew"
@@ -97,11 +104,22 @@ class BasisSizes(NamedTuple):
 def read_sizes(path: str | os.PathLike[str]) -> BasisSizes:
     """Sizes of a basis in a file, without its body; on one rank."""
     name = os.fspath(path)
+    basis = _make(name, _read_arrays(name))
+    return BasisSizes(len(basis.points), basis.size, basis.strain_factor.shape[1])
+
+
+def _name_arrays(kind: type[ReducedBasis]) -> tuple[str, ...]:
+    """Arrays of the file of a kind of basis, besides the version."""
+    return tuple(field.name for field in fields(kind))
+
+
+def _make(name: str, arrays: dict[str, Any]) -> ReducedBasis:
+    """The basis of the arrays of a file."""
+    kind = next(kind for kind in KINDS if set(_name_arrays(kind)) <= set(arrays))
     try:
-        basis = ReducedBasis(**_read_arrays(name))
+        return kind(**arrays)
     except ModelError as error:
         raise InputError(f"{name!r} is damaged: {error}") from None
-    return BasisSizes(len(basis.points), basis.size, basis.strain_factor.shape[1])
 
 
 def _read_arrays(path: str) -> dict[str, Any]:
@@ -114,7 +132,8 @@ def _read_arrays(path: str) -> dict[str, Any]:
             f"{path!r} is a basis of version {version}, and this is version {VERSION}: "
             "reduce the body anew"
         )
-    numbers = all(arrays[name].dtype.kind in "biuf" for name in ARRAYS if name in arrays)
-    if version is None or not set(ARRAYS) <= set(arrays) or not numbers:
+    expected = next((names for k in KINDS if set(names := _name_arrays(k)) <= set(arrays)), ())
+    numbers = all(arrays[name].dtype.kind in "biuf" for name in expected)
+    if version is None or not expected or not numbers:
         raise InputError(f"{path!r} is not {what}, or damaged")
-    return {name: arrays[name] for name in ARRAYS}
+    return {name: arrays[name] for name in expected}

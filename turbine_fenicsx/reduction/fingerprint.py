@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from mpi4py import MPI
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -12,6 +16,7 @@ from turbine_fenicsx.foundation.parallel import raise_together
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.cell_fields import is_field
 from turbine_fenicsx.reduction.elasticity import Law
+from turbine_fenicsx.system.mesh_areas import positions_of
 from turbine_fenicsx.system.quadrature import stress_rule
 
 EQUAL = 1e-9
@@ -76,4 +81,20 @@ def find_difference(basis: ReducedBasis, cells: Array, nodes: int) -> str:
         a, b = cells[:, column], stored[:, column]
         if np.max(np.abs(a - b)) > EQUAL * max(np.max(np.abs(a)), np.max(np.abs(b))):
             return f"the cells have another {word}"
+    return ""
+
+
+def find_other_nodes(basis: ReducedBasis, comm: MPI.Intracomm, space: Any) -> str:
+    """How a mesh differs from that of a basis without cells, a clause; empty if it does not.
+
+    Args:
+        comm: Communicator of the mesh.
+        space: Space of its displacement.
+    """
+    points = np.concatenate(comm.allgather(positions_of(space)))
+    if len(points) != len(basis.points):
+        return f"the mesh has {len(points)} nodes, and that of the basis {len(basis.points)}"
+    size = float(np.max(np.ptp(basis.points, axis=0)))
+    if np.max(cKDTree(basis.points).query(points)[0]) > SAME_PLACE * size:
+        return "the nodes of the mesh stand elsewhere"
     return ""

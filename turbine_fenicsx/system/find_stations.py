@@ -12,6 +12,7 @@ import numpy.typing as npt
 from turbine_fenicsx.forces.section_loads import StationLine
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.system.flexible_model import FlexibleModel
+from turbine_fenicsx.system.mesh_areas import find_areas
 from turbine_fenicsx.system.section_transfer import find_flat, share_out, sum_stations
 
 
@@ -25,7 +26,7 @@ def find_stations(
         most: Maximum number of stations.
         axis: The coordinate along which they stand, from the origin.
     """
-    areas, X = model.find_areas("stations", facets), model.positions
+    areas, X = find_areas(model.space, "stations", facets), model.positions
     along = np.concatenate(model.comm.allgather(X[areas > 0.0, axis]))
     if not len(along):
         raise ModelError(f"the skin of {model.body.name!r} has no nodes")

@@ -269,24 +269,6 @@ class FlexibleModel(WeakForm, BodyModel):
         """This rank's part of the strain energy [J]. Collective."""
         return float(self.integrals(u, u)[7])
 
-    def find_areas(self, name: str, facets: npt.ArrayLike) -> Array:
-        """Area of facets that belongs to each owned node, shape (n_owned,) [m^2]. Collective.
-
-        Args:
-            name: Name of what acts on them, for errors.
-            facets: Facets of the surface, indices local to this rank (ghosts allowed).
-        """
-        found = check_facets(name, self.body.mesh, facets)
-        ds = _compat.facet_measure(self.body.mesh, found, np.ones(found.size, dtype=np.int32))
-        w = ufl.TestFunction(self.space)
-        vector = self.new_vector()
-        form = ufl.dot(self.parameter((1.0, 1.0, 1.0)), w) * ds(1)
-        self.assemble(_compat.compile_form(form), vector)
-        areas = np.array(vector.array_r[::3])
-        vector.destroy()
-        # some shape functions have the mean zero on a face: round-off is no area
-        return np.where(np.abs(areas) > 1e-12 * np.max(np.abs(areas), initial=0.0), areas, 0.0)
-
     def sum_at_owners(self, values: Array) -> Array:
         """Sum of nodal values that several ranks hold parts of. Collective.
 

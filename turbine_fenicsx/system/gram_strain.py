@@ -17,9 +17,15 @@ J is linear in y, so that the mean J of two configurations takes their differenc
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.foundation.types import Array
+
+SPARSE = 0.1
+"""Share of entries that are not zero below which a matrix is kept as a sparse one, as of beams."""
 
 
 class GramStrain:
@@ -38,17 +44,16 @@ class GramStrain:
         m, n = strain_vectors.shape
         self._first, self._second = pairs = np.triu_indices(m)
         kept = ~(np.isin(pairs[0], rigid) & np.isin(pairs[1], rigid))
-        self._W = np.where(kept[:, None], strain_factor, 0.0)
-        self._W_single = self._W.astype(np.float32)
+        W = np.where(kept[:, None], strain_factor, 0.0)
+        self._W, self._W_single = _store(W)
         self._L = strain_vectors
         self._L_single = self._L.astype(np.float32)
         self._at_rest = self._pair(at_rest[None], at_rest[None])
-        self.size = r = self._W.shape[1]
+        self.size = r = W.shape[1]
         T = np.zeros((r, m, m))
-        T[:, self._first, self._second] = self._W.T
-        T[:, self._second, self._first] += self._W.T
-        self._T = (self._L.T @ T).reshape(r * n, m)
-        self._T_single = self._T.astype(np.float32)
+        T[:, self._first, self._second] = W.T
+        T[:, self._second, self._first] += W.T
+        self._T, self._T_single = _store((self._L.T @ T).reshape(r * n, m))
 
     def vectors(self, z: Array) -> Array:
         """Vectors y = L z, shape (copies, m, 3) for z of shape (copies, n, 3)."""
@@ -103,6 +108,13 @@ class GramStrain:
         """Scalar products of all pairs, shape (copies, pairs)."""
         products: Array = (a @ b.swapaxes(1, 2))[:, self._first, self._second]
         return products
+
+
+def _store(matrix: Array) -> tuple[Any, Any]:
+    """A matrix in double and in single precision, sparse if few entries are not zero."""
+    if np.count_nonzero(matrix) < SPARSE * matrix.size:
+        matrix = csr_matrix(matrix)
+    return matrix, matrix.astype(np.float32)
 
 
 def add_to_components(A: Array, of_each: Array, factor: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.reduced_body import SAME_PLACE, ReducedBody
 from turbine_fenicsx.forces.body_force import BodyForce
 from turbine_fenicsx.forces.node_force import NodeForce
@@ -30,8 +31,13 @@ def check_mesh(body: ReducedBody, space: Any) -> None:
 
 
 def check_forces(body: ReducedBody, forces: Sequence[object]) -> None:
-    """Raise a ModelError for forces that need the mesh."""
+    """Raise a ModelError for forces that need the mesh, or its masses."""
     for force in forces:
+        if isinstance(force, BodyForce) and isinstance(body.full, Carrier):
+            raise ModelError(
+                f"{force.name!r} acts on the masses of a mesh, and that of {body.name!r} has none: "
+                "forces on nodes and sections, and gravity, can act on it"
+            )
         if not isinstance(force, NodeForce | BodyForce | SectionLoads):
             raise ModelError(
                 f"{getattr(force, 'name', force)!r} acts on the surface of {body.name!r}, which is "

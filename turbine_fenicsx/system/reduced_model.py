@@ -216,7 +216,7 @@ class ReducedModel(BodyModel):
     @cached_property
     def full(self) -> FlexibleModel:
         """The body on its mesh. Collective."""
-        return FlexibleModel(self.body.full)
+        return FlexibleModel(self.body.full)  # type: ignore[arg-type]  # see check_forces
 
     def rows(self, copy: int, nodes: IntArray, weights: Array | csr_matrix) -> csr_matrix:
         """The weights times the functions at the nodes, for the vectors of the copy."""

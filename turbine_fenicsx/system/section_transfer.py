@@ -37,6 +37,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
+from turbine_fenicsx.system.mesh_areas import find_areas, positions_of
 
 SLENDEREST = 1e-6
 """Smallest moment of inertia of a section, relative to the largest, below which it is a line."""
@@ -182,13 +183,13 @@ def _find_rows(
     model: BodyNodes, name: str, line: StationLine
 ) -> tuple[sparse.csr_matrix, Array, Array, Array]:
     """Rows of a line, shape (4 stations, n_owned), numbers of nodes, sum w R R^T, and centres."""
-    mesh, (R, t) = model.full, model.body.placements[line.copy].frame()
-    areas, X = mesh.find_areas(name, line.facets), mesh.positions
+    R, t = model.body.placements[line.copy].frame()
+    areas, X = find_areas(model.space, name, line.facets), positions_of(model.space)
     stations = np.asarray(line.stations, dtype=float)
 
     def measure(wider: StationLine) -> tuple[StationSums, tuple[IntArray, IntArray, Array]]:
         shares = share_out(wider, t + X @ R.T, areas)
-        return sum_stations(mesh.comm, wider.size, X, shares), shares
+        return sum_stations(model.comm, wider.size, X, shares), shares
 
     sums, shares = own = measure(line)
     number = line.size
@@ -215,7 +216,7 @@ def _make_rows(
 ) -> sparse.csr_matrix:
     """Rows H_0, H_1, H_2, H_3 of stations over the owned nodes of a body. Collective."""
     nodes, station, w = shares
-    arms = model.full.positions[nodes] - sums.centres[station]
+    arms = positions_of(model.space)[nodes] - sums.centres[station]
     values = w[:, None] * np.column_stack([1.0 / sums.total[station], arms])
     first = model.space.dofmap.index_map.local_range[0]
     found = model.comm.allgather((first + nodes, station, values))

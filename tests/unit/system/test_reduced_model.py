@@ -354,7 +354,7 @@ def test_bodies_that_are_wrong_are_refused():
     basis = clamped_basis()
     with pytest.raises(TypeError, match="basis of 'r' must be a ReducedBasis, got"):
         ReducedBody("r", beam(), 3.0)
-    with pytest.raises(TypeError, match="full of 'r' must be a FlexibleBody, got"):
+    with pytest.raises(TypeError, match="full of 'r' must be a FlexibleBody or a Carrier, got"):
         ReducedBody("r", RigidBody("b", 1.0, (1.0, 1.0, 1.0)), basis)
     with pytest.raises(ValueError, match="placements of 'r' must name one copy or more"):
         ReducedBody("r", beam(), basis, [])

@@ -1,0 +1,344 @@
+"""Claims about beams of section matrices: statics, frequencies, section loads, conservation."""
+
+import numpy as np
+import pytest
+from reduced_beams import march, placements
+from section_beams import (
+    COMM,
+    LENGTH,
+    bent_line,
+    carried,
+    clamped_beam,
+    move_axis,
+    pull_end,
+    sections,
+)
+
+from turbine_fenicsx import (
+    BeamBasis,
+    BeamLine,
+    BeamSections,
+    BodyForce,
+    Coupling,
+    EnergyMomentum,
+    ModelError,
+    MultibodySystem,
+    NodeForce,
+    ReducedBody,
+    Revolute,
+    RigidBody,
+    SolverOptions,
+    beam_basis,
+    box_carrier,
+    equilibrium,
+    modes,
+    read_basis,
+    write_basis,
+)
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.reduction.beam_strains import _split
+from turbine_fenicsx.system import gram_strain
+
+CONSERVED = 1e-11
+
+
+# --- statics
+
+
+@pytest.fixture(scope="module")
+def twisted():
+    """The bar of BeamDyn's test bd_static_twisted_with_k1 as a function of its elements."""
+    C = np.diag([8.2604167e9, 8.2604167e9, 2.5e10, 0.520833e9, 0.130208333e9, 0.141872656e9])
+    M = np.diag([678.935, 678.935, 678.935, 973.04, 972.86, 1945.9])
+    line = BeamLine.straight(LENGTH, -0.5 * np.pi)
+    bar = BeamSections([0.0, LENGTH], np.array([C, C]), np.array([M, M]))
+
+    def bend(elements, degree, force=4e6):
+        box = box_carrier("bar", line, (0.2, 0.2), elements * degree, COMM)
+        basis = beam_basis(box.carrier, line, bar, elements, degree, box.start, hold=1.0)
+        body = ReducedBody("bar", box.carrier, basis)
+        clamp = Coupling("clamp", body, box.start, None)
+        system = MultibodySystem(COMM, [body, clamp, *pull_end((0.0, -force, 0.0))(body)])
+        state = equilibrium(system, np.linspace(0.2, 1.0, 5))
+        return system, state, basis
+
+    return bend
+
+
+def test_a_twisted_bar_bends_as_that_of_beamdyn(twisted):
+    system, state, basis = twisted(8, 3)
+    tip = move_axis(state, basis)
+    of_beamdyn = np.array([1.71810805, -3.59245231, -1.14114462])
+    assert np.linalg.norm(tip - of_beamdyn) < 1e-3 * np.linalg.norm(of_beamdyn)
+    # the load holds all sections in equilibrium, about their own axes
+    model = system.flexible_models[0]
+    y = model.strain.vectors(model.vectors(state.u[0].array))
+    of_gauss = basis.find_section_loads(y, model.strain.strain(y))[0]
+    root = (basis.find_weights(np.zeros(1)) @ of_gauss)[0]
+    assert root[:3] == pytest.approx([0.0, -4e6, 0.0], abs=5e3)
+    end = np.array([0.0, 0.0, LENGTH]) + tip
+    assert root[3:] == pytest.approx(np.cross(end, [0.0, -4e6, 0.0]), abs=2e5)
+
+
+@pytest.mark.parametrize(("degree", "elements"), [(1, 8), (2, 4), (3, 2)])
+def test_small_deflections_converge_with_twice_the_degree(twisted, degree, elements):
+    def bend(elements, degree):
+        return move_axis(*twisted(elements, degree, 4e3)[1:])
+
+    errors = [np.linalg.norm(bend(n, degree) - bend(8, 5)) for n in (elements, 2 * elements)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2 * degree, abs=0.1)
+
+
+def test_couplings_of_a_section_turn_a_beam_that_bends():
+    """A clamped beam under a moment at its end has the curvature C^-1 M everywhere."""
+    C = np.diag([3.0e7, 2.0e7, 6.0e7, 4.0e5, 9.0e5, 2.5e5])
+    C[3, 5] = C[5, 3] = 1.2e5
+    box, basis = carried()
+    basis = beam_basis(
+        box.carrier, BeamLine.straight(LENGTH), sections(stiffness=C), 4, 3, box.start
+    )
+    body = ReducedBody("beam", box.carrier, basis)
+    corners = basis.points[np.argsort(-basis.points[:, 2])[:4]]
+    M, arm = 100.0, 0.4
+    pairs = [
+        NodeForce(
+            f"pull {k}",
+            body,
+            point=p,
+            force=(0.0, 0.0, M * np.sign(p[1]) / arm),
+            function=lambda t: t,
+        )
+        for k, p in enumerate(corners)
+    ]
+    clamp = Coupling("start", body, box.start, None)
+    state = equilibrium(MultibodySystem(COMM, [body, clamp, *pairs]), [1.0])
+    bend, turn = np.linalg.solve(C, [0.0, 0.0, 0.0, M, 0.0, 0.0])[[3, 5]] * LENGTH
+    high, low = (
+        basis.functions[np.argmin(np.linalg.norm(basis.points - (x, 0.1, LENGTH), axis=1))]
+        for x in (0.2, -0.2)
+    )
+    across = (high - low) @ state.u[0].array.reshape(-1, 3)
+    assert across[1] / 0.4 == pytest.approx(turn, rel=1e-3)
+    assert move_axis(state, basis)[1] == pytest.approx(-0.5 * bend * LENGTH, rel=1e-3)
+
+
+# --- mass and modes
+
+
+@pytest.mark.parametrize("ends", [0, 1, 2])
+def test_rigid_motions_have_no_strain_and_the_momenta_of_the_sections(ends):
+    _, basis = carried("bent", ends=ends, taper=0.4)
+    z = basis.vectors
+    assert np.allclose(basis.functions @ z, basis.points, rtol=0.0, atol=1e-12)
+    turn = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
+    moved = z @ turn.T + np.outer(basis.is_point, [1.0, 2.0, 3.0])
+    assert np.allclose(basis.functions @ moved, basis.points @ turn.T + [1.0, 2.0, 3.0], atol=1e-12)
+    strain = gram_strain.GramStrain(
+        basis.strain_factor, basis.strain_vectors, basis.strain_vectors @ z, range(0)
+    )
+    stress = strain.strain(strain.vectors(moved[None]))
+    assert np.max(np.abs(stress)) < 1e-9 * np.sqrt(6e7 * LENGTH)
+    # mass, centre and second moments by a fine sum over sections
+    line, own = bent_line(), sections(bent_line().length, taper=0.4)
+    s = (np.arange(4000) + 0.5) / 4000 * line.length
+    r, d = line.at(s)
+    A = own.moments_at(s) * line.length / 4000
+    of_sections = np.concatenate([r[:, None], d], axis=1)
+    second = np.einsum("kai,kab,kbj->ij", of_sections, A, of_sections)
+    first = np.einsum("kb,kbj->j", A[:, 0], of_sections)
+    h = basis.is_point
+    assert h @ basis.mass @ h == pytest.approx(A[:, 0, 0].sum(), rel=1e-7)
+    assert np.allclose(h @ basis.mass @ z, first, rtol=1e-4)
+    assert np.allclose(z.T @ basis.mass @ z, second, rtol=1e-4, atol=1e-4 * second.max())
+
+
+@pytest.mark.parametrize(("ends", "roots"), [(1, (1.8751, 4.6941)), (2, (4.7300, 7.8532))])
+def test_slender_beams_have_the_frequencies_of_bernoulli(ends, roots):
+    C = np.diag([4e9, 4e9, 4e9, 4e5, 9e5, 2.5e7])
+    box, _ = carried(ends=ends)
+    M = 300.0 * np.diag([1.0, 1.0, 1.0, 1e-4, 1e-4, 2e-4])
+    own = BeamSections([0.0, LENGTH], np.array([C, C]), np.array([M, M]))
+    line = BeamLine.straight(LENGTH)
+    held = (box.start, box.end)[:ends]
+    basis = beam_basis(box.carrier, line, own, 8, 3, *held)
+    body = ReducedBody("beam", box.carrier, basis)
+    clamps = [Coupling(f"clamp {k}", body, facets, None) for k, facets in enumerate(held)]
+    system = MultibodySystem(COMM, [body, *clamps])
+    found = [mode.frequency for mode in modes(system, count=4).modes]
+    wanted = [
+        root**2 * np.sqrt(EI / 300.0) / (2.0 * np.pi * LENGTH**2)
+        for root in roots
+        for EI in (4e5, 9e5)
+    ]
+    assert found == pytest.approx(sorted(wanted), rel=2e-3)
+
+
+def test_a_free_beam_has_six_rigid_motions():
+    _, basis = carried(ends=0)
+    assert np.linalg.eigvalsh(basis.mass)[0] > 0.0
+    strain = gram_strain.GramStrain(
+        basis.strain_factor,
+        basis.strain_vectors,
+        basis.strain_vectors @ basis.vectors,
+        range(0),
+    )
+    J = strain.jacobian(strain.vectors(basis.vectors[None]))[0]
+    energies = np.linalg.eigvalsh(J.T @ J)
+    assert np.count_nonzero(energies < 1e-9 * energies[-1]) == 6
+
+
+# --- dynamics
+
+
+@pytest.mark.parallel
+@pytest.mark.parametrize(
+    ("steps", "dt"),
+    [(200, 0.05), *(pytest.param(2000, dt, marks=pytest.mark.slow) for dt in (0.02, 0.05))],
+)
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), None])
+def test_beams_on_a_hub_keep_energy_and_momenta(steps, dt, axis):
+    """On a revolute joint the moment about its axis; in free flight all of both."""
+    box, basis = carried("bent", taper=0.5)
+    spin = 1.5 * np.array([1.0, 0.2, -0.1] if axis is None else axis)
+    hub = RigidBody("hub", 2000.0, (500.0,) * 3, angular_velocity=spin)
+    joint = [] if axis is None else [Revolute("main", None, hub, (0.0, 0.0, 0.0), axis=axis)]
+    body = ReducedBody("blades", box.carrier, basis, placements())
+    roots = [Coupling(f"root {k}", body, box.start, hub, k) for k in range(3)]
+    system = MultibodySystem(COMM, [hub, *joint, body, *roots])
+    state = system.initial_state()
+    if COMM.rank == 0:  # the blades do not start as their hub does
+        v = state.v[0].array.reshape(3, -1, 3)
+        axis_nodes = slice(4, 4 + (len(basis.mass) - 4) // 3)
+        noise = np.random.default_rng(0).standard_normal(v[:, axis_nodes].shape)
+        v[:, axis_nodes] += 0.05 * noise
+    before = system.balance(state)
+    state, _, _ = march(
+        EnergyMomentum(system, options=SolverOptions(tolerance=1e-13)), state, dt, steps
+    )
+    after = system.balance(state)
+    assert after.total == pytest.approx(before.total, rel=CONSERVED)
+    size = np.linalg.norm(before.angular)
+    gap = np.abs(after.angular - before.angular)
+    assert (np.max(gap) if axis is None else gap[0]) < CONSERVED * size
+
+
+def test_a_sparse_factor_gives_the_same_numbers(monkeypatch):
+    _, basis = carried("bent")
+    L = basis.strain_vectors
+    made = []
+    for share in (0.0, 0.1):
+        monkeypatch.setattr(gram_strain, "SPARSE", share)
+        made.append(gram_strain.GramStrain(basis.strain_factor, L, L @ basis.vectors, range(3)))
+    assert isinstance(made[0]._W, np.ndarray) and not isinstance(made[1]._W, np.ndarray)
+    y = L @ basis.vectors + 0.1 * np.random.default_rng(2).standard_normal((2, len(L), 3))
+    for function in (
+        lambda g: g.strain(y),
+        lambda g: g.change(y, y[::-1]),
+        lambda g: g.stress(g.strain(y)),
+        lambda g: g.jacobian(y),
+    ):
+        dense, sparse = map(function, made)
+        assert np.allclose(dense, sparse, rtol=0.0, atol=1e-12 * np.abs(dense).max())
+
+
+def test_viscosity_of_each_strain_makes_the_matrix_of_damping():
+    """V V^T = H and V diag(Z) V^T = sqrt(t_i t_j) H_ij."""
+    rng, times = np.random.default_rng(3), np.array([0.1, 0.2, 0.0, 0.3, 0.4, 0.05])
+    root = rng.standard_normal((12, 12))
+    H = root @ root.T
+    V, Z = _split(H, times)
+    scale = np.tile(np.sqrt(times), 2)
+    assert np.allclose(V @ V.T, H, atol=1e-11)
+    assert np.allclose(V @ np.diag(Z) @ V.T, scale[:, None] * H * scale, atol=1e-11)
+    equal = beam_basis(
+        carried()[0].carrier,
+        BeamLine.straight(LENGTH),
+        sections(viscosity=(0.02,) * 6),
+        4,
+        3,
+        carried()[0].start,
+    )
+    assert np.allclose(equal.viscosity, 0.02)
+
+
+# --- files and mistakes
+
+
+def test_a_file_keeps_the_basis_of_a_beam(shared_tmp_path):
+    box, basis = carried("bent")
+    file = shared_tmp_path / "beam.npz"
+    on_rank0(COMM, lambda: write_basis(file, basis))
+    again = read_basis(file, box.carrier)
+    assert isinstance(again, BeamBasis)
+    assert again.fingerprint == basis.fingerprint
+    other = box_carrier("other", BeamLine.straight(LENGTH), (0.4, 0.2), 24, COMM)
+    with pytest.raises(ValueError, match="the nodes of the mesh stand elsewhere"):
+        read_basis(file, other.carrier)
+
+
+def beam_elements(number, degree):
+    """A beam of a number of elements."""
+    box, _ = carried()
+    return beam_basis(box.carrier, BeamLine.straight(LENGTH), sections(), number, degree, box.start)
+
+
+def change(name, k, i, j, value):
+    """Sections with another entry in one matrix."""
+
+    def make():
+        own = sections()
+        matrices = {"stiffness": own.stiffness.copy(), "inertia": own.inertia.copy()}
+        matrices[name][k, i, j] = matrices[name][k, j, i] = value
+        return BeamSections(own.stations, **matrices)
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (change("stiffness", 1, 3, 3, -1.0), "at 10 m is not positive definite: entry 4, 4 is -1"),
+        (change("stiffness", 0, 3, 4, 9e5), "at 0 m is not positive definite: its couplings"),
+        (change("inertia", 1, 2, 2, 0.0), "inertia of the beam at 10 m must have a positive mass"),
+        (change("inertia", 0, 4, 4, 0.1), "at 0 m is that of no section"),
+        (lambda: BeamSections([0.0, 1.0], np.ones((2, 6, 5)), np.ones((2, 6, 6))), "stiffness of"),
+        (lambda: BeamSections([1.0, 0.0], *[np.array([np.eye(6)] * 2)] * 2), "or more and rise"),
+        (lambda: sections(viscosity=(-1.0,) * 6), "viscosity of a beam must not be negative"),
+        (lambda: BeamLine([0.0, 1.0], np.zeros((2, 3)), np.zeros((2, 2, 3))), "must differ"),
+        (lambda: BeamLine([0.0, 0.0], np.eye(3)[:2], np.zeros((2, 2, 3))), "or more and rise"),
+        (
+            lambda: BeamLine([0, 1], [[0, 0, 0], [0, 0, 1]], [[[1, 0, 0], [0, -1, 0]]] * 2).at(
+                np.zeros(1)
+            ),
+            "right-handed",
+        ),
+        (lambda: beam_elements(0, 3), "elements of a beam must be a whole number from 1"),
+        (lambda: beam_elements(2, 6), "degree of a beam must be a whole number from 1 to 5"),
+        (lambda: carried(hold=0.0), "hold of a beam must be positive"),
+    ],
+)
+def test_beams_that_cannot_be_are_refused(make, sentence):
+    with pytest.raises(ModelError, match=sentence):
+        make()
+
+
+def test_a_matrix_that_is_not_symmetric_is_refused_with_its_station():
+    own = sections()
+    C = own.stiffness.copy()
+    C[1, 0, 1] = 5e4
+    with pytest.raises(ModelError, match="at 10 m is not symmetric: entry 1, 2 is 50000"):
+        BeamSections(own.stations, C, own.inertia)
+
+
+def test_a_beam_is_as_long_as_its_sections_and_held_where_it_starts():
+    box, _ = carried()
+    line = BeamLine.straight(LENGTH)
+    with pytest.raises(ModelError, match="must reach from 0 to the length of its axis, 10 m"):
+        beam_basis(box.carrier, line, sections(9.0), 4, 3, box.start)
+    with pytest.raises(ModelError, match="held where its axis starts"):
+        beam_basis(box.carrier, line, sections(), 4, 3, None, box.end)
+
+
+def test_forces_on_masses_of_a_mesh_cannot_act_on_a_beam():
+    with pytest.raises(ModelError, match="acts on the masses of a mesh"):
+        clamped_beam(lambda body: [BodyForce("pull", body, field=lambda X: X, function=np.cos)])
