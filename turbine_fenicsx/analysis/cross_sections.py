@@ -15,6 +15,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.analysis.modal_sums import Piece
+from turbine_fenicsx.analysis.piece_nodes import PieceNodes
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
@@ -32,7 +33,8 @@ class CrossSections:
         along: The direction of z in the initial configuration, shape (3,).
 
     Attributes:
-        positions: Initial positions of the nodes, shape (n, 3) [m].
+        nodes: The nodes.
+        positions: Their initial positions, shape (n, 3) [m].
         stations: Where the middles of the stations are along the axis z, shape (stations,) [m].
 
     Note:
@@ -42,11 +44,11 @@ class CrossSections:
     def __init__(
         self, system: MultibodySystem, state: State, piece: Piece, axes: Array, along: Array
     ) -> None:
-        model = system.flexible_models[piece.body]
         self._comm, self._axes = system.comm, axes
-        self.positions = model.positions[piece.nodes]
-        x = self.positions + state.u[piece.body].array_r.reshape(-1, 3)[piece.nodes]
-        z, mass = self.positions @ along, model.nodal_mass[piece.nodes]
+        self.nodes = PieceNodes(system, piece)
+        self.positions = self.nodes.positions
+        x = self.positions + self.nodes.displacements(state.u[piece.body])
+        z, mass = self.positions @ along, self.nodes.masses
         low, high = self._find_ends(z)
         place = (z - low) / (high - low) * (STATIONS - 1)
         weights = np.clip(1.0 - np.abs(place - np.arange(STATIONS)[:, None]), 0.0, 1.0) * mass

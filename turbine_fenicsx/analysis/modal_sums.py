@@ -24,12 +24,14 @@ class Piece:
 
     Args:
         body: Number of the flexible body in the system.
-        nodes: Owned nodes, shape (n,).
+        nodes: Owned nodes, shape (n,); of a reduced body the vectors of a copy.
+        copy: Number of the copy.
     """
 
     name: str
     body: int
     nodes: IntArray
+    copy: int = 0
 
 
 class ModalSums:

@@ -23,6 +23,7 @@ from turbine_fenicsx.reduction.smooth_loads import smooth_loads
 from turbine_fenicsx.reduction.static_body import StaticBody, check_held
 from turbine_fenicsx.reduction.static_states import PathStates, find_states
 from turbine_fenicsx.reduction.verdict import StateVerdict, Verdict
+from turbine_fenicsx.system.nearest_vectors import find_nearest_vectors
 from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.system.system import MultibodySystem
 
@@ -196,7 +197,8 @@ class ReducedStates:
         body.relax()
         free = np.ones(model.mass.shape[:1], dtype=bool)
         free[: 4 * len(model.body.basis.origins)] = False
-        body.state.u[0].array[:] = model.find_nearest(u[self._order], free[None]).ravel()
+        nearest = find_nearest_vectors(model.body.basis, u[self._order], free[None])
+        body.state.u[0].array[:] = nearest.ravel()
         return body.solve(0.0, load)
 
     def _compare_one(

@@ -103,7 +103,8 @@ def _refuse_equal_runs(runs: Sequence[Run]) -> None:
 def _load(path: str, overrides: Sequence[str]) -> Case:
     """Read a case; bases of reduced parts are kept beside it, for all runs together."""
     case = Case.load(path, overrides)
-    parts = {"blade": case.has_reduced_blades, "tower": case.has_reduced_tower}
+    reduced = case.has_reduced_blades and not case.has_beam_blades
+    parts = {"blade": reduced, "tower": case.has_reduced_tower}
     shared = []
     for name, is_reduced in parts.items():
         reduction = getattr(case, name).reduction

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 from mpi4py import MPI
 from petsc4py import PETSc
 
+import numpy as np
 from scipy.sparse import csr_matrix
 
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
@@ -75,6 +76,14 @@ class BodyNodes(Protocol):
         Returns:
             Those of the nodes of the mesh that this rank owns, shape (k, 3) [m].
         """
+
+    @property
+    def mesh_masses(self) -> Array:
+        """Weights of the owned nodes of the mesh in its mean motion, as their masses, shape (k,).
+
+        They are equal unless a body has better ones. Collective.
+        """
+        return np.ones(self.space.dofmap.index_map.size_local)
 
     @abstractmethod
     def gather_forces(self, forces: Array, copy: int) -> Array:

@@ -163,6 +163,12 @@ class FlexibleModel(WeakForm, BodyModel):
         """Those of the nodes."""
         return np.array(u.array_r).reshape(-1, 3)
 
+    @property
+    def mesh_masses(self) -> Array:
+        """Those of the nodes."""
+        found: Array = self.nodal_mass
+        return found
+
     def gather_forces(self, forces: Array, copy: int) -> Array:
         """The forces themselves."""
         return forces

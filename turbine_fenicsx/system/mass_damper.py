@@ -138,7 +138,7 @@ class MassDamper:
                 w = _spread(sparse.identity(dofs.size), columns[0], size)
                 w -= _spread(sparse.csr_matrix(follow), columns[1], size)
                 M = self._masses[k]
-                L_T = sparse.diags(np.sqrt(M)) if M.ndim == 1 else np.linalg.cholesky(M).T
+                L_T = sparse.diags(np.sqrt(M)) if M.ndim == 1 else _find_root(M)
                 roots.append(sparse.kron(L_T, np.eye(3), "csr") @ w)
         root = sparse.vstack(roots, "csr") if roots else sparse.csr_matrix((0, size))
         csr = (root.indptr.astype(PETSc.IntType), root.indices.astype(PETSc.IntType), root.data)
@@ -286,3 +286,9 @@ def _spread(matrix: Any, columns: IntArray, size: int) -> sparse.csr_matrix:
 def _times(masses: Array, w: Array) -> Array:
     """Masses times values of the nodes."""
     return masses[:, None] * w if masses.ndim == 1 else masses @ w
+
+
+def _find_root(M: Array) -> Array:
+    """A matrix L^T with M = L L^T, also of a mass matrix that is singular, as that of a beam."""
+    size, V = np.linalg.eigh(M)
+    return np.asarray(np.sqrt(np.maximum(size, 0.0))[:, None] * V.T)

@@ -38,6 +38,7 @@ from turbine_fenicsx.system.bound_section_loads import BoundSectionLoads
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.gram_strain import GramStrain, add_to_components
 from turbine_fenicsx.system.mass_damper import DampedPart, MassDamper, find_frame
+from turbine_fenicsx.system.nearest_vectors import find_nearest_vectors
 from turbine_fenicsx.system.nodal_forces import find_nodal_forces
 from turbine_fenicsx.system.own_fields import evaluate_field
 from turbine_fenicsx.system.reduced_checks import check_forces, check_mesh
@@ -232,6 +233,13 @@ class ReducedModel(BodyModel):
         found: Array = self.mesh_functions @ (z @ R)
         return found
 
+    @property
+    def mesh_masses(self) -> Array:
+        """Those of the basis."""
+        own = np.arange(*self.space.dofmap.index_map.local_range)
+        found: Array = self.body.basis.masses[self._row_of_node[own]]
+        return found
+
     def gather_forces(self, forces: Array, copy: int) -> Array:
         """Sums of the functions times the forces."""
         found = np.zeros((self.copies, self._n, 3))
@@ -372,7 +380,7 @@ class ReducedModel(BodyModel):
         free = np.ones((self.copies, self._n), dtype=bool)
         for coupling, interface in self._interfaces.items():
             free[coupling.copy, 4 * interface : 4 * interface + 4] = False
-        return self.find_nearest(values, free)
+        return self._fit(values, free)
 
     def initial_velocity(self) -> Array | None:
         """Velocities of the body's own field, shape (n_owned, 3) [m/s]; None if it has none."""
@@ -380,21 +388,9 @@ class ReducedModel(BodyModel):
         if field is None:
             return None
         values = evaluate_field(self.comm, what, self.body.points.reshape(-1, 3), field)
-        return self.find_nearest(values, np.ones((self.copies, self._n), dtype=bool))
+        return self._fit(values, np.ones((self.copies, self._n), dtype=bool))
 
-    def find_nearest(self, values: Array, free: Array) -> Array:
-        """Vectors whose motion is nearest to one of the nodes, by their masses.
-
-        Args:
-            values: Motion of the nodes of all copies, shape (copies N, 3).
-            free: Which vectors may move, shape (copies, n).
-
-        Returns:
-            Shape (n_owned, 3).
-        """
-        basis, found = self.body.basis, np.zeros((self.copies, self._n, 3))
-        root = np.sqrt(basis.masses)[:, None]
-        for copy, of_nodes in enumerate(values.reshape(self.copies, -1, 3)):
-            columns = root * basis.functions[:, free[copy]]
-            found[copy, free[copy]] = np.linalg.lstsq(columns, root * of_nodes, rcond=None)[0]
+    def _fit(self, values: Array, free: Array) -> Array:
+        """Owned vectors whose motion is nearest to one of the nodes, see `find_nearest_vectors`."""
+        found = find_nearest_vectors(self.body.basis, values, free)
         return found.reshape(-1, 3)[: self.n_owned]

@@ -151,7 +151,7 @@ class WindIOBlade:
     """A hollow blade with its layup, a `turbine_fenicsx.meshing.hollow_shape.HollowShape`.
 
     Args:
-        layers: Layers of the shell from the outer to the inner face.
+        layers: Layers of the shell from the outer to the inner face; none if the file has none.
         leading: Contour fraction of the leading edge along the span [-].
         hub_radius: Distance of the root from the rotor centre [m].
         closed_tip: Whether it ends in a plate, which files do not describe.
@@ -171,6 +171,11 @@ class WindIOBlade:
     def length(self) -> float:
         """Length of the reference axis [m]."""
         return self.outer_shape.length
+
+    @property
+    def has_layup(self) -> bool:
+        """Whether the file says what the walls are made of."""
+        return bool(self.layers)
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -285,11 +290,14 @@ def read_blade(
         hub_radius: Distance of the root from the rotor centre [m].
     """
     shape = read_outer_shape(blade, airfoils)
+    leading = Curve(STATIONS, shape.leading_edge(STATIONS))
     structure = blade["structure"]
+    if "layers" not in structure:
+        bare = lay_lines((), leading.values, shape.corners(STATIONS), ())
+        return WindIOBlade(shape, (), (), leading, bare, hub_radius)
     places = Anchors(structure["anchors"], shape=shape)
     anchors = read_web_anchors(structure, places)
     layers = read_layers(structure, materials, places, anchors)
-    leading = Curve(STATIONS, shape.leading_edge(STATIONS))
     webs = read_webs(structure, layers, anchors, leading)
     shell = tuple(layer for layer in layers if layer.web is None)
     ends = [

@@ -142,8 +142,8 @@ def read_section_properties(entry: Entry) -> SectionProperties:
     return SectionProperties(grid, K, M)
 
 
-def read_damping(entry: Entry | None) -> float:
-    """Mean factor of the bending stiffness in the damping matrix [s], 0 where there is none.
+def read_damping(entry: Entry | None) -> tuple[float, ...]:
+    """Factors of the stiffness in the damping matrix [s], zero where there are none.
 
     Args:
         entry: `elastic_properties` of blade or tower, with ``mu`` of shear along x and y, stretch,
@@ -151,11 +151,11 @@ def read_damping(entry: Entry | None) -> float:
     """
     damping = entry.get("structural_damping") if entry else None
     if damping is None or "mu" not in damping:
-        return 0.0
+        return (0.0,) * 6
     mu = damping["mu"].numbers(6)
     if (mu < 0.0).any():
         damping["mu"].fail("must not be negative")
-    return float(mu[3:5].mean())
+    return tuple(mu.tolist())
 
 
 def _read_inertia(entry: Entry) -> tuple[Array, Array]:
@@ -213,9 +213,9 @@ class WindIOTurbine:
         materials: All materials by their names.
         blade_sections: The blade's section matrices; None where the file has none.
         references: Numbers that follow from others as well.
-        blade_damping: Factor of the stiffness in the damping matrix of the blade, the mean of its
-            ``mu`` in bending; 0 where the file has none [s].
-        tower_damping: That of the tower.
+        blade_damping: Factors ``mu`` of the stiffness in the damping matrix of the blade, see
+            `read_damping`; zero where the file has none [s].
+        tower_damping: Those of the tower.
         foundations: Names of the components below the tower, which are not read.
         warnings: Numbers whose unit is probably another one, a sentence each.
     """
@@ -236,8 +236,8 @@ class WindIOTurbine:
     materials: dict[str, WindIOMaterial]
     blade_sections: SectionProperties | None
     references: References
-    blade_damping: float = 0.0
-    tower_damping: float = 0.0
+    blade_damping: tuple[float, ...] = (0.0,) * 6
+    tower_damping: tuple[float, ...] = (0.0,) * 6
     foundations: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -254,19 +254,23 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     """
     root = _read_root(path)
     components, problems = root["components"], Problems()
-    materials = problems.attempt(lambda: read_materials(root["materials"])) or {}
-    plies = {key: material.ply for key, material in materials.items()}
+    of_materials = root.get("materials")
+    materials = problems.attempt(lambda: read_materials(of_materials) if of_materials else {})
+    known = materials or {}
+    plies = {key: material.ply for key, material in known.items()}
     hub = problems.attempt(lambda: read_hub(components["hub"]))
     radius = hub.radius if hub else 0.0
     entry, airfoils = components["blade"], root["airfoils"]
     blade = (
-        problems.attempt(lambda: read_blade(entry, airfoils, plies, radius)) if materials else None
+        None
+        if materials is None
+        else problems.attempt(lambda: read_blade(entry, airfoils, plies, radius))
     )
     of_nacelle, of_yaw, of_tower = (components.get(x) for x in ("drivetrain", "yaw", "tower"))
     nacelle = problems.attempt(lambda: read_nacelle(of_nacelle) if of_nacelle else None)
     yaw = problems.attempt(lambda: read_rigid_part(of_yaw) if of_yaw else None)
     tower = problems.attempt(
-        lambda: read_tower(of_tower, plies) if of_tower and materials else None
+        lambda: read_tower(of_tower, plies) if of_tower and materials is not None else None
     )
     section = root.get("control")
     control = problems.attempt(lambda: read_control(section) if section else None)
@@ -292,7 +296,7 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         nacelle=nacelle,
         yaw=yaw,
         tower=tower,
-        materials=materials,
+        materials=known,
         blade_sections=read_section_properties(sections) if sections else None,
         blade_damping=read_damping(sections),
         tower_damping=read_damping(tower_sections),

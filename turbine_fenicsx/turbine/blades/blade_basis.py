@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis
 from turbine_fenicsx.case.files import hash_files
 from turbine_fenicsx.foundation.errors import InputError
@@ -37,7 +38,7 @@ STATIONS = 60
 """Aerodynamic stations along the blade at its operating points."""
 
 
-def find_basis(case: Case, blade: ClampedBlade) -> ReducedBasis:
+def find_basis(case: Case, blade: ClampedBlade[FlexibleBody]) -> ReducedBasis:
     """The basis of the blades of a case. Collective."""
     comm, file = blade.body.mesh.comm, case.blade.reduction.file
     if file is not None:
@@ -46,12 +47,12 @@ def find_basis(case: Case, blade: ClampedBlade) -> ReducedBasis:
     return take_basis(path, blade.body, partial(_make, case, blade))
 
 
-def make_basis(case: Case, blade: ClampedBlade, path: Path) -> ReducedBasis:
+def make_basis(case: Case, blade: ClampedBlade[FlexibleBody], path: Path) -> ReducedBasis:
     """Make the basis of the blades of a case, and keep it in a file. Collective."""
     return keep_basis(path, blade.body, partial(_make, case, blade))
 
 
-def _make(case: Case, blade: ClampedBlade) -> ReducedBasis:
+def _make(case: Case, blade: ClampedBlade[FlexibleBody]) -> ReducedBasis:
     """Make the basis."""
     r, loads = case.blade.reduction, list_loads(case, blade, TRAINING)
     log.info("making the basis of the blades, %s", describe_training(loads))
@@ -90,7 +91,7 @@ def describe_blade(case: Tables) -> dict[str, Any]:
 
 
 def list_loads(
-    case: Case, blade: ClampedBlade, points: Sequence[OperatingPoint]
+    case: Case, blade: ClampedBlade[FlexibleBody], points: Sequence[OperatingPoint]
 ) -> list[LoadPath] | None:
     """Load paths of the blades at operating points of their turbine. Collective.
 

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.bodies.placement import Placement
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.meshing import LoadedMesh
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades, take_blade
+
+Body = TypeVar("Body", bound=DeformableBody)
 
 BLADE, ROOT, SKIN = "blade_1", "root_1", "skin_1"
 """Groups of the mesh of a blade, which is the first one of the rotor."""
@@ -50,25 +57,39 @@ class SingleMesh:
 
 
 @dataclass(frozen=True, eq=False)
-class ClampedBlade:
-    """A blade on its mesh, in its own axes from the rotor centre.
+class ClampedBlade(Generic[Body]):
+    """A blade in its own axes from the rotor centre.
 
     Args:
+        body: The blade, on its mesh or as a beam.
         root: Facets of its root, indices local to this rank.
     """
 
-    body: FlexibleBody
+    body: Body
     root: npt.NDArray[np.int32]
     skin: npt.NDArray[np.int32]
     system: MultibodySystem
 
-    @classmethod
-    def of(cls, name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade:
-        """The blade on a mesh of `SingleMesh`. Collective."""
+    @staticmethod
+    def of(name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade[FlexibleBody]:
+        """The blade of a material on a mesh of `SingleMesh`. Collective."""
         axes = frame_fields(mesh.mesh, mesh.cell_tags, {mesh.cell_names[BLADE]: np.eye(3)})
-        body, root = rotor.blades.make_body(name, mesh, axes), mesh.facets(ROOT)
-        clamp = Coupling("clamp", body, root, None)
-        return cls(body, root, mesh.facets(SKIN), MultibodySystem(mesh.mesh.comm, [body, clamp]))
+        return _clamp(rotor.blades.make_body(name, mesh, axes), mesh)
+
+    @staticmethod
+    def of_beam(name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade[ReducedBody]:
+        """The beam that a mesh of `SingleMesh` carries. Collective."""
+        assert isinstance(rotor.blades, BeamBlades)
+        carrier = Carrier(name, mesh.mesh, rotor.blades.degree)
+        basis = rotor.blades.make_basis(carrier, mesh.facets(ROOT))
+        return _clamp(ReducedBody(name, carrier, basis), mesh)
+
+
+def _clamp(body: Body, mesh: LoadedMesh) -> ClampedBlade[Body]:
+    """A blade that the ground holds. Collective."""
+    root = mesh.facets(ROOT)
+    system = MultibodySystem(mesh.mesh.comm, [body, Coupling("clamp", body, root, None)])
+    return ClampedBlade(body, root, mesh.facets(SKIN), system)
 
 
 def place_copies(rotor: RotorPlan) -> list[Placement]:

@@ -28,12 +28,12 @@ from turbine_fenicsx.system.ply_stresses import PlyStresses
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
+from turbine_fenicsx.turbine.blades.shaped_blades import ShapedBlades
 from turbine_fenicsx.turbine.blades.wall_cells import WallCells
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.material import MaterialCase
 from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
-from turbine_fenicsx.windio import WindIOBlade
 
 DEGREE = 2
 """Polynomial degree of displacement and cells: linear cells of thin walls lock."""
@@ -43,7 +43,7 @@ CAPPED = 1.05
 
 
 @dataclass(frozen=True, eq=False)
-class HollowBlades:
+class HollowBlades(ShapedBlades):
     """Blades of laminates, a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`.
 
     Args:
@@ -53,7 +53,6 @@ class HollowBlades:
         file: Mesh file that the command `mesh` has written for such blades; None makes the mesh.
     """
 
-    shape: WindIOBlade
     span: int
     around: int
     moments: bool
@@ -81,32 +80,6 @@ class HollowBlades:
         J = np.trace(E) * np.eye(3) - E
         a1, a2, a3 = (tuple(row) for row in J.tolist())
         return Inertia(mass, (0.0, 0.0, 0.0), tuple(centre.tolist()), (a1, a2, a3))
-
-    def rings(self, stations: int, around: int) -> Array:
-        """Points of the outer surface for pictures, shape (stations, around, 3) [m]."""
-        s = np.linspace(0.0, 1.0, stations)[:, None]
-        return self.shape.surface(s, np.linspace(0.0, 1.0, around, endpoint=False)[None, :])
-
-    @property
-    def hub_radius(self) -> float:
-        """Distance of the root from the rotor centre [m]."""
-        return self.shape.hub_radius
-
-    @property
-    def length(self) -> float:
-        """From the root to the tip along the span [m]."""
-        return self.shape.length
-
-    @property
-    def tip(self) -> Array:
-        """Leading edge of the tip, shape (3,) [m]."""
-        return np.asarray(self.shape.surface(np.array(1.0), self.shape.leading(np.array(1.0))))
-
-    @property
-    def root_radius(self) -> float:
-        """Radius of a circle around the root section [m]."""
-        ring = self.shape.surface(np.zeros(1), np.linspace(0.0, 1.0, 65))
-        return float(np.linalg.norm(ring[:, 1:], axis=1).max())
 
     @cached_property
     def block(self) -> HollowBlock:

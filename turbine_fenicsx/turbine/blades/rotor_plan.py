@@ -10,12 +10,14 @@ from mpi4py import MPI
 
 import numpy as np
 
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.turbine.blades.blade_plan import BladePlan
 from turbine_fenicsx.turbine.blades.solid_blades import SolidBlades
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.turbine import TurbineCase
 
 AZIMUTHS = (-2.0 * np.pi / 3.0, 0.0, 2.0 * np.pi / 3.0)
@@ -72,6 +74,18 @@ def plan_rotor(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> RotorPlan:
     layout = plan_layout(case.turbine)
     if not case.turbine.file:
         return RotorPlan(layout, SolidBlades.of(case))
+    if _are_beams(case, comm):
+        from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
+
+        return RotorPlan(layout, BeamBlades.of(case, comm))
     from turbine_fenicsx.turbine.blades.hollow_blades import HollowBlades  # takes long to load
 
     return RotorPlan(layout, HollowBlades.of(case, comm))
+
+
+def _are_beams(case: Case, comm: MPI.Intracomm) -> bool:
+    """Whether blades of a file are beams, or rigid ones of a file without a layup. Collective."""
+    file = case.turbine.file
+    if case.turbine.model == "hybrid" or file is None:
+        return case.has_beam_blades
+    return not on_rank0(comm, lambda: load_turbine(file).blade.has_layup)

@@ -87,8 +87,9 @@ def _hub_height(case: Tables, turbine: WindIOTurbine) -> float | None:
     return turbine.tower.base + height + case.turbine.hub_rise
 
 
-def _layup_mass(case: Tables, turbine: WindIOTurbine) -> float:
-    return turbine.blade.length * turbine.blade.line_mass.integral
+def _layup_mass(case: Tables, turbine: WindIOTurbine) -> float | None:
+    blade = turbine.blade
+    return blade.length * blade.line_mass.integral if blade.has_layup else None
 
 
 def _section_mass(case: Tables, turbine: WindIOTurbine) -> float | None:
@@ -269,8 +270,9 @@ def compare_file(case: Tables) -> Iterator[str]:
     for what, unit, usual, find in DERIVED:
         for value in usual.find_outliers([find(case, turbine)]):
             yield usual.describe(f"{name}: {what}", value, unit, "is a unit wrong?")
-    mass = find_mass_warning(_layup_mass(case, turbine), turbine.blade.length)
-    yield from (f"{name}: {sentence}" for sentence in mass)
+    mass = _layup_mass(case, turbine) or _section_mass(case, turbine)
+    doubts = find_mass_warning(mass, turbine.blade.length) if mass else []
+    yield from (f"{name}: {sentence}" for sentence in doubts)
     yield from _doubt_prebend(turbine, name)
 
 

@@ -95,7 +95,7 @@ def tabulate_file(
         },
         "blade": {"hub_radius": hub.radius, "length": turbine.blade.length},
     }
-    if not rigid:
+    if not rigid and turbine.blade.has_layup:
         found["material"] = {"law": "windio"}
     if wind and turbine.hub_height:
         found["wind"] = {"hub_height": turbine.hub_height}
@@ -218,10 +218,13 @@ def _find_defaults(
     material = data.get("material")
     viscous = isinstance(material, Mapping) and any("viscosity" in str(key) for key in material)
     found = {name: dict(values) for name, values in DEFAULTS.items()}
-    for name, time in (("blade", turbine.blade_damping), ("tower", turbine.tower_damping)):
+    for name, mu in (("blade", turbine.blade_damping), ("tower", turbine.tower_damping)):
         own = data.get(name)
         given = own.get("damping") if isinstance(own, Mapping) else None
-        if time > 0.0:
+        is_beam = name == "blade" and isinstance(own, Mapping) and own.get("model") == "beam"
+        if is_beam and any(mu):
+            found[name] = {"damping": {"mu": mu}}
+        elif time := 0.5 * (mu[3] + mu[4]):
             found[name] = {"damping": {"stiffness_time": time}}
         if isinstance(given, Mapping) and not set(given) - {"speed"}:
             ratio = found[name]["damping"]  # a table that names no mode, but the speed for all
@@ -356,7 +359,27 @@ def _check_gauges(case: Tables) -> str:
     return next(filter(None, sentences), "")
 
 
+def _check_layup(case: Tables) -> str:
+    """Flexible blades of a file have a layup, or are beams of section matrices."""
+    if case.turbine.file is None:
+        return ""
+    turbine, name = load_turbine(case.turbine.file), quote(Path(case.turbine.file).name)
+    sections, rigid = turbine.blade_sections, case.turbine.model == "rigid"
+    if case.has_beam_blades and (sections is None or sections.stiffness is None):
+        return (
+            f'blade.model = "beam": expected a file with the 6 x 6 matrices of the blade, '
+            f"components.blade.structure.elastic_properties, which {name} does not have"
+        )
+    if turbine.blade.has_layup or case.has_beam_blades or (rigid and sections is not None):
+        return ""
+    return (
+        f'blade.model = "{case.blade.model}": expected "beam" beside {name}, which has no layup: '
+        "components.blade.structure.layers is missing"
+    )
+
+
 TURBINE_CHECKS = (
+    Check(("blade.model", "turbine.file", "turbine.model"), _check_layup),
     Check(("blade.length", "turbine.file"), _check_length),
     Check(("control", "drivetrain", "turbine.file"), _check_controller),
     Check(("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),

@@ -12,7 +12,7 @@ tips above it that from the bearing. Without the radius of the tower this is no 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.bodies.coupling import Coupling
-from turbine_fenicsx.bodies.flexible_body import FlexibleBody
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.types import Array
@@ -38,8 +38,13 @@ from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.blades.blade_basis import find_basis
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
-from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh, place_copies
+from turbine_fenicsx.turbine.blades.clamped_blade import (
+    ClampedBlade,
+    SingleMesh,
+    place_copies,
+)
 from turbine_fenicsx.turbine.blades.station_check import check_stations
+from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.pitch import RINGS
@@ -127,8 +132,7 @@ class FlexibleBlades(Component):
 
     def parts(self, assembly: Assembly) -> list[Any]:
         """Body ``blades`` and couplings ``root_1`` ... to the rings or, without these, the hub."""
-        make = _make_reduced if assembly.case.has_reduced_blades else _make_full
-        body, roots = make(assembly)
+        body, roots = _choose_kind(assembly.case)(assembly)
         hub = assembly.part(HUB)
         carriers = [assembly.find(ring) or hub for ring in RINGS]
         return [body] + [
@@ -185,7 +189,18 @@ class FlexibleBlades(Component):
         return [failure_field(plies.stresses, leave_out=plies.made_up)]
 
 
-def _make_full(assembly: Assembly) -> tuple[FlexibleBody, list[tuple[Facets, int]]]:
+Made = tuple[DeformableBody, list[tuple[Facets, int]]]
+"""All blades, and the facets and copy of each root."""
+
+
+def _choose_kind(case: Case) -> Callable[[Assembly], Made]:
+    """The function that makes the blades of a case."""
+    if case.has_beam_blades:
+        return _make_beams
+    return _make_reduced if case.has_reduced_blades else _make_full
+
+
+def _make_full(assembly: Assembly) -> Made:
     """All blades on one mesh, and the facets and copy of each root. Collective."""
     rotor = assembly.rotor
     source, make = rotor.mesh_source()
@@ -204,7 +219,7 @@ def _make_full(assembly: Assembly) -> tuple[FlexibleBody, list[tuple[Facets, int
     return rotor.blades.make_body(BODY, mesh, axes), [(mesh.facets(root), 0) for root in ROOTS]
 
 
-def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, int]]]:
+def _make_reduced(assembly: Assembly) -> Made:
     """Copies of one reduced blade, and the facets and copy of each root. Collective."""
     rotor = assembly.rotor
     single = SingleMesh(rotor)
@@ -212,6 +227,16 @@ def _make_reduced(assembly: Assembly) -> tuple[ReducedBody, list[tuple[Facets, i
     blade = ClampedBlade.of("blade", mesh, rotor)
     basis = find_basis(assembly.case, blade)
     body = ReducedBody(BODY, blade.body, basis, place_copies(rotor))
+    return body, [(blade.root, copy) for copy in range(len(ROOTS))]
+
+
+def _make_beams(assembly: Assembly) -> Made:
+    """Copies of one beam, and the facets and copy of each root. Collective."""
+    rotor = assembly.rotor
+    single = SingleMesh(rotor)
+    mesh = assembly.load_mesh(BODY, single.source, single.make, single.examine)
+    blade = ClampedBlade.of_beam("blade", mesh, rotor)
+    body = replace(blade.body, name=BODY, placements=place_copies(rotor))
     return body, [(blade.root, copy) for copy in range(len(ROOTS))]
 
 

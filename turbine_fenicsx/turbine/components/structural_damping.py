@@ -14,6 +14,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -25,6 +26,7 @@ from turbine_fenicsx.analysis.cross_sections import CrossSections
 from turbine_fenicsx.analysis.linear_system import LinearSystem, quadratic_form
 from turbine_fenicsx.analysis.modal_sums import Piece
 from turbine_fenicsx.analysis.modes import find_rest, modes_of
+from turbine_fenicsx.analysis.piece_nodes import PieceNodes
 from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -97,7 +99,7 @@ class _HeldMode:
 
     Args:
         frequency: w [rad/s].
-        shape: Displacement of the owned nodes of the body, shape (n, 3).
+        shape: Displacement of the owned nodes of its mesh, shape (n, 3).
         rates: u.D_1 u [1/s^2] and u.D_2 u [1], shape (2,).
     """
 
@@ -138,16 +140,18 @@ def _name_blade_modes(assembly: Assembly, speed: float) -> dict[str, _HeldMode]:
     return _name(found, ways)
 
 
-def _take_one_blade(assembly: Assembly) -> ClampedBlade:
+def _take_one_blade(assembly: Assembly) -> ClampedBlade[Any]:
     """The first blade in its own axes, clamped at its root. Collective."""
     mesh = assembly.meshes[BODY]
+    if assembly.case.has_beam_blades:
+        return ClampedBlade.of_beam("blade", mesh, assembly.rotor)
     if BLADES[1] in mesh.cell_names:
         single = SingleMesh(assembly.rotor)
         mesh = load_arrays(assembly.comm, single.make, single.source)
     return ClampedBlade.of("blade", mesh, assembly.rotor)
 
 
-def _find_stretch(blade: ClampedBlade, axis: Array, speed: float) -> PETSc.Vec:
+def _find_stretch(blade: ClampedBlade[Any], axis: Array, speed: float) -> PETSc.Vec:
     """Displacements of a blade that turns about an axis through its origin. Collective."""
     hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0))
     shaft = Revolute("shaft", None, hub, point=(0.0, 0.0, 0.0), axis=tuple(axis.tolist()))
@@ -227,11 +231,11 @@ def _find_modes(
         D = model.damping_matrix(state.u[0], state.time)
         assert D is not None
         matrices.append(D)
-    found = []
+    found, nodes = [], PieceNodes(system, _whole(system))
     for mode in shapes:
         u = mode.real.u[0]
         rates = np.array([quadratic_form(D, u) for D in matrices])
-        shape = u.array_r.reshape(-1, 3).copy()
+        shape = nodes.displacements(u)
         found.append(_HeldMode(mode.eigenvalue.imag, shape, rates))
         mode.destroy()
     for D in matrices:
@@ -241,12 +245,16 @@ def _find_modes(
 
 def _cut(system: MultibodySystem, axes: Array) -> CrossSections:
     """Cross-sections of the only flexible body of a system."""
-    (model,) = system.flexible_models
-    piece = Piece(model.body.name, 0, np.arange(model.n_owned))
     state = system.initial_state()
-    found = CrossSections(system, state, piece, axes, axes[2])
+    found = CrossSections(system, state, _whole(system), axes, axes[2])
     state.destroy()
     return found
+
+
+def _whole(system: MultibodySystem) -> Piece:
+    """All nodes of the only flexible body of a system."""
+    (model,) = system.flexible_models
+    return Piece(model.body.name, 0, np.arange(model.n_owned))
 
 
 def _name(modes: Iterable[_HeldMode], ways: Iterable[str]) -> dict[str, _HeldMode]:

@@ -11,7 +11,7 @@ from turbine_fenicsx.analysis.modal_sums import Piece
 from turbine_fenicsx.analysis.mode import Mode, Motion
 from turbine_fenicsx.bodies.owned_nodes import nodes_of_cells
 from turbine_fenicsx.bodies.rigid_body import RigidBody
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.conventions import BLADES, TOWER
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -40,7 +40,7 @@ class SlenderPart:
         Returns:
             Motion along x, y, z and about z, shape (stations, 4). Collective.
         """
-        own = motion.u[self.piece.body].array_r.reshape(-1, 3)[self.piece.nodes]
+        own = self.sections.nodes.displacements(motion.u[self.piece.body])
         if self.carrier is not None:
             xi = self.carrier.body_coordinates(self.sections.positions)
             carried = motion.q[self.first : self.first + 12].reshape(4, 3)
@@ -61,7 +61,7 @@ def find_slender_parts(turbine: Turbine, state: State) -> dict[str, SlenderPart]
     if BODY in bodies:
         layout = turbine.rotor.layout
         for k, (name, root) in enumerate(zip(BLADES, ROOTS, strict=True), start=1):
-            piece = Piece(name, bodies.index(BODY), _find_nodes(turbine, BODY, name))
+            piece = _find_blade(turbine, bodies.index(BODY), k)
             axes = blade_axes(layout, k)
             carrier = turbine.part(root).rigid
             found[name] = _make_part(system, state, piece, axes, carrier)
@@ -84,8 +84,16 @@ def _make_part(
     return SlenderPart(piece, CrossSections(system, state, piece, turned, axes[2]), carrier, first)
 
 
-def _find_nodes(turbine: Turbine, body: str, volume: str) -> IntArray:
-    """Owned nodes in the cells of a volume."""
-    model = next(m for m in turbine.system.flexible_models if m.body.name == body)
-    space = model.space
-    return nodes_of_cells(space, turbine.meshes[body].cells(volume))
+def _find_blade(turbine: Turbine, body: int, blade: int) -> Piece:
+    """Nodes in the cells of a blade, or vectors of a copy.
+
+    Args:
+        body: Number of the body of all blades in the system.
+        blade: Number of the blade, from 1.
+    """
+    model, name = turbine.system.flexible_models[body], BLADES[blade - 1]
+    if model.is_small:
+        size = model.dense_block // 3
+        every = np.arange((blade - 1) * size, blade * size)
+        return Piece(name, body, every[: model.n_owned], blade - 1)
+    return Piece(name, body, nodes_of_cells(model.space, turbine.meshes[BODY].cells(name)))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
@@ -43,7 +44,7 @@ class JudgedBasis:
     picture: Path | None
 
 
-def load_blade(case: Case, comm: MPI.Intracomm) -> ClampedBlade:
+def load_blade(case: Case, comm: MPI.Intracomm) -> ClampedBlade[FlexibleBody]:
     """One of the blades of a case. Collective."""
     rotor = plan_rotor(case, comm)
     single = SingleMesh(rotor)
@@ -96,9 +97,9 @@ def describe_reduction(case: Case, nodes: int) -> list[str]:
         nodes: Number of nodes of the displacement of one blade.
 
     Returns:
-        Lines; none without reduced blades.
+        Lines; none without reduced blades, and for beams.
     """
-    if not case.has_reduced_blades:
+    if case.has_beam_blades or not case.has_reduced_blades:
         return []
     r = case.blade.reduction
     path = Path(r.file) if r.file is not None else name_basis(case)

@@ -15,6 +15,7 @@ from turbine_fenicsx.case.rules import Beside, NotBeside, Only, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section
 from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.tables.beam import BeamCase
 from turbine_fenicsx.turbine.tables.damping import BladeDamping, BladeDampingCase, check_damping
 from turbine_fenicsx.turbine.tables.reduction import ReductionCase
 
@@ -92,9 +93,10 @@ class BladeCase(Section):
     layup: Annotated[Literal["homogenised", "laminate"], With("turbine.file")] = "homogenised"
     """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
     their bending stiffness too."""
-    model: Annotated[Literal["full", "reduced"], Only("turbine.model", "hybrid")] = "full"
-    """Blades on their whole mesh, or as some dozen functions of it move, see
-    howto/reduced_turbine."""
+    model: Annotated[Literal["full", "reduced", "beam"], Only("turbine.model", "hybrid")] = "full"
+    """Blades on their whole mesh; as some dozen functions of it move, see howto/reduced_turbine; or
+    as beams of the section matrices of ``turbine.file``, see howto/beam_turbine."""
+    beam: Annotated[BeamCase, Only("model", "beam")] = BeamCase()
     reduction: Annotated[ReductionCase, Only("model", "reduced")] = ReductionCase()
     damping: Annotated[BladeDamping, Only("turbine.model", "hybrid")] = BladeDampingCase()
     """Structural damping: a ratio such as ``"0.5 %"``, or a table with ratios of named modes, see
@@ -110,20 +112,24 @@ class BladeCase(Section):
 
         return BladeGeometry(**self.model_dump(include=set(SHAPE)))
 
-    @check("model", "turbine.model", "material.law", "time.scheme")
+    @check("model", "turbine.model", "turbine.file", "mesh.file", "material.law", "time.scheme")
     def _check_model(self, case: Any) -> str:
         """The law of reduced blades is quadratic in the strain, and their scheme conserves."""
         if self.model == "full" or case.turbine.model == "rigid":
             return ""
         law, scheme = case.material.law, case.time.scheme
-        if law not in QUADRATIC:
+        if self.model == "beam" and (case.turbine.file is None or case.mesh.file is not None):
+            given = "without turbine.file" if case.turbine.file is None else "beside mesh.file"
+            return f'blade.model = "beam": expected turbine.file alone, got it {given}'
+        if self.model == "reduced" and law not in QUADRATIC:
             return (
                 f'blade.model = "reduced": expected a material.law that is quadratic in the '
                 f'strain, one of {", ".join(QUADRATIC)}, not "{law}"'
             )
         if scheme != "energy_momentum":
             return (
-                f'blade.model = "reduced": expected time.scheme = "energy_momentum", not "{scheme}"'
+                f'blade.model = "{self.model}": expected time.scheme = "energy_momentum", not '
+                f'"{scheme}"'
             )
         return ""
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import AngularSpeed, Seconds, Unit, to_si
-from turbine_fenicsx.case.rules import Beside, With
+from turbine_fenicsx.case.rules import Beside, Only, With
 from turbine_fenicsx.case.schema import Also
 from turbine_fenicsx.case.section import NotNegative, Section
 from turbine_fenicsx.foundation.plausible import Plausible
@@ -25,6 +25,10 @@ DEFAULT_MODES = {"blade": ("flap_1", "edge_1"), "tower": ("fore_aft_1", "fore_af
 """Modes for which a single ratio counts, by table."""
 
 _WITH_RATIOS = Beside("stiffness_time"), With("flap_1", "edge_1", "flap_2", "edge_2")
+
+_OF_BEAMS = Only("blade.model", "beam")
+
+Time = Annotated[Seconds, NotNegative, Plausible(1e-6, 1.0)]
 
 MAX_NAMED = 2
 """Number of modes that stiffness and mass together can meet."""
@@ -73,7 +77,7 @@ class DampingCase(Section):
     def ratios(self) -> dict[str, float]:
         """Ratios of the named modes."""
         values = {name: getattr(self, name) for name in type(self).model_fields}
-        skip = {"stiffness_time", "speed"}
+        skip = {"stiffness_time", "mu", "speed"}
         return {name: x for name, x in values.items() if name not in skip and x is not None}
 
     @property
@@ -115,12 +119,17 @@ class BladeDampingCase(DampingCase):
     """Ratio of the first edgewise mode."""
     edge_2: Ratio | None = None
     """Ratio of the second edgewise mode."""
+    mu: Annotated[tuple[Time, Time, Time, Time, Time, Time] | None, _OF_BEAMS] = None
+    """Factors of the stiffness in the damping matrix of beams by strain: shear along x and y,
+    stretch, bending about x and y, torsion; ``mu`` of windIO and BeamDyn."""
     speed: Annotated[AngularSpeed, Field(ge=0.0, le=MAX_SPEED), *_WITH_RATIOS] = 0.0
     """Speed of the rotor at which the blade has these ratios; a rotor that turns is stiffer, and
     damped less."""
 
     def describe(self) -> str:
         """The damping in words, with the speed at which it holds."""
+        if self.mu is not None and any(self.mu):
+            return f"in proportion to the stiffness, {', '.join(f'{t:g}' for t in self.mu)} s"
         text = super().describe()
         at_speed = bool(text and self.ratios and self.speed)
         return f"{text}, at {self.speed * 30.0 / pi:.4g} rpm" if at_speed else text
@@ -171,6 +180,9 @@ def check_damping(key: str, damping: DampingCase) -> str:
         damping: The table.
     """
     named = list(damping.ratios)
+    others = [*named, *(["stiffness_time"] if damping.stiffness_time is not None else [])]
+    if getattr(damping, "mu", None) is not None and others:
+        return f"{key}.mu: expected none beside {others[0]}"
     if named and damping.stiffness_time is not None:
         return f"{key}.stiffness_time = {damping.stiffness_time:g}: expected none beside {named[0]}"
     if len(named) > MAX_NAMED:

@@ -73,8 +73,13 @@ class Tables(Section):
 
     @property
     def has_reduced_blades(self) -> bool:
-        """Whether the blades are flexible and reduced."""
-        return self.turbine.model == "hybrid" and self.blade.model == "reduced"
+        """Whether the blades are flexible and move by few vectors: reduced ones and beams."""
+        return self.turbine.model == "hybrid" and self.blade.model != "full"
+
+    @property
+    def has_beam_blades(self) -> bool:
+        """Whether the blades are flexible and beams."""
+        return self.turbine.model == "hybrid" and self.blade.model == "beam"
 
     @property
     def has_reduced_tower(self) -> bool:
