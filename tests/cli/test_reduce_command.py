@@ -109,13 +109,6 @@ def test_what_cannot_be_reduced_is_refused(path, capfd):
     assert told == "there is no folder for the basis: name a file with -o"
 
 
-def test_modes_of_reduced_blades_are_refused_before_anything_is_built(path, capfd):
-    text = path.read_text()
-    path.write_text(text[: text.index("[wind]")] + text[text.index("[turbine]") :])
-    told = refused(capfd, "modes", str(path))
-    assert told == 'modes are those of full blades: add --set blade.model="full"'
-
-
 @pytest.mark.parametrize("content", [b"", b"no basis", b"PK\x03\x04"])
 def test_a_file_that_is_no_basis_is_refused_before_the_run(path, tmp_path, capfd, content):
     file = tmp_path / "wrong.npz"

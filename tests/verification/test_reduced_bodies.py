@@ -42,7 +42,6 @@ from turbine_fenicsx import (
     SolverOptions,
     reduce_body,
     turning_equilibrium,
-    turning_modes,
 )
 from turbine_fenicsx.foundation.errors import ForeignError
 from turbine_fenicsx.simulation.checkpoint import save_state
@@ -322,7 +321,6 @@ def test_reactions_at_a_root_change_the_momenta_of_the_blade():
     [
         (lambda s, b: GeneralisedAlpha(s, 0.8), "steps of the Newmark family"),
         (lambda s, b: BodyFields(s, b), "fields"),
-        (lambda s, b: turning_modes(s, "main", 1.0, 2, blades=3), "multiblade coordinates"),
     ],
 )
 def test_what_needs_a_mesh_says_so(make, what):

@@ -31,9 +31,8 @@ from scipy.spatial import cKDTree
 from turbine_fenicsx.analysis.turning_frame import TurningFrame
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
-from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.rigid_model import RigidModel
 from turbine_fenicsx.system.state import State
 
@@ -85,7 +84,7 @@ def cyclic_shift(frame: TurningFrame, state: State, blades: int) -> CyclicShift:
     R = rotation_about(frame.axis, 2.0 * np.pi / blades)
     models = frame.system.flexible_models
     shifts = tuple(
-        _shift_body(model, frame.body_arms(k, u), R, blades) if turns else None
+        _shift_body(model, _find_sources(frame, k, u, R), R, blades) if turns else None
         for k, (model, u, turns) in enumerate(
             zip(models, state.u, frame.flexible_turns, strict=True)
         )
@@ -113,20 +112,52 @@ def _weight(j: int, blades: int) -> float:
     return float(2.0 / blades * np.sin(2.0 * np.pi * j / blades))
 
 
-def _shift_body(model: BodyModel, arms: Array, R: Array, blades: int) -> PETSc.Mat:
+def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, R: Array) -> IntArray:
+    """Numbers of the nodes that come to lie on those that this rank owns, -1 for none.
+
+    Args:
+        k: Number of the flexible body.
+        u: Its displacement.
+    """
+    model = frame.system.flexible_models[k]
+    if model.is_small:
+        return _find_copies(frame, model, R)
+    arms = frame.body_arms(k, u)
+    everywhere = np.concatenate(model.comm.allgather(arms))
+    reach = np.max(np.linalg.norm(everywhere, axis=1))
+    far, sources = cKDTree(everywhere).query(arms @ R)
+    found: IntArray = np.where(far > SAME_PLACE * reach, -1, sources)
+    return found
+
+
+def _find_copies(frame: TurningFrame, model: BodyModel, R: Array) -> IntArray:
+    """As `_find_sources`: the vectors of one copy come to lie on those of another."""
+    size = model.dense_block // 3
+    frames = [placement.frame() for placement in model.body.placements]
+    reach = max(float(np.linalg.norm(frame.point - t)) for _, t in frames) + 1.0
+    found = []
+    for turned, at in frames:
+        gaps = [
+            np.abs(R @ A - turned).max()
+            + np.linalg.norm(R @ (t - frame.point) - (at - frame.point)) / reach
+            for A, t in frames
+        ]
+        source = int(np.argmin(gaps)) if min(gaps) < SAME_PLACE else -1
+        found.append(source * size + np.arange(size) if source >= 0 else np.full(size, -1))
+    sources: IntArray = np.concatenate(found)[: model.n_owned]
+    return sources
+
+
+def _shift_body(model: BodyModel, sources: IntArray, R: Array, blades: int) -> PETSc.Mat:
     """C of a flexible body.
 
     Args:
-        arms: Positions of its owned nodes from a point of the axis, shape (n_owned, 3) [m].
+        sources: Numbers of the nodes that come to lie on its owned ones, -1 for none.
     """
-    comm = on_mesh(model, "multiblade coordinates").comm
-    everywhere = np.concatenate(comm.allgather(arms))
-    reach = np.max(np.linalg.norm(everywhere, axis=1))
-    far, sources = cKDTree(everywhere).query(arms @ R)
-    counts = np.zeros(len(everywhere), dtype=np.int64)
-    np.add.at(counts, sources, 1)
-    alone = not np.all(comm.allreduce(counts) == 1)
-    if comm.allreduce(bool(np.any(far > SAME_PLACE * reach)) or alone):
+    comm, total = model.comm, model.size_global
+    counts = np.zeros(total, dtype=np.int64)
+    np.add.at(counts, sources[sources >= 0], 1)
+    if not np.all(comm.allreduce(counts) == 1):
         raise ModelError(
             f"the mesh of {model.body.name!r} does not come to lie on itself when it is turned by "
             f"1/{blades} of a revolution, which multiblade coordinates need: one flexible body "
@@ -134,10 +165,10 @@ def _shift_body(model: BodyModel, arms: Array, R: Array, blades: int) -> PETSc.M
         )
     rows, columns = np.nonzero(R)
     entries = np.bincount(rows, minlength=3)
-    indptr = np.concatenate([[0], np.cumsum(np.tile(entries, len(arms)))])
+    indptr = np.concatenate([[0], np.cumsum(np.tile(entries, len(sources)))])
     indices = (3 * sources[:, None] + columns).ravel()
-    values = np.tile(R[rows, columns], len(arms))
-    size = (3 * len(arms), 3 * len(everywhere))
+    values = np.tile(R[rows, columns], len(sources))
+    size = (3 * len(sources), 3 * total)
     csr = (indptr.astype(PETSc.IntType), indices.astype(PETSc.IntType), values)
     return PETSc.Mat().createAIJ((size, size), csr=csr, comm=comm)
 

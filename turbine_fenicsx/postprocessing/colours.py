@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 STRESSES = ("von_mises_stress", "cauchy_stress_norm")
 """Fields that rigid parts do not have; each body has its own scale of them."""
 
+USUAL = "usual"
+"""Stands for von Mises stress, or for displacement where there is no stress, as of beams."""
+
 LABELS = {
     "von_mises_stress": ("von Mises stress", "MPa", 1e-6),
     "cauchy_stress_norm": ("Cauchy stress norm", "MPa", 1e-6),

@@ -58,6 +58,9 @@ class Scene:
         self._job, self._size = job, tuple(job["size"])
         self._scalar = job["scalar"]
         names = self._reader.field_names()
+        if self._scalar == colours.USUAL:
+            stress = colours.STRESSES[0]
+            self._scalar = stress if stress in names else "displacement"
         if self._scalar not in (None, *names):
             shown = [name for name in names if not name.startswith("vtk")]
             raise InputError(f"there is no field '{self._scalar}', but {', '.join(shown)}")

@@ -254,17 +254,13 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
     """
     root = _read_root(path)
     components, problems = root["components"], Problems()
-    of_materials = root.get("materials")
-    materials = problems.attempt(lambda: read_materials(of_materials) if of_materials else {})
-    known = materials or {}
-    plies = {key: material.ply for key, material in known.items()}
+    materials = problems.attempt(lambda: _read_materials(root))
+    plies = {key: material.ply for key, material in (materials or {}).items()}
     hub = problems.attempt(lambda: read_hub(components["hub"]))
     radius = hub.radius if hub else 0.0
     entry, airfoils = components["blade"], root["airfoils"]
-    blade = (
-        None
-        if materials is None
-        else problems.attempt(lambda: read_blade(entry, airfoils, plies, radius))
+    blade = problems.attempt(
+        lambda: None if materials is None else read_blade(entry, airfoils, plies, radius)
     )
     of_nacelle, of_yaw, of_tower = (components.get(x) for x in ("drivetrain", "yaw", "tower"))
     nacelle = problems.attempt(lambda: read_nacelle(of_nacelle) if of_nacelle else None)
@@ -296,7 +292,7 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         nacelle=nacelle,
         yaw=yaw,
         tower=tower,
-        materials=known,
+        materials=materials or {},
         blade_sections=read_section_properties(sections) if sections else None,
         blade_damping=read_damping(sections),
         tower_damping=read_damping(tower_sections),
@@ -304,6 +300,14 @@ def read_turbine(path: str | os.PathLike[str]) -> WindIOTurbine:
         references=read_references(root),
         warnings=tuple(list_implausible(root)),
     )
+
+
+def _read_materials(root: Entry) -> dict[str, WindIOMaterial]:
+    """The materials; none is needed where neither blade nor tower has layers."""
+    parts = (root["components"].get(name) for name in ("blade", "tower"))
+    structures = (part.get("structure") for part in parts if part)
+    layered = any(structure is not None and "layers" in structure for structure in structures)
+    return read_materials(root["materials"]) if layered or "materials" in root else {}
 
 
 def _read_root(path: str | os.PathLike[str]) -> Entry:

@@ -74,7 +74,6 @@ MISTAKES = {
     "no version": (drop("windIO_version"), "the file has no 'windIO_version'"),
     "no blade": (drop(*BLADE), "components has no 'blade'"),
     "no components": (put("components", [1.0]), "components must be a table with the key 'blade'"),
-    "no layers": (drop(*LAYERS), "structure has no 'layers'"),
     "empty layers": (put(*LAYERS, []), "layers must have at least one layer"),
     "no materials": (drop("materials"), "the file has no 'materials'"),
     "unknown material": (

@@ -70,9 +70,8 @@ def _add_colours(parser: argparse.ArgumentParser) -> None:
     colours.add_argument(
         "--field",
         metavar="NAME",
-        default="von_mises_stress",
-        help="field that gives the colours: von_mises_stress (default), cauchy_stress_norm, "
-        "displacement, velocity; of laminates tsai_wu",
+        help="field that gives the colours: von_mises_stress (default where there is one), "
+        "cauchy_stress_norm, displacement, velocity; of laminates tsai_wu",
     )
     colours.add_argument("--plain", action="store_true", help="no field, each part in one colour")
     parser.add_argument(
@@ -105,6 +104,7 @@ def _render(options: argparse.Namespace) -> None:
     from turbine_fenicsx.cli.commands._frames import Frames
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.postprocessing.colours import USUAL
     from turbine_fenicsx.postprocessing.pictures import (
         Look,
         choose_movie_steps,
@@ -132,7 +132,7 @@ def _render(options: argparse.Namespace) -> None:
         raise InputError(f"--range {options.range}: give a low and a higher number")
     _check(options)
     look = Look(
-        None if options.plain else options.field,
+        None if options.plain else options.field or USUAL,
         options.scale,
         options.view or "oblique",
         None if limits is None else (limits[0], limits[1]),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.state import State
@@ -28,7 +29,7 @@ class CellValues:
 
 
 def gather_values(
-    fields: Sequence[CellValues], bodies: Sequence[tuple[FlexibleBody, int]], state: State
+    fields: Sequence[CellValues], bodies: Sequence[tuple[DeformableBody, int]], state: State
 ) -> dict[str, Array]:
     """The numbers of all cells of each field, 0 in bodies without it. Collective.
 

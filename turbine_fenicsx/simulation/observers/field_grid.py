@@ -9,25 +9,19 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
-from dolfinx import fem
 
-from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface, inertia_box
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.field_files import open_series
 from turbine_fenicsx.records.grid_series import ROOM, GridSeries
 from turbine_fenicsx.records.parts import Part, Parts
-from turbine_fenicsx.system.cell_centres import CellCentres
-from turbine_fenicsx.system.flexible_model import FlexibleModel
-from turbine_fenicsx.system.make_model import on_mesh
+from turbine_fenicsx.simulation.observers.body_grid import BodyGrid
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -78,10 +72,6 @@ def _follow_joints(system: MultibodySystem, stands_on: dict[RigidBody | None, in
             stands_on.setdefault(b if known is a else a, stands_on[known])
 
 
-VTK_ORDER = {"hexahedron": [0, 1, 3, 2, 4, 5, 7, 6], "tetrahedron": [0, 1, 2, 3]}
-"""Vertices of DOLFINx cells in the order of VTK."""
-
-
 class FieldGrid:
     """Points and cells of a system as they go to a file of fields.
 
@@ -90,12 +80,12 @@ class FieldGrid:
     Args:
         surfaces: Surfaces of rigid bodies, written by rank 0; if None, each is drawn as the
             homogeneous box of its mass and Euler values.
-        parts: Number of the part of each local cell (ghosts included), one array per flexible
-            body; if None, each body is one part, with the next free numbers.
+        parts: Number of the part of each local cell (ghosts included), one array for each copy
+            of each flexible body; if None, each of them is one part, with the next free numbers.
         names: Names of the numbered parts that are not called like their bodies.
 
     Attributes:
-        bodies: Vertices and cells of each flexible body.
+        bodies: Vertices and cells of each copy of each flexible body.
         n_faces: Number of faces of surfaces on this rank.
         positions: Initial positions of the points of this rank, shape (n, 3) [m].
     """
@@ -112,12 +102,18 @@ class FieldGrid:
         if surfaces is None:
             bodies = [body for body in system.rigid_bodies if body.mass > 0.0]
             surfaces = [inertia_box(body, k) for k, body in enumerate(bodies)]
-        self.bodies = [BodyGrid(on_mesh(block, "fields")) for block in system.flexible_models]
+        self.bodies = [
+            BodyGrid(system, k, copy)
+            for k, body in enumerate(system.flexible_bodies)
+            for copy in range(len(body.placements))
+        ]
         if parts is None:
             free = 1 + max((surface.part for surface in surfaces), default=-1)
             parts = [np.full(b.n_cells, free + k) for k, b in enumerate(self.bodies)]
         if len(parts) != len(self.bodies):
-            raise ModelError(f"{len(parts)} arrays of parts for {len(self.bodies)} flexible bodies")
+            raise ModelError(
+                f"{len(parts)} arrays of parts for {len(self.bodies)} flexible bodies and copies"
+            )
         cell_parts = [p[: b.n_cells] for p, b in zip(parts, self.bodies, strict=True)]
         self._about = _describe(system, surfaces, cell_parts, names or {})
         self._surfaces = tuple(surfaces) if comm.rank == 0 else ()
@@ -137,7 +133,7 @@ class FieldGrid:
         self.n_faces = len(cells[-1][1])
         places = [b.positions for b in self.bodies] + [s.points for s in self._surfaces]
         self.positions: Array = np.concatenate([np.zeros((0, 3)), *places])
-        held = [body.couplings(system) for body in self.bodies]
+        held = [body.couplings() for body in self.bodies]
         self._open = partial(
             open_series,
             comm,
@@ -165,7 +161,7 @@ class FieldGrid:
             q: Of the coordinates of the rigid bodies, shape (12 bodies,).
             u: Of the displacement of each flexible body.
         """
-        moved = [body.vertex_values(u_k) for body, u_k in zip(self.bodies, u, strict=True)]
+        moved = [body.motion(u[body.number]) for body in self.bodies]
         coordinates = self._system.coordinates_of(q)
         for surface in self._surfaces:
             xi = surface.body.body_coordinates(surface.points)
@@ -195,79 +191,8 @@ def _describe(
     for surface in surfaces:
         name, number = surface.body.name, surface.part
         found[number] = Part(number, names.get(number, name), name, stands_on[surface.body])
-    for body, mine in zip(system.flexible_bodies, cell_parts, strict=True):
+    copies = [body for body in system.flexible_bodies for _ in body.placements]
+    for body, mine in zip(copies, cell_parts, strict=True):
         for number in sorted(set().union(*system.comm.allgather(set(mine.astype(int).tolist())))):
             found[number] = Part(number, names.get(number, body.name), body.name)
     return Parts(tuple(found.values()), roots)
-
-
-class BodyGrid:
-    """Vertices and cells of one flexible body.
-
-    Vertices are the nodes of a linear space, which for linear fields is that of the field itself.
-
-    Attributes:
-        n_points: Number of vertices that this rank owns.
-        n_cells: Number of cells that this rank owns.
-    """
-
-    def __init__(self, block: FlexibleModel) -> None:
-        self._block, self.body, self._centres = block, block.body, CellCentres(block)
-        mesh = block.body.mesh
-        self.kind = _compat.cell_name(mesh)
-        vertex_space = block.space if block.body.degree == 1 else _compat.vector_space(mesh, 1)
-        self._index_map = vertex_space.dofmap.index_map
-        self.n_points = self._index_map.size_local
-        n_vertices = 8 if self.kind == "hexahedron" else 4
-        vertices = _compat.dofs_of_cells(vertex_space)[:, :n_vertices]
-        nodes = _compat.dofs_of_cells(block.space)[:, :n_vertices]
-        self._node_of = np.zeros(self.n_points + self._index_map.num_ghosts, dtype=np.int64)
-        self._node_of[vertices] = nodes
-        self._node_of = self._node_of[: self.n_points]
-        self.n_cells = mesh.topology.index_map(3).size_local
-        self._vertices = vertices[: self.n_cells, VTK_ORDER[self.kind]]
-        X = fem.Function(block.space)
-        X.interpolate(lambda x: x)
-        self.positions = X.x.array.reshape(-1, 3)[self._node_of]
-
-    def cells(self, comm: MPI.Intracomm, starts: IntArray) -> IntArray:
-        """Vertices of the owned cells by their numbers in the output, shape (n_cells, .).
-
-        Args:
-            starts: Number of the first vertex of this body on each rank, shape (ranks,).
-        """
-        vertices = self._index_map.local_to_global(
-            np.arange(self.n_points + self._index_map.num_ghosts, dtype=np.int32)
-        )
-        firsts = np.array(comm.allgather(self._index_map.local_range[0]))
-        sizes = np.array(comm.allgather(self.n_points))
-        owner = np.searchsorted(firsts + sizes, vertices, side="right")
-        numbers: IntArray = (starts[owner] + vertices - firsts[owner])[self._vertices]
-        return numbers
-
-    def vertex_values(self, vector: PETSc.Vec) -> Array:
-        """Values of a nodal vector at the owned vertices, shape (n_points, 3)."""
-        return self._block.nodal_values(vector)[self._node_of]
-
-    def couplings(self, system: MultibodySystem) -> npt.NDArray[np.int32]:
-        """Number of the coupling that holds each owned vertex, from 1; 0 for none. Collective."""
-        k = system.flexible_models.index(self._block)
-        held = system.coupling_blocks[k]
-        numbers = self._block.new_vector()
-        for coupling, rows in zip(held.couplings, held.slices, strict=True):
-            dofs = 3 * held.nodes[rows]
-            numbers.array[dofs] = 1 + system.couplings.index(coupling)
-        values = self._block.nodal_values(numbers)[self._node_of, 0]
-        numbers.destroy()
-        found: npt.NDArray[np.int32] = np.rint(values).astype(np.int32)
-        return found
-
-    def stresses(self, u: PETSc.Vec) -> tuple[Array, Array]:
-        """Norm and von Mises stress at the centres of the owned cells, shapes (n_cells,) [Pa]."""
-        norm, von_mises = (values[: self.n_cells] for values in self._centres.stresses(u))
-        return norm, von_mises
-
-    def fibre(self, u: PETSc.Vec) -> Array:
-        """Present direction of the fibre in the owned cells, shape (n_cells, 3); zero without."""
-        directions = self._centres.fibres(u)
-        return np.zeros((self.n_cells, 3)) if directions is None else directions[: self.n_cells]

@@ -19,15 +19,16 @@ from turbine_fenicsx.simulation.observers.field_series import FieldSeries
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
+MOTIONS = ("displacement", "velocity")
+"""Fields that bodies without a material have too."""
+
 STRESSES = ("cauchy_stress_norm", "von_mises_stress")
 """Fields of stress."""
 
 
 def list_fields(more: Sequence[CellValues] = ()) -> list[str]:
     """Names of the fields that change, of all kinds of bodies and of more fields in the cells."""
-    return list(
-        dict.fromkeys(["displacement", "velocity", *STRESSES, "fibre", *(f.name for f in more)])
-    )
+    return list(dict.fromkeys([*MOTIONS, *STRESSES, "fibre", *(f.name for f in more)]))
 
 
 class Fields(FieldSeries):
@@ -93,11 +94,11 @@ class Fields(FieldSeries):
             of_points["velocity"] = grid.motion(state.q_dot, state.v)
         of_cells: dict[str, Array] = {}
         if wanted & set(STRESSES):
-            stresses = [body.stresses(u) for body, u in zip(grid.bodies, state.u, strict=True)]
+            stresses = [body.stresses(state.u[body.number]) for body in grid.bodies]
             for k, name in enumerate(STRESSES):
                 of_cells[name] = np.concatenate([np.zeros(0), *(values[k] for values in stresses)])
         if "fibre" in wanted:
-            fibres = [body.fibre(u) for body, u in zip(grid.bodies, state.u, strict=True)]
+            fibres = [body.fibre(state.u[body.number]) for body in grid.bodies]
             of_cells["fibre"] = np.concatenate([np.zeros((0, 3)), *fibres])
         of_cells |= gather_values(self._more, self._bodies, state)
         series.write(

@@ -12,7 +12,7 @@ from turbine_fenicsx.windio import WindIOBlade
 
 @dataclass(frozen=True, eq=False)
 class ShapedBlades:
-    """What a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan` has of its surface."""
+    """The surface of a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`."""
 
     shape: WindIOBlade
 

@@ -95,7 +95,7 @@ def tabulate_file(
         },
         "blade": {"hub_radius": hub.radius, "length": turbine.blade.length},
     }
-    if not rigid and turbine.blade.has_layup:
+    if not rigid:
         found["material"] = {"law": "windio"}
     if wind and turbine.hub_height:
         found["wind"] = {"hub_height": turbine.hub_height}
@@ -286,7 +286,8 @@ def describe_file(case: Tables) -> list[str]:
     turbine, (taken, overridden) = load_turbine(case.turbine.file), list_origins(case)
     lines = [
         f"{Path(case.turbine.file).name}: {turbine.name}",
-        f"from the file: {', '.join(taken) or 'nothing'}, shape and layup of the blades",
+        f"from the file: {', '.join(taken) or 'nothing'}, shape and {_name_walls(case)} of the "
+        "blades",
     ]
     if overridden:
         lines.append(f"overridden by the case: {', '.join(overridden)}")
@@ -299,6 +300,13 @@ def describe_file(case: Tables) -> list[str]:
     if turbine.rated_speed is not None:
         lines.append(f"rated speed of the rotor {turbine.rated_speed * 30.0 / pi:.4g} rpm")
     return lines
+
+
+def _name_walls(case: Tables) -> str:
+    """The structure of the blades that a case takes from its file, in words."""
+    assert case.turbine.file is not None
+    layup = load_turbine(case.turbine.file).blade.has_layup and not case.has_beam_blades
+    return "layup" if layup else "section matrices"
 
 
 def _find_shaft(case: Tables) -> GeneratorShaft | None:

@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import LoadedMesh, load_arrays
 from turbine_fenicsx.meshing.model import MeshArrays
+from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.simulation.observers.history import Channel
@@ -121,16 +122,19 @@ class Turbine(Assembly):
         return {number: name for name, number in self.numbers.items()}
 
     def parts_of_cells(self) -> list[Array]:
-        """Number of the part of each local cell, ghosts included; one array per flexible body."""
+        """Number of the part of each local cell, ghosts included; one array for each copy."""
         found = []
         for body in self.system.flexible_bodies:
-            cells = body.full.mesh.topology.index_map(3)
+            cells, copies = body.full.mesh.topology.index_map(3), len(body.placements)
             own = np.full(cells.size_local + cells.num_ghosts, float(self.numbers[body.name]))
             mesh = self.meshes.get(body.name)
+            if copies == len(BLADES):
+                found += [np.full_like(own, self.numbers[name]) for name in BLADES]
+                continue
             for name in mesh.cell_names if mesh else ():
                 assert mesh is not None
                 own[mesh.cells(name)] = self.numbers[name]
-            found.append(own)
+            found += [own] * copies
         return found
 
 

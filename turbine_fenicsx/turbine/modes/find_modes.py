@@ -142,8 +142,6 @@ def _find(
 ) -> tuple[list[ModeTable], list[str]]:
     """Find the modes, and write them into a folder that is locked."""
     case = _leave_out_wind_and_control(case, comm)
-    if case.has_reduced_blades:
-        raise InputError('modes are those of full blades: add --set blade.model="full"')
     turning = any(wanted.speeds)
     if turning and ROTOR in wanted.locked:
         raise InputError(f"a brake on {ROTOR!r} leaves it no speed: lock it, or let it turn")

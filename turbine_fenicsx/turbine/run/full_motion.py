@@ -29,6 +29,7 @@ class FullMotion:
     """States of the turbine of a run with full bodies, which move as its reduced ones did.
 
     A node X of the mesh is at x = sum_k F_k(X) z_k, with the functions and vectors of the run.
+    Beams have no other body, and remain as they are.
 
     Args:
         run: The run. A tower that is not reduced is left out, as its motion is not stored.
@@ -53,7 +54,8 @@ class FullMotion:
         for name in BASES:
             table = getattr(case, name)
             full = {"model": "full", "reduction": type(table.reduction)()}
-            tables[name] = table.model_copy(update=full)
+            stays = name == "blade" and case.has_beam_blades
+            tables[name] = table if stays else table.model_copy(update=full)
         if case.tower.flexible and not case.has_reduced_tower:
             tables["tower"] = type(case.tower)()
             if comm.rank == 0:
@@ -63,7 +65,8 @@ class FullMotion:
         numbers = [names.index(body.name) for body in system.rigid_bodies]
         self._columns = (12 * np.array(numbers)[:, None] + np.arange(12)).ravel()
         self._expanded = {
-            m.body.name: _Expanded(run.reduced[m.body.name].body, m) for m in system.flexible_models
+            m.body.name: _make_expanded(run.reduced[m.body.name].body, m)
+            for m in system.flexible_models
         }
         self._state = system.initial_state()
 
@@ -79,6 +82,33 @@ class FullMotion:
             u.array[:] = body.expand(motion.vectors[name][row] - body.starts).ravel()
             v.array[:] = body.expand(motion.velocities[name][row]).ravel()
         return state
+
+
+def _make_expanded(reduced: ReducedBody, model: BodyModel) -> _Expanded | _Vectors:
+    """How the motion of a reduced body moves the nodes of a model. Collective."""
+    return _Vectors(reduced, model) if model.is_small else _Expanded(reduced, model)
+
+
+class _Vectors:
+    """The vectors of a body that are its own nodes.
+
+    Attributes:
+        starts: As of `_Expanded`.
+    """
+
+    def __init__(self, reduced: ReducedBody, model: BodyModel) -> None:
+        self._owned = model.n_owned
+        self.starts = _find_starts(reduced)
+
+    def expand(self, vectors: Array) -> Array:
+        """Those that this rank owns, shape (vectors, 3)."""
+        return vectors.reshape(-1, 3)[: self._owned]
+
+
+def _find_starts(reduced: ReducedBody) -> Array:
+    """Vectors of each copy before the motion, shape (copies, n, 3) [m]."""
+    basis = reduced.basis
+    return np.array([p.place(basis.vectors, basis.is_point) for p in reduced.placements])
 
 
 class _Expanded:
@@ -104,8 +134,7 @@ class _Expanded:
             np.flatnonzero(copies == copy) for copy in range(len(points))
         ]
         self._functions = [basis.functions[rows[nodes]] for nodes in self._nodes]
-        h = basis.is_point
-        self.starts: Array = np.array([p.place(basis.vectors, h) for p in reduced.placements])
+        self.starts = _find_starts(reduced)
 
     def expand(self, vectors: Array) -> Array:
         """Sums of the functions at the nodes that this rank owns, shape (nodes, 3).

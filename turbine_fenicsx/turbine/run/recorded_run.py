@@ -119,5 +119,8 @@ def _leave_out(case: Case) -> Case:
     tables: dict[str, object] = {name: type(getattr(case, name))() for name in WITHOUT}
     for name in BASES:
         table = getattr(case, name)
-        tables[name] = table.model_copy(update={"damping": type(table.damping)()})
+        none = type(table.damping)()
+        if name == "blade":  # the viscosity of beams belongs to their basis
+            none = none.model_copy(update={"mu": table.damping.mu})
+        tables[name] = table.model_copy(update={"damping": none})
     return case.model_copy(update=tables)

@@ -12,7 +12,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import suggest
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
-from turbine_fenicsx.simulation.observers.fields import list_fields
+from turbine_fenicsx.simulation.observers.fields import MOTIONS, list_fields
 from turbine_fenicsx.simulation.observers.ply_failure import failure_field
 from turbine_fenicsx.turbine.components.flexible_blades import find_plies
 from turbine_fenicsx.turbine.run.full_motion import FullMotion
@@ -38,14 +38,15 @@ class FieldRecovery:
         more: list[CellValues] = []
         if plies is not None:
             more = [failure_field(plies.stresses, name, plies.made_up) for name in CRITERIA]
-        known = list_fields(more)
+        known, usual = list_fields(more), list_fields(more[:1])
+        if motion.turbine.case.has_beam_blades:
+            known = usual = list(MOTIONS)
         for name in wanted or ():
             if name not in known:
                 raise InputError(
                     f"there is no field {name!r}, but {', '.join(known)}{suggest(name, known)}"
                 )
-        if wanted is None:
-            wanted = list_fields(more[:1])
+        wanted = usual if wanted is None else wanted
         self._motion, self._more, self._wanted = motion, more, {CARRIED, *wanted}
 
     def write(

@@ -1,0 +1,188 @@
+"""Claims about turbines of a windIO file without a layup: their blades are beams."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from beam_turbines import INERTIA, bare_turbine, section_matrices, write_beam_case
+from reduced_turbines import COMM, read, run
+from windio_files import small_turbine, write_turbine
+
+from turbine_fenicsx import Case, build_turbine, modes, restart_case
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
+
+MASS = 0.5 * 1.1 * INERTIA["mass"] * 20.0
+"""Of a blade that is straight, about [kg]."""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """The case."""
+    return write_beam_case(on_rank0(COMM, lambda: tmp_path_factory.mktemp("beams")))
+
+
+@pytest.fixture(scope="module")
+def out(path):
+    """Its run."""
+    return run(path, "run", "output.checkpoint_wall_time=0")
+
+
+def test_the_balance_of_energy_closes_with_wind_pitch_and_viscosity(out):
+    seen = read(out)
+    size = np.max(np.abs(seen["total_energy_[J]"]))
+    assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-9 * size
+    assert np.max(np.abs(seen["work_of_wind_[J]"])) > 1e-3 * size
+    lost = seen["dissipated_by_viscosity_of_blades_[J]"]
+    assert np.all(np.diff(lost) >= 0.0) and lost[-1] > 0.0
+
+
+def test_masses_are_those_of_the_matrices(path, out):
+    summary = on_rank0(COMM, lambda: json.loads((out / "summary.json").read_text()))
+    blades = summary["masses_[kg]"]["blades"]
+    plan = plan_rotor(Case.load(path))
+    inertia = plan.blades.find_inertia()
+    assert blades == pytest.approx(3.0 * inertia.mass, rel=1e-6)
+    assert inertia.mass == pytest.approx(MASS, rel=2e-3)  # the prebent axis is a little longer
+    # the trapezium of the masses along the span has its centre at 7.27 m
+    assert inertia.centre[0] - 1.0 == pytest.approx(20.0 * (1.0 + 0.2) / 3.0 / 1.1, rel=2e-3)
+
+
+def test_rigid_blades_have_the_inertia_of_the_matrices(path):
+    changes = ["turbine.model=rigid", "pitch.bearings=true"]
+    rigid, flexible = (build_turbine(Case.load(path, more), COMM) for more in (changes, []))
+    (model,) = (m for m in flexible.system.flexible_models if m.is_small)
+    blade = next(b for b in rigid.system.rigid_bodies if b.name == "blade_1")
+    assert 3.0 * blade.mass == pytest.approx(
+        on_rank0(COMM, lambda: model.nodal_mass @ model.is_point), rel=1e-6
+    )
+
+
+def test_modes_of_the_blades_are_named_and_damped_as_mu_says(path, tmp_path, capfd):
+    from turbine_fenicsx.cli.main import main
+
+    text = path.read_text()
+    case = tmp_path / "modes.toml"
+    case.write_text(text[: text.index("[wind]")] + text[text.index("[turbine]") :])
+    (tmp_path / "small.yaml").write_text((path.parent / "small.yaml").read_text())
+    more = [
+        "--set",
+        "turbine.rotor_speed=0",
+        "--set",
+        "tower.flexible=false",
+        "--set",
+        "loads.gravity=0",
+    ]
+    assert main(["modes", str(case), "-o", str(tmp_path / "out"), "--count", "8", *more]) == 0
+    with (tmp_path / "out" / "modes.csv").open() as file:
+        table = list(csv.DictReader(file))
+    flap = [row for row in table if "first flap" in row["name"]]
+    assert len(flap) == 3
+    for row in flap:  # mu omega/2
+        frequency = float(row["frequency_[Hz]"])
+        wanted = 0.5 * 0.002 * 2.0 * np.pi * frequency
+        assert float(row["damping_ratio_[-]"]) == pytest.approx(wanted, rel=1e-3)
+
+
+def test_a_restart_continues_bit_for_bit(path, out):
+    half = run(path, "half", "time.end=0.3", "output.checkpoint_wall_time=0")
+    restart_case(half, COMM, ["time.end=0.5"], progress="none")
+    mine, theirs = read(half), read(out)
+    del mine["wall_time_[s]"], theirs["wall_time_[s]"]
+    for name in theirs:
+        assert np.array_equal(mine[name], theirs[name]), name
+
+
+def test_damping_ratios_are_those_of_the_beam(path):
+    ratios = ["blade.damping.flap_1=1 %", "blade.damping.edge_1=0.8 %"]
+    with pytest.raises(InputError, match=r"blade\.damping\.mu: expected none beside flap_1"):
+        Case.load(path, ["blade.damping.mu=[0.1, 0.1, 0.1, 0.1, 0.1, 0.1]", *ratios])
+    case = Case.load(path, ["blade.damping = {flap_1 = 0.01, edge_1 = 0.008}"])
+    assert case.blade.damping.mu is None
+    turbine = build_turbine(case, COMM)
+    (model,) = (m for m in turbine.system.flexible_models if m.is_small)
+    assert model.body.basis.viscosity.size == 0
+    assert turbine.part("damping_of_blades").stiffness > 0.0
+
+
+def test_files_with_a_layup_have_beams_too(tmp_path):
+    tables = bare_turbine()
+    whole = small_turbine()["components"]["blade"]["structure"]
+    tables["components"]["blade"]["structure"] = whole | {"elastic_properties": section_matrices()}
+    tables["materials"] = small_turbine()["materials"]
+    case = write_beam_case(tmp_path, lambda t: t.update(tables))
+    turbine = build_turbine(Case.load(case), COMM)
+    (model,) = (m for m in turbine.system.flexible_models if m.is_small)
+    assert on_rank0(COMM, lambda: model.nodal_mass @ model.is_point) == pytest.approx(
+        3.0 * MASS, rel=2e-3
+    )
+
+
+def mass_of(model):
+    """Mass of all blades [kg]."""
+    return on_rank0(COMM, lambda: float(model.nodal_mass @ model.is_point))
+
+
+def drop_stiffness(tables):
+    """Leave diagonals only."""
+    matrix = tables["components"]["blade"]["structure"]["elastic_properties"]["stiffness_matrix"]
+    for key in [key for key in matrix if key.startswith("K") and key[1] != key[2]]:
+        del matrix[key]
+
+
+def spoil_stiffness(tables):
+    """Make the bending stiffness at the tip negative."""
+    matrix = tables["components"]["blade"]["structure"]["elastic_properties"]["stiffness_matrix"]
+    matrix["K44"][1] = -1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "override", "sentence"),
+    [
+        (
+            lambda tables: None,
+            "blade.model=full",
+            "which has no layup: components.blade.structure.layers",
+        ),
+        (
+            lambda tables: None,
+            "blade.model=reduced",
+            "components.blade.structure.layers is missing",
+        ),
+        (drop_stiffness, "time.end=1", "expected a file with the 6 x 6 matrices of the blade"),
+        (
+            lambda tables: None,
+            "time.scheme=generalised_alpha",
+            'blade.model = "beam": expected time.scheme = "energy_momentum"',
+        ),
+    ],
+)
+def test_cases_that_cannot_be_are_refused(tmp_path, change, override, sentence):
+    path = write_beam_case(tmp_path, change)
+    with pytest.raises(InputError) as caught:
+        Case.load(path, [override])
+    assert sentence in str(caught.value)
+
+
+def test_a_stiffness_that_is_not_positive_is_refused_with_its_station(tmp_path):
+    path = write_beam_case(tmp_path, spoil_stiffness)
+    with pytest.raises(ValueError, match=r"stiffness of the beam at 20\.\d+ m is not positive"):
+        build_turbine(Case.load(path), COMM)
+
+
+def test_a_file_without_blades_materials_needs_none(tmp_path):
+    tables = bare_turbine()
+    del tables["materials"], tables["components"]["tower"]
+    write_turbine(tables, tmp_path)
+    case = Case.parse(
+        {
+            "turbine": {"file": "small.yaml"},
+            "blade": {"model": "beam"},
+            "tower": {"flexible": False},
+        },
+        tmp_path,
+    )
+    system = build_turbine(case, COMM).system
+    assert len(modes(system, count=3).modes) == 3
