@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from beam_turbines import INERTIA, bare_turbine, section_matrices, write_beam_case
 from reduced_turbines import COMM, read, run
+from scipy.spatial import cKDTree
 from windio_files import small_turbine, write_turbine
 
-from turbine_fenicsx import Case, build_turbine, modes, restart_case
+from turbine_fenicsx import Case, VtkHdfFile, build_turbine, modes, restart_case
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
+from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
 
 MASS = 0.5 * 1.1 * INERTIA["mass"] * 20.0
 """Of a blade that is straight, about [kg]."""
@@ -93,6 +96,28 @@ def test_a_restart_continues_bit_for_bit(path, out):
     del mine["wall_time_[s]"], theirs["wall_time_[s]"]
     for name in theirs:
         assert np.array_equal(mine[name], theirs[name]), name
+
+
+def test_recovered_fields_show_the_motion_of_beams(out):
+    pytest.importorskip("h5py")
+    run = RecordedRun.open(out, COMM)
+    recovery = RunRecovery(run)
+    recovery.find_fields(None).write(out / "fields.vtkhdf", [0, 5])
+    state = recovery.motion.find_state(5)
+    (model,) = (m for m in recovery.motion.turbine.system.flexible_models if m.is_small)
+    x = (model.body.points + model.expand(state.u[0])).reshape(-1, 3)
+    with VtkHdfFile(out / "fields.vtkhdf") as file:
+        step = file.read(1)
+        assert set(step.point_data) >= {"displacement", "velocity"}
+        blades = np.unique(step.cell_data["part"])
+        assert {2, 3, 4} <= set(blades.tolist())
+        near = cKDTree(step.points).query(x)[0]
+    corners = 3 * 2 * 7 * 8  # of 6 x 8 quadratic cells, of which the file has the corners alone
+    assert np.count_nonzero(near < 1e-9) == corners
+    with pytest.raises(InputError, match="there is no field 'tsai_wu', but displacement, velocity"):
+        recovery.find_fields(["tsai_wu"])
+    with pytest.raises(InputError, match="and beams, have no plies"):
+        _ = recovery.plies
 
 
 def test_damping_ratios_are_those_of_the_beam(path):

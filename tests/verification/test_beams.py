@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from reduced_beams import march, placements
+from scipy.spatial import cKDTree
 from section_beams import (
     COMM,
     LENGTH,
@@ -21,6 +22,7 @@ from turbine_fenicsx import (
     BodyForce,
     Coupling,
     EnergyMomentum,
+    Fields,
     ModelError,
     MultibodySystem,
     NodeForce,
@@ -33,10 +35,12 @@ from turbine_fenicsx import (
     equilibrium,
     modes,
     read_basis,
+    turning_modes,
     write_basis,
 )
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.beam_strains import _split
+from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
 from turbine_fenicsx.system import gram_strain
 
 CONSERVED = 1e-11
@@ -190,6 +194,37 @@ def test_a_free_beam_has_six_rigid_motions():
 # --- dynamics
 
 
+def make_rotor(axis=(1.0, 0.0, 0.0)):
+    """Three beams on a hub, and their basis.
+
+    Args:
+        axis: Of its revolute joint on the ground; None for a hub in free flight.
+    """
+    box, basis = carried("bent", taper=0.5)
+    spin = 1.5 * np.array([1.0, 0.2, -0.1] if axis is None else axis)
+    hub = RigidBody("hub", 2000.0, (500.0,) * 3, angular_velocity=spin)
+    joint = [] if axis is None else [Revolute("main", None, hub, (0.0, 0.0, 0.0), axis=axis)]
+    body = ReducedBody("blades", box.carrier, basis, placements())
+    roots = [Coupling(f"root {k}", body, box.start, hub, k) for k in range(3)]
+    return MultibodySystem(COMM, [hub, *joint, body, *roots]), basis
+
+
+def test_modes_that_whirl_are_seen_faster_or_slower_by_the_rotation():
+    """Multiblade coordinates need no mesh that comes to lie on itself, but equal copies."""
+    system, _ = make_rotor()
+    speed = 1.5
+    turning = turning_modes(system, "main", speed, count=12)
+    still = turning_modes(system, "main", speed, count=9, blades=3)
+    seen_turning = np.array([mode.frequency for mode in turning.modes])
+    whirling = [mode for mode in still.modes if mode.whirl is not None and not mode.is_rigid]
+    assert {mode.whirl.name for mode in whirling} >= {"backward", "forward"}
+    for mode in whirling:
+        shifts = np.abs(np.abs(seen_turning - mode.frequency) - speed / (2.0 * np.pi))
+        others = np.abs(seen_turning - mode.frequency)
+        together = mode.whirl.name == "collective"
+        assert np.min(others if together else shifts) < 1e-6 * mode.frequency, mode
+
+
 @pytest.mark.parallel
 @pytest.mark.parametrize(
     ("steps", "dt"),
@@ -198,13 +233,7 @@ def test_a_free_beam_has_six_rigid_motions():
 @pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), None])
 def test_beams_on_a_hub_keep_energy_and_momenta(steps, dt, axis):
     """On a revolute joint the moment about its axis; in free flight all of both."""
-    box, basis = carried("bent", taper=0.5)
-    spin = 1.5 * np.array([1.0, 0.2, -0.1] if axis is None else axis)
-    hub = RigidBody("hub", 2000.0, (500.0,) * 3, angular_velocity=spin)
-    joint = [] if axis is None else [Revolute("main", None, hub, (0.0, 0.0, 0.0), axis=axis)]
-    body = ReducedBody("blades", box.carrier, basis, placements())
-    roots = [Coupling(f"root {k}", body, box.start, hub, k) for k in range(3)]
-    system = MultibodySystem(COMM, [hub, *joint, body, *roots])
+    system, basis = make_rotor(axis)
     state = system.initial_state()
     if COMM.rank == 0:  # the blades do not start as their hub does
         v = state.v[0].array.reshape(3, -1, 3)
@@ -220,6 +249,20 @@ def test_beams_on_a_hub_keep_energy_and_momenta(steps, dt, axis):
     size = np.linalg.norm(before.angular)
     gap = np.abs(after.angular - before.angular)
     assert (np.max(gap) if axis is None else gap[0]) < CONSERVED * size
+
+
+def test_fields_show_all_copies_where_their_points_are(tmp_path):
+    system, _ = make_rotor()
+    state, _, _ = march(EnergyMomentum(system), system.initial_state(), 0.05, 5)
+    grid = FieldGrid(system, surfaces=[])
+    (model,) = system.flexible_models
+    wanted = (model.body.points + model.expand(state.u[0])).reshape(-1, 3)
+    found = grid.positions + grid.displacement(state.q, state.u)
+    assert len(found) == len(wanted)
+    assert np.max(cKDTree(wanted).query(found)[0]) < 1e-12 * LENGTH
+    fields = Fields(system, tmp_path / "fields.xdmf", 1.0, 1.0)
+    with pytest.raises(ModelError, match="stresses need a body on a mesh, and 'blades' is reduced"):
+        fields.write(fields.open(tmp_path / "fields.xdmf", None, 1), state)
 
 
 def test_a_sparse_factor_gives_the_same_numbers(monkeypatch):
