@@ -8,14 +8,25 @@ import pytest
 from beam_turbines import INERTIA, bare_turbine, section_matrices, write_beam_case
 from reduced_turbines import COMM, read, run
 from scipy.spatial import cKDTree
-from windio_files import small_turbine, write_turbine
+from windio_files import find_turbine, small_turbine, write_turbine
 
-from turbine_fenicsx import Case, VtkHdfFile, build_turbine, modes, restart_case
+from turbine_fenicsx import (
+    Case,
+    Coupling,
+    MultibodySystem,
+    ReducedBody,
+    VtkHdfFile,
+    box_carrier,
+    build_turbine,
+    modes,
+    restart_case,
+)
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+from turbine_fenicsx.turbine.run.section_history import find_section_history
 
 MASS = 0.5 * 1.1 * INERTIA["mass"] * 20.0
 """Of a blade that is straight, about [kg]."""
@@ -120,6 +131,22 @@ def test_recovered_fields_show_the_motion_of_beams(out):
         _ = recovery.plies
 
 
+def test_loads_in_sections_are_recovered_as_the_run_has_seen_them(out):
+    seen, run = read(out), RecordedRun.open(out, COMM)
+    found = find_section_history(run, [0.0, 0.4])
+    rows = [int(np.argmin(np.abs(seen["time_[s]"] - t))) for t in run.motion.times]
+    assert len(found) == 1 + 3 * 2 * 6
+    for name, values in found.items():
+        wanted = seen[name][rows]
+        assert values == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max()), name
+    # at the root they are those on the hub, in other axes, but for the inertia of the last step
+    of_root = [found[f"section_moment_1_at_0_{axis}_[Nm]"][-1] for axis in "xyz"]
+    on_ring = [seen[f"root_moment_1_{axis}_[Nm]"][-1] for axis in "xyz"]
+    assert np.linalg.norm(of_root) == pytest.approx(np.linalg.norm(on_ring), rel=0.1)
+    with pytest.raises(InputError, match=r"--sections 1.5: expected fractions of the span"):
+        find_section_history(run, [1.5])
+
+
 def test_damping_ratios_are_those_of_the_beam(path):
     ratios = ["blade.damping.flap_1=1 %", "blade.damping.edge_1=0.8 %"]
     with pytest.raises(InputError, match=r"blade\.damping\.mu: expected none beside flap_1"):
@@ -148,6 +175,20 @@ def test_files_with_a_layup_have_beams_too(tmp_path):
 def mass_of(model):
     """Mass of all blades [kg]."""
     return on_rank0(COMM, lambda: float(model.nodal_mass @ model.is_point))
+
+
+def test_the_blade_of_iea15_has_the_frequencies_of_400_linear_elements():
+    """Of BeamDyn's kind, with the matrices of the same file."""
+    wanted = [0.5065, 0.6929, 1.4800, 2.1388, 2.9314, 4.0856, 4.3747, 4.8400, 6.787, 7.519]
+    file = str(find_turbine("IEA-15-240-RWT.yaml"))
+    blades = plan_rotor(
+        Case.parse({"turbine": {"file": file}, "blade": {"model": "beam", "damping": 0.0}})
+    ).blades
+    box = box_carrier("blade", blades.line, (1.0, 1.0), 50, COMM)
+    body = ReducedBody("blade", box.carrier, blades.make_basis(box.carrier, box.start))
+    system = MultibodySystem(COMM, [body, Coupling("root", body, box.start, None)])
+    found = [mode.frequency for mode in modes(system, count=10).modes]
+    assert found == pytest.approx(wanted, rel=2e-3)
 
 
 def drop_stiffness(tables):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reduced_beams import march, placements
+from reduced_beams import beam, clamped, march, placements
 from scipy.spatial import cKDTree
 from section_beams import (
     COMM,
@@ -41,6 +41,7 @@ from turbine_fenicsx import (
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.reduction.beam_strains import _split
 from turbine_fenicsx.simulation.observers.field_grid import FieldGrid
+from turbine_fenicsx.simulation.observers.section_loads import BeamLoads
 from turbine_fenicsx.system import gram_strain
 
 CONSERVED = 1e-11
@@ -75,10 +76,7 @@ def test_a_twisted_bar_bends_as_that_of_beamdyn(twisted):
     of_beamdyn = np.array([1.71810805, -3.59245231, -1.14114462])
     assert np.linalg.norm(tip - of_beamdyn) < 1e-3 * np.linalg.norm(of_beamdyn)
     # the load holds all sections in equilibrium, about their own axes
-    model = system.flexible_models[0]
-    y = model.strain.vectors(model.vectors(state.u[0].array))
-    of_gauss = basis.find_section_loads(y, model.strain.strain(y))[0]
-    root = (basis.find_weights(np.zeros(1)) @ of_gauss)[0]
+    root = BeamLoads(system, system.flexible_bodies[0], [0.0, 1.0]).at(state)[0, 0]
     assert root[:3] == pytest.approx([0.0, -4e6, 0.0], abs=5e3)
     end = np.array([0.0, 0.0, LENGTH]) + tip
     assert root[3:] == pytest.approx(np.cross(end, [0.0, -4e6, 0.0]), abs=2e5)
@@ -380,6 +378,16 @@ def test_a_beam_is_as_long_as_its_sections_and_held_where_it_starts():
         beam_basis(box.carrier, line, sections(9.0), 4, 3, box.start)
     with pytest.raises(ModelError, match="held where its axis starts"):
         beam_basis(box.carrier, line, sections(), 4, 3, None, box.end)
+
+
+def test_loads_in_sections_need_a_beam_and_places_on_it():
+    system = clamped_beam()
+    (body,) = system.flexible_bodies
+    with pytest.raises(ModelError, match="must be fractions from 0 to 1"):
+        BeamLoads(system, body, [1.1])
+    solid = clamped(beam())
+    with pytest.raises(ModelError, match="loads on sections need a beam, and 'beam' is none"):
+        BeamLoads(solid, solid.flexible_bodies[0], [0.5])
 
 
 def test_forces_on_masses_of_a_mesh_cannot_act_on_a_beam():

@@ -27,7 +27,7 @@ from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
 RESULTS = (
     *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
-    *("plies.csv", "worst.json", "worst.png", "gauges.csv", "at_*.csv"),
+    *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
     *("basis_*.npz", "motion.bin", "motion.json"),

@@ -15,7 +15,8 @@ as 12.5,max(tsai_wu),min(tip_clearance_1), or equal distances with --every.
 
 --at writes OUT/at_STATION_PANEL.csv: strain, stress and failure index of the plies there over time,
 in all blades. --gauges writes OUT/gauges.csv, with the gauges of the case and those of --set, such
-as output.gauges.flap.station=0.3.
+as output.gauges.flap.station=0.3. --sections writes OUT/sections.csv, with force and moment in the
+sections of beam blades.
 """
 
 from __future__ import annotations
@@ -61,6 +62,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gauges", action="store_true", help="write the history of strain gauges, see --set"
     )
+    parser.add_argument(
+        "--sections",
+        metavar="STATION,STATION,...",
+        help="write the history of force and moment in sections of beam blades, at fractions of "
+        "their axis, for example 0,0.25,0.5",
+    )
     add_overrides(parser)
     times = parser.add_mutually_exclusive_group()
     times.add_argument(
@@ -90,10 +97,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
     places = [WallPlace.parse(text) for text in options.at]
     gauges = options.gauges or bool(options.overrides)
-    both = not (options.plies or options.worst or options.fields is not None or places or gauges)
+    sections = _read_sections(options.sections)
+    others = options.fields is not None or places or gauges or sections
+    both = not (options.plies or options.worst or others)
     plies, worst = options.plies or both, options.worst or both
     wanted = {files.PLIES: plies, files.WORST: worst, PICTURE: worst}
     wanted |= {files.FIELDS: options.fields is not None, files.GAUGES: gauges}
+    wanted[files.SECTIONS] = bool(sections)
     wanted |= dict.fromkeys(map(files.name_place, places), True)
     every, begin, end = _read_times(options)
     names = [name for name, is_wanted in wanted.items() if is_wanted]
@@ -104,6 +114,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     try:
         if gauges:
             paths.append(files.write_gauges(recovery))
+        if sections:
+            paths.append(files.write_sections(recovery, sections))
         for place in places:
             found, path = files.write_place(recovery, place, options.criterion)
             lines.append(found)
@@ -127,6 +139,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if comm.rank == 0 and not options.quiet:
         print(*lines, ", ".join(map(str, paths)), sep="\n", flush=True)
     return OK
+
+
+def _read_sections(text: str | None) -> list[float]:
+    """The numbers of --sections; none where it is not given."""
+    from turbine_fenicsx.cli.commands._numbers import parse_numbers
+
+    return [] if text is None else list(parse_numbers("--sections", text))
 
 
 def _split(names: str) -> list[str] | None:

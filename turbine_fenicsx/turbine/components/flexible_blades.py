@@ -48,6 +48,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.pitch import RINGS
+from turbine_fenicsx.turbine.components.section_columns import make_section_channel
 
 
 class YawDistances:
@@ -155,7 +156,7 @@ class FlexibleBlades(Component):
         from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))
-        twists = make_twist_channel(turbine)
+        twists, sections = make_twist_channel(turbine), make_section_channel(turbine, BODY)
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
@@ -167,6 +168,7 @@ class FlexibleBlades(Component):
                 Channel(clearances, lambda s: from_yaw.at(s).tolist()),
                 Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
                 *([twists] if twists else []),
+                *([sections] if sections else []),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],

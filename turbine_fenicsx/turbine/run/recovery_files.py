@@ -20,11 +20,12 @@ from turbine_fenicsx.records.vtkhdf_layout import need_h5py
 from turbine_fenicsx.turbine.run.chosen_rows import find_rows_every
 from turbine_fenicsx.turbine.run.gauge_history import find_gauge_history
 from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
+from turbine_fenicsx.turbine.run.section_history import find_section_history
 from turbine_fenicsx.turbine.run.wall_history import WallPlace, find_wall_history
 from turbine_fenicsx.turbine.run.worst_moment import WorstMoment
 
 PLIES, WORST, FIELDS = "plies.csv", "worst.json", "fields.vtkhdf"
-GAUGES = "gauges.csv"
+GAUGES, SECTIONS = "gauges.csv", "sections.csv"
 
 
 def refuse_to_overwrite(folder: str | os.PathLike[str], files: Sequence[str]) -> None:
@@ -56,6 +57,12 @@ def write_place(recovery: RunRecovery, place: WallPlace, criterion: str) -> tupl
 def write_gauges(recovery: RunRecovery) -> Path:
     """Write the history of the gauges of the case; the file. Collective."""
     return _replace(recovery, GAUGES, format_columns(find_gauge_history(recovery.run)))
+
+
+def write_sections(recovery: RunRecovery, places: Sequence[float]) -> Path:
+    """Write the history of the loads in sections of beams; the file. Collective."""
+    columns = find_section_history(recovery.run, places)
+    return _replace(recovery, SECTIONS, format_columns(columns))
 
 
 def name_place(place: WallPlace) -> str:

@@ -116,6 +116,11 @@ class OutputCase(Section):
     ] = ()
     """Places along the span, as fractions of its length, where histories have the twist of the
     blades by deformation."""
+    sections: Annotated[
+        tuple[Annotated[Number, Field(ge=0.0, le=1.0)], ...], Only("blade.model", "beam")
+    ] = ()
+    """Places along the axis of beam blades, as fractions of its length, where histories have the
+    force and moment in the section."""
     gauges: Annotated[
         dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
     ] = Field(default_factory=dict)
