@@ -252,3 +252,23 @@ def test_a_file_without_blades_materials_needs_none(tmp_path):
     )
     system = build_turbine(case, COMM).system
     assert len(modes(system, count=3).modes) == 3
+
+
+def test_a_tower_that_is_a_beam_has_the_frequencies_and_the_motion_of_a_tube(path):
+    """Its frequencies are those of a mesh that is fine around and along."""
+    found = []
+    for model, elements in (("beam", "[4, 1, 4]"), ("full", "[16, 1, 10]")):
+        changes = [f"tower.model={model}", f"tower.elements={elements}", "loads.gravity=0"]
+        changes += ["blade.damping=0", "tower.damping=0", "turbine.rotor_speed=0"]
+        case = Case.load(path, changes)
+        calm = case.model_copy(update={"wind": type(case.wind)()})
+        system = build_turbine(calm, COMM).system
+        found.append([mode.frequency for mode in modes(system, count=6).modes])
+    assert found[0] == pytest.approx(found[1], rel=5e-3, abs=1e-4)
+    out = run(path, "beam tower", "tower.model=beam")
+    seen = read(out)
+    size = np.max(np.abs(seen["total_energy_[J]"]))
+    assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-9 * size
+    run_again = RecordedRun.open(out, COMM)
+    assert set(run_again.reduced) == {"blades", "tower"}
+    assert RunRecovery(run_again).motion.find_state(3).time == pytest.approx(0.3)

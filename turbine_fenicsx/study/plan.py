@@ -104,7 +104,8 @@ def _load(path: str, overrides: Sequence[str]) -> Case:
     """Read a case; bases of reduced parts are kept beside it, for all runs together."""
     case = Case.load(path, overrides)
     reduced = case.has_reduced_blades and not case.has_beam_blades
-    parts = {"blade": reduced, "tower": case.has_reduced_tower}
+    tower = case.has_reduced_tower and not case.has_beam_tower
+    parts = {"blade": reduced, "tower": tower}
     shared = []
     for name, is_reduced in parts.items():
         reduction = getattr(case, name).reduction

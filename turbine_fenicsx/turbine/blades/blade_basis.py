@@ -80,7 +80,7 @@ def describe_blade(case: Tables) -> dict[str, Any]:
             "aero": {"file"},
         },
     )
-    for key in ("damping", "model"):
+    for key in ("damping", "model", "beam"):
         del data["blade"][key]
     for key in ("file", "folder"):
         del data["blade"]["reduction"][key]

@@ -175,7 +175,8 @@ def _damp_tower(
 
 def _name_tower_modes(assembly: Assembly, tower: DeformableBody) -> dict[str, _HeldMode]:
     """Modes of the tower with nacelle and rotor as one rigid body on top. Collective."""
-    mesh, body, rider = assembly.meshes[TOWER], tower.full, _join_riders(assembly)
+    mesh, rider = assembly.meshes[TOWER], _join_riders(assembly)
+    body = tower if assembly.case.has_beam_tower else tower.full
     foot, head = mesh.facets(BOTTOM), mesh.facets(TOP)
     ends = Coupling("foot", body, foot, None), Coupling("head", body, head, rider)
     weight = Gravity(tuple((-assembly.case.loads.gravity * np.asarray(E2)).tolist()))

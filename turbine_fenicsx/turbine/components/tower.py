@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis, ReducedBody
@@ -22,7 +23,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
-from turbine_fenicsx.meshing import TowerGeometry, mesh_tower
+from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, mesh_tower
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import TOWER
@@ -34,6 +35,7 @@ from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.basis_store import name_file, take_basis
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.beam_tower import make_tower_basis
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import SUPPORT
 from turbine_fenicsx.turbine.tables.tower import TowerCase
@@ -69,6 +71,8 @@ class Tower(Component):
         mesh = assembly.load_mesh(
             TOWER, "mesh of the tower", lambda: mesh_tower(geometry, t.elements, t.degree)
         )
+        if assembly.case.has_beam_tower:
+            return _make_beam(t, geometry, mesh)
         material = StVenantKirchhoff(*lame_constants(t.young, t.poisson))
         body = FlexibleBody(TOWER, mesh.mesh, material, t.density, t.degree)
         top = RigidBody(SUPPORT, t.top_mass, t.top_euler)
@@ -112,6 +116,14 @@ class Tower(Component):
         return Channels(channels(motions, loads, 1.0), channels(ways, out, 1e-3))
 
 
+def _make_beam(t: TowerCase, geometry: TowerGeometry, mesh: LoadedMesh) -> list[Any]:
+    """The parts of a tower that is a beam. Collective."""
+    carrier, top = Carrier(TOWER, mesh.mesh, t.degree), RigidBody(SUPPORT, t.top_mass, t.top_euler)
+    foot, head = mesh.facets(BOTTOM), mesh.facets(TOP)
+    body = ReducedBody(TOWER, carrier, make_tower_basis(t, geometry, carrier, foot, head))
+    return [top, body, Coupling(FOOT, body, foot, None), Coupling(HEAD, body, head, top)]
+
+
 def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> ReducedBasis:
     """The basis of the tower of a case. Collective.
 
@@ -128,7 +140,7 @@ def _find_basis(case: Case, held: MultibodySystem, body: FlexibleBody) -> Reduce
         return reduce_body(held, body, r.modes, r.functions, r.strains, loads)
 
     def name() -> Path | None:
-        tower = case.tower.model_dump(mode="json", exclude={"damping", "model"})
+        tower = case.tower.model_dump(mode="json", exclude={"damping", "model", "beam"})
         for key in ("file", "folder"):
             del tower["reduction"][key]
         return name_file(case, r.folder, TOWER, tower)

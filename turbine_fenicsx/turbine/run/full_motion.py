@@ -54,7 +54,7 @@ class FullMotion:
         for name in BASES:
             table = getattr(case, name)
             full = {"model": "full", "reduction": type(table.reduction)()}
-            stays = name == "blade" and case.has_beam_blades
+            stays = case.has_beam_blades if name == "blade" else case.has_beam_tower
             tables[name] = table if stays else table.model_copy(update=full)
         if case.tower.flexible and not case.has_reduced_tower:
             tables["tower"] = type(case.tower)()

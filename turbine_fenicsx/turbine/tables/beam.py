@@ -1,4 +1,4 @@
-"""The table of blades that are beams."""
+"""The table of blades and towers that are beams."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from turbine_fenicsx.case.section import Section
 
 
 class BeamCase(Section):
-    """Finite elements of blades that are beams of section matrices, see howto/beam_turbine."""
+    """Finite elements of blades or towers that are beams, see howto/beam_turbine."""
 
     elements: Annotated[Whole, Field(ge=1, le=60)] = 8
-    """Number of elements along the blade."""
+    """Number of elements along the axis."""
     degree: Annotated[Whole, Field(ge=1, le=5)] = 3
     """Polynomial degree of their functions."""
     hold: Annotated[Number, Field(gt=0.0, le=10.0)] = 0.01
     """Stiffness that keeps sections whole, over that of stretch: less takes fewer iterations, more
-    is exact for thick blades."""
+    is exact for thick beams."""

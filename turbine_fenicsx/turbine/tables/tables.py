@@ -83,8 +83,13 @@ class Tables(Section):
 
     @property
     def has_reduced_tower(self) -> bool:
-        """Whether the tower is flexible and reduced, as it can be beside reduced blades."""
-        return self.has_reduced_blades and self.tower.flexible and self.tower.model == "reduced"
+        """Whether the tower is flexible and moves by few vectors, as beside such blades it can."""
+        return self.has_reduced_blades and self.tower.flexible and self.tower.model != "full"
+
+    @property
+    def has_beam_tower(self) -> bool:
+        """Whether the tower is a beam."""
+        return self.has_reduced_tower and self.tower.model == "beam"
 
     @property
     def fields_every(self) -> float:
