@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 STRESSES = ("von_mises_stress", "cauchy_stress_norm")
 """Fields that rigid parts do not have; each body has its own scale of them."""
 
-USUAL = "usual"
+DEFAULT_FIELD = "default"
 """Stands for von Mises stress, or for displacement where there is no stress, as of beams."""
 
 LABELS = {

@@ -20,7 +20,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.mpi_environment import environment_without_mpi
 from turbine_fenicsx.postprocessing import scene
 from turbine_fenicsx.postprocessing.camera import VIEWS
-from turbine_fenicsx.postprocessing.colours import USUAL
+from turbine_fenicsx.postprocessing.colours import DEFAULT_FIELD
 from turbine_fenicsx.records.output_folder import read_field_parts, read_field_times
 
 SIZE = (1440, 1200)
@@ -34,9 +34,9 @@ class Look:
     """How a model is drawn.
 
     Args:
-        scalar: Point or cell field that colours it; of a vector its length. `USUAL` is stress, or
-            displacement where there is none. With None parts are plain, as rigid ones always are
-            under stress.
+        scalar: Point or cell field that colours it; of a vector its length. `DEFAULT_FIELD` is
+            stress, or displacement where there is none. With None parts are plain, as rigid ones
+            always are under stress.
         scale: Factor of the deformation of flexible parts relative to what carries them.
         view: One of `turbine_fenicsx.postprocessing.camera.VIEWS`.
         limits: Values at the ends of the colours, in the units of the legend; None takes zero and
@@ -49,7 +49,7 @@ class Look:
         title: Words beside the time; none if empty.
     """
 
-    scalar: str | None = USUAL
+    scalar: str | None = DEFAULT_FIELD
     scale: float = 1.0
     view: str = "oblique"
     limits: tuple[float, float] | None = None

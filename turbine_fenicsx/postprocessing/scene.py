@@ -58,7 +58,7 @@ class Scene:
         self._job, self._size = job, tuple(job["size"])
         self._scalar = job["scalar"]
         names = self._reader.field_names()
-        if self._scalar == colours.USUAL:
+        if self._scalar == colours.DEFAULT_FIELD:
             stress = colours.STRESSES[0]
             self._scalar = stress if stress in names else "displacement"
         if self._scalar not in (None, *names):

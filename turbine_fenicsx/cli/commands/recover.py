@@ -15,8 +15,9 @@ as 12.5,max(tsai_wu),min(tip_clearance_1), or equal distances with --every.
 
 --at writes OUT/at_STATION_PANEL.csv: strain, stress and failure index of the plies there over time,
 in all blades. --gauges writes OUT/gauges.csv, with the gauges of the case and those of --set, such
-as output.gauges.flap.station=0.3. --sections writes OUT/sections.csv, with force and moment in the
-sections of beam blades.
+as output.gauges.flap.station=0.3.
+
+--sections writes OUT/sections.csv, with force and moment in sections of beam blades.
 """
 
 from __future__ import annotations

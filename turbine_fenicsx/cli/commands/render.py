@@ -104,7 +104,7 @@ def _render(options: argparse.Namespace) -> None:
     from turbine_fenicsx.cli.commands._frames import Frames
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.postprocessing.colours import USUAL
+    from turbine_fenicsx.postprocessing.colours import DEFAULT_FIELD
     from turbine_fenicsx.postprocessing.pictures import (
         Look,
         choose_movie_steps,
@@ -132,7 +132,7 @@ def _render(options: argparse.Namespace) -> None:
         raise InputError(f"--range {options.range}: give a low and a higher number")
     _check(options)
     look = Look(
-        None if options.plain else options.field or USUAL,
+        None if options.plain else options.field or DEFAULT_FIELD,
         options.scale,
         options.view or "oblique",
         None if limits is None else (limits[0], limits[1]),

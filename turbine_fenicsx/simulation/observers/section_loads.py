@@ -29,7 +29,7 @@ class BeamLoads:
         places: Fractions of the length of the axis, from 0 to 1, shape (k,).
 
     Raises:
-        ModelError: for a body that is no beam, and places beyond its ends.
+        ModelError: for other bodies than beams, and places beyond the ends.
     """
 
     def __init__(self, system: MultibodySystem, body: ReducedBody, places: Sequence[float]) -> None:

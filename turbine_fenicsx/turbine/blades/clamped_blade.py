@@ -23,7 +23,7 @@ from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades, take_blade
 
-Body = TypeVar("Body", bound=DeformableBody)
+B = TypeVar("B", bound=DeformableBody)
 
 BLADE, ROOT, SKIN = "blade_1", "root_1", "skin_1"
 """Groups of the mesh of a blade, which is the first one of the rotor."""
@@ -57,7 +57,7 @@ class SingleMesh:
 
 
 @dataclass(frozen=True, eq=False)
-class ClampedBlade(Generic[Body]):
+class ClampedBlade(Generic[B]):
     """A blade in its own axes from the rotor centre.
 
     Args:
@@ -65,7 +65,7 @@ class ClampedBlade(Generic[Body]):
         root: Facets of its root, indices local to this rank.
     """
 
-    body: Body
+    body: B
     root: npt.NDArray[np.int32]
     skin: npt.NDArray[np.int32]
     system: MultibodySystem
@@ -85,7 +85,7 @@ class ClampedBlade(Generic[Body]):
         return _clamp(ReducedBody(name, carrier, basis), mesh)
 
 
-def _clamp(body: Body, mesh: LoadedMesh) -> ClampedBlade[Body]:
+def _clamp(body: B, mesh: LoadedMesh) -> ClampedBlade[B]:
     """A blade that the ground holds. Collective."""
     root = mesh.facets(ROOT)
     system = MultibodySystem(mesh.mesh.comm, [body, Coupling("clamp", body, root, None)])

@@ -25,10 +25,10 @@ def find_section_history(run: RecordedRun, places: Sequence[float]) -> dict[str,
         places: Fractions of the length of the axis.
 
     Raises:
-        InputError: for blades that are no beams, and places beyond their ends.
+        InputError: for other blades than beams, and places beyond their ends.
     """
     if not run.turbine.case.has_beam_blades:
-        raise InputError("--sections: blades that are no beams have no loads in sections")
+        raise InputError("--sections: only beam blades have loads in sections")
     for place in places:
         if not 0.0 <= place <= 1.0:
             raise InputError(f"--sections {place:g}: expected fractions of the span from 0 to 1")
