@@ -22,7 +22,7 @@ LAYERS = [
     {"linear_solvers"},
     {"time_stepping", "analysis", "reduction"},
     {"simulation"},
-    {"wind", "control"},
+    {"wind", "control", "beam_files"},
     {"turbine.tables"},
     {"turbine.case"},
     {"turbine.blades"},

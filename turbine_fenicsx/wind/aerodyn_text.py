@@ -29,13 +29,14 @@ _VALUE = re.compile(r"\s*(\"[^\"]*\"|'[^']*'|[^\s,]+)[\s,]+([^\s,]+)")
 
 @dataclass(frozen=True)
 class AeroDynText:
-    """A file of AeroDyn 15."""
+    """A file of AeroDyn 15, or another one of OpenFAST."""
 
     path: str
     lines: list[str]
+    what: str = "AeroDyn 15"
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> AeroDynText:
+    def read(cls, path: str | os.PathLike[str], what: str = "AeroDyn 15") -> AeroDynText:
         """The lines of a file of at most `MAX_SIZE` bytes."""
         with name_file_in_errors("read", path), open_regular(path) as file:
             content = file.read(MAX_SIZE + 1)
@@ -43,7 +44,7 @@ class AeroDynText:
             most = MAX_SIZE // 1_000_000
             raise InputError(f"{os.fspath(path)} is larger than {most} MB, so no table")
         text = content.decode("utf-8", errors="replace")
-        return cls(os.fspath(path), text.splitlines())
+        return cls(os.fspath(path), text.splitlines(), what)
 
     def fail(self, line: int, sentence: str) -> NoReturn:
         """Refuse a line, by its index."""
@@ -61,12 +62,21 @@ class AeroDynText:
         """The number of rows before a key, and the index of the line after it."""
         found = self.find(key)
         if found is None:
-            raise InputError(f"{self.path} is no file of AeroDyn 15: it has no {key}")
+            raise InputError(f"{self.path} is no file of {self.what}: it has no {key}")
         text, k = found
         digits = text.isdecimal() and len(text) < 10
         if not digits or not 0 < int(text) <= len(self.lines):
             self.fail(k, f"{key} must be a number of rows that the file has, got {text[:40]!r}")
         return int(text), k + 1
+
+    def read_numbers(self, line: int, count: int) -> list[float]:
+        """The first numbers of a line, by its index."""
+        words = _REMARK.sub("", self.lines[line]).replace(",", " ").split()
+        numbers = _read_numbers(words)[:count]
+        if len(numbers) < count or not all(isfinite(x) for x in numbers):
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            self.fail(line, f"expected {wanted}, got {quote(self.lines[line].strip())}")
+        return numbers
 
     def read_table(self, first: int, count: int, least: int) -> Array:
         """A table of numbers; headers, empty lines and remarks are passed over.

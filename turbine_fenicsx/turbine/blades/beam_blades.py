@@ -21,22 +21,22 @@ from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.reduction.beam_basis import beam_basis
 from turbine_fenicsx.reduction.beam_line import BeamLine
-from turbine_fenicsx.reduction.beam_sections import BeamSections, moments_of
+from turbine_fenicsx.reduction.beam_sections import moments_of
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.bare_shape import BareShape
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.shaped_blades import ShapedBlades
+from turbine_fenicsx.turbine.case.blade_structure import BladeStructure, find_structure
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.beam import BeamCase
 from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
-from turbine_fenicsx.windio.turbine import SectionProperties
 
 DEGREE = 2
 """Polynomial degree of the cells of the carrier."""
 
-ALONG, SLICES = 400, 4000
-"""Points along a curved axis, and parts of it that sums over the mass have."""
+SLICES = 4000
+"""Parts of the axis in sums over the mass."""
 
 TO_SPAN = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """From x, y, z of windIO to a1, a2, a3 of `turbine_fenicsx.meshing.RotorLayout`."""
@@ -47,14 +47,12 @@ class BeamBlades(ShapedBlades):
     """Beams, a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`.
 
     Args:
-        properties: Matrices along the axis.
-        viscosity: Times of the damping of each strain [s].
+        structure: Axis and matrices of one, from its root.
         span: Number of elements of the carrier along the span.
         around: Number of its elements around a section.
     """
 
-    properties: SectionProperties
-    viscosity: tuple[float, ...]
+    structure: BladeStructure
     span: int
     around: int
     elements: BeamCase
@@ -65,50 +63,30 @@ class BeamBlades(ShapedBlades):
         """Those of a case with a windIO file. Collective."""
         file, b, m = case.turbine.file, case.blade, case.mesh
         assert file is not None
-        turbine = on_rank0(comm, lambda: load_turbine(file))
-        assert turbine.blade_sections is not None
-        shape = replace(turbine.blade, hub_radius=b.hub_radius)
-        mu = b.damping.mu or (0.0,) * 6
-        return cls(shape, turbine.blade_sections, mu, m.span, m.around, b.beam)
+        blade = on_rank0(comm, lambda: load_turbine(file).blade)
+        structure = on_rank0(comm, lambda: find_structure(case))
+        return cls(replace(blade, hub_radius=b.hub_radius), structure, m.span, m.around, b.beam)
 
     @cached_property
     def line(self) -> BeamLine:
         """The reference axis from the rotor centre along a1, a2, a3."""
-        outer = self.shape.outer_shape
-        stations = np.unique(np.concatenate([np.linspace(0.0, 1.0, ALONG), self.properties.grid]))
-        points = outer.reference_points(stations) @ TO_SPAN.T
-        points[:, 0] += self.hub_radius
-        to_trailing, to_suction = outer.frames(stations)
-        directors = np.stack([to_suction, to_trailing], axis=1) @ TO_SPAN.T
-        return BeamLine(stations, points, directors)
-
-    @cached_property
-    def sections(self) -> BeamSections:
-        """Stiffness and mass along the axis.
-
-        Raises:
-            ModelError: for matrices that no section can have, with the station.
-        """
-        p = self.properties
-        assert p.stiffness is not None
-        at = self.line.arc_length(p.grid)
-        return BeamSections(at, p.stiffness, p.inertia, self.viscosity)
+        line = self.structure.line
+        points = line.points @ TO_SPAN.T + [self.hub_radius, 0.0, 0.0]
+        return BeamLine(line.stations, points, line.directors @ TO_SPAN.T)
 
     def make_basis(self, carrier: Carrier, root: npt.NDArray[np.int32]) -> BeamBasis:
         """The basis of a blade that is held at its root. Collective."""
-        e = self.elements
-        return beam_basis(
-            carrier, self.line, self.sections, e.elements, e.degree, root, hold=e.hold
-        )
+        e, sections = self.elements, self.structure.sections
+        return beam_basis(carrier, self.line, sections, e.elements, e.degree, root, hold=e.hold)
 
     def find_inertia(self) -> Inertia:
         """Mass, centre of mass from the rotor centre, and tensor of inertia of one."""
-        p, length = self.properties, self.line.length
+        p, length = self.structure, self.line.length
         s = (np.arange(SLICES) + 0.5) / SLICES * length
         r, d = self.line.at(s)
-        at, flat = self.line.arc_length(p.grid), p.inertia.reshape(len(p.grid), -1).T
-        inertia = np.column_stack([np.interp(s, at, row) for row in flat]).reshape(-1, 6, 6)
-        A = length / SLICES * moments_of(inertia)
+        flat = p.inertia.reshape(len(p.stations), -1).T
+        inertia = np.column_stack([np.interp(s, p.stations, row) for row in flat])
+        A = length / SLICES * moments_of(inertia.reshape(-1, 6, 6))
         X = np.concatenate([r[:, None], d], axis=1)
         mass = float(A[:, 0, 0].sum())
         centre = np.einsum("kb,kbj->j", A[:, 0], X) / mass
@@ -130,7 +108,7 @@ class BeamBlades(ShapedBlades):
         """One sentence for everything that keeps a mesh from carrying these blades."""
         found = examine_blades(mesh, layout, self).mistakes
         try:
-            _ = self.sections
+            _ = self.structure.sections
         except ModelError as error:
             return (*found, str(error))
         return found

@@ -20,6 +20,7 @@ from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.case.toml_file import parse_toml, read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.beam_checks import BEAM_CHECKS
 from turbine_fenicsx.turbine.case.file_doubts import doubt_files
 from turbine_fenicsx.turbine.case.turbine_file import (
     FILE,
@@ -129,7 +130,7 @@ class Draft:
         keys = {mistake.key for mistake in wrong}
         if unread or folder is None:
             keys.add(FILE)
-        checks = (*list_checks(case), *TURBINE_CHECKS, *WIND_CHECKS)
+        checks = (*list_checks(case), *TURBINE_CHECKS, *BEAM_CHECKS, *WIND_CHECKS)
         return Draft(case, (*unread, *wrong, *find_contradictions(case, checks, keys)))
 
 

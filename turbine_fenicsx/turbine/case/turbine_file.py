@@ -24,6 +24,7 @@ from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.turbine.case.beam_file import find_beam_mu
 from turbine_fenicsx.turbine.case.turbine_control import (
     GeneratorShaft,
     design_control,
@@ -222,6 +223,7 @@ def _find_defaults(
         own = data.get(name)
         given = own.get("damping") if isinstance(own, Mapping) else None
         is_beam = name == "blade" and isinstance(own, Mapping) and own.get("model") == "beam"
+        mu = find_beam_mu(own or {}, mu) if is_beam else mu
         if is_beam and any(mu):
             found[name] = {"damping": {"mu": mu}}
         elif time := 0.5 * (mu[3] + mu[4]):
@@ -367,27 +369,7 @@ def _check_gauges(case: Tables) -> str:
     return next(filter(None, sentences), "")
 
 
-def _check_layup(case: Tables) -> str:
-    """Flexible blades of a file have a layup, or are beams of section matrices."""
-    if case.turbine.file is None:
-        return ""
-    turbine, name = load_turbine(case.turbine.file), quote(Path(case.turbine.file).name)
-    sections, rigid = turbine.blade_sections, case.turbine.model == "rigid"
-    if case.has_beam_blades and (sections is None or sections.stiffness is None):
-        return (
-            f'blade.model = "beam": expected a file with the 6 x 6 matrices of the blade, '
-            f"components.blade.structure.elastic_properties, which {name} does not have"
-        )
-    if turbine.blade.has_layup or case.has_beam_blades or (rigid and sections is not None):
-        return ""
-    return (
-        f'blade.model = "{case.blade.model}": expected "beam" beside {name}, which has no layup: '
-        "components.blade.structure.layers is missing"
-    )
-
-
 TURBINE_CHECKS = (
-    Check(("blade.model", "turbine.file", "turbine.model"), _check_layup),
     Check(("blade.length", "turbine.file"), _check_length),
     Check(("control", "drivetrain", "turbine.file"), _check_controller),
     Check(("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),

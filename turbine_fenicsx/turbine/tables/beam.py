@@ -6,12 +6,14 @@ from typing import Annotated
 
 from pydantic import Field
 
+from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import Number, Whole
 from turbine_fenicsx.case.section import Section
+from turbine_fenicsx.turbine.tables.named_files import list_beam_parts
 
 
-class BeamCase(Section):
-    """Finite elements of blades or towers that are beams, see howto/beam_turbine."""
+class BeamElementsCase(Section):
+    """Finite elements of a tower that is a beam of its tube, see howto/beam_turbine."""
 
     elements: Annotated[Whole, Field(ge=1, le=60)] = 8
     """Number of elements along the axis."""
@@ -20,3 +22,11 @@ class BeamCase(Section):
     hold: Annotated[Number, Field(gt=0.0, le=10.0)] = 0.01
     """Stiffness that keeps sections whole, over that of stretch: less takes fewer iterations, more
     is exact for thick beams."""
+
+
+class BeamCase(BeamElementsCase):
+    """Finite elements of blades that are beams of section matrices, see howto/beam_turbine."""
+
+    file: Annotated[str | None, DataFile("file of BeamDyn", parts=list_beam_parts)] = None
+    """Primary file of BeamDyn with axis and matrices of the blades, in place of those of
+    ``turbine.file``."""

@@ -20,6 +20,16 @@ def list_included(name: str) -> Iterable[str]:
     return list_included(name)
 
 
+def list_beam_parts(name: str) -> Iterable[str]:
+    """Files that a primary file of BeamDyn names; none of one that cannot be read."""
+    from turbine_fenicsx.beam_files.beamdyn import list_parts  # not needed without such a file
+
+    try:
+        return list_parts(name)
+    except (FileError, InputError):
+        return ()
+
+
 def list_parts(name: str) -> Iterable[str]:
     """Files that a windIO file includes, or blades and polars that a file of AeroDyn names.
 

@@ -1,0 +1,170 @@
+"""BeamDyn's files: the primary one with key points of the axis, and the blade's matrices.
+
+Coordinates are those of the blade root: x downwind, z along the span, y = z x x to the trailing
+edge. A section with the twist phi has turned by -phi about z,
+
+    d_1 = (cos phi, -sin phi, .),    at right angles to the axis.
+
+Key points and their twist are joined by a natural cubic spline over the length of their polygon.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.reduction.beam_line import BeamLine
+from turbine_fenicsx.reduction.beam_sections import BeamSections
+from turbine_fenicsx.wind.aerodyn_text import AeroDynText
+
+ALONG = 400
+"""Points of the spline that the axis is made of."""
+
+ROWS = 13
+"""Rows of a station: where it is, six of the stiffness, six of the mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class BeamDynBlade:
+    """A blade of BeamDyn.
+
+    Args:
+        line: Its axis from the root, x downwind, y to the trailing edge, z along the span.
+        sections: Stiffness, mass and viscosity along the axis.
+        warnings: Settings that are not followed, a sentence each.
+    """
+
+    line: BeamLine
+    sections: BeamSections
+    warnings: tuple[str, ...] = ()
+
+
+def read_beamdyn(path: str | os.PathLike[str]) -> BeamDynBlade:
+    """Read a primary file of BeamDyn and the blade file that it names.
+
+    Raises:
+        InputError: with the line or station, if one of them is none or wrong.
+        FileError: if one of them cannot be read.
+    """
+    text = AeroDynText.read(path, "BeamDyn")
+    count, first = text.find_count("kp_total")
+    if count < 3:
+        text.fail(first - 1, f"kp_total must be 3 or more, got {count}")
+    points = text.read_table(_skip_members(text, first), count, 4)
+    line = _make_line(text, points)
+    named = text.find("BldFile")
+    if named is None:
+        raise InputError(f"{text.path} is no file of BeamDyn: it has no BldFile")
+    blade = AeroDynText.read(Path(path).parent / named[0], "BeamDyn")
+    sections, doubts = _read_sections(blade, line.length)
+    return BeamDynBlade(line, sections, (*_list_left_out(text), *doubts))
+
+
+def list_parts(path: str | os.PathLike[str]) -> list[str]:
+    """The blade file that a primary file names."""
+    named = AeroDynText.read(path).find("BldFile")
+    return [] if named is None else [str(Path(path).parent / named[0])]
+
+
+def _skip_members(text: AeroDynText, first: int) -> int:
+    """Index of the first line after those that give the key points of each member."""
+    members, _ = text.find_count("member_total")
+    return first + members
+
+
+def _make_line(text: AeroDynText, points: Array) -> BeamLine:
+    """The axis through key points with their twist [deg]."""
+    steps = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
+    if np.any(steps == 0.0):
+        k = int(np.argmin(steps))
+        raise InputError(f"{text.path}: key points {k + 1} and {k + 2} are the same")
+    at = np.concatenate([[0.0], np.cumsum(steps)])
+    spline = CubicSpline(at, points, bc_type="natural")
+    s = np.unique(np.concatenate([np.linspace(0.0, at[-1], ALONG), at]))
+    X, phi = np.split(spline(s), [3], axis=1)
+    t = spline(s, 1)[:, :3]
+    angle = np.radians(phi[:, 0])
+    x, y = np.cos(angle), -np.sin(angle)
+    if np.any(np.abs(t[:, 2]) < 1e-3 * np.linalg.norm(t, axis=1)):
+        raise InputError(f"{text.path}: the axis must run along z, and is at right angles to it")
+    d1 = np.column_stack([x, y, -(t[:, 0] * x + t[:, 1] * y) / t[:, 2]])
+    try:
+        line = BeamLine(s, X, np.stack([d1, np.cross(t, d1)], axis=1))
+        line.at(np.array([0.0]))
+    except ModelError as error:
+        raise InputError(f"{text.path}: {error}") from None
+    return line
+
+
+def _read_sections(text: AeroDynText, length: float) -> tuple[BeamSections, list[str]]:
+    """The matrices of a blade file, and sentences about its damping."""
+    count, _ = text.find_count("station_total")
+    kind = text.find("damp_type") or text.find("damp_flag")
+    damped = kind is not None and kind[0] == "1"
+    mu = (0.0,) * 6
+    if damped:
+        mu = tuple(text.read_table(_find_line(text, "mu1"), 1, 6)[0, :6].tolist())
+    stations, matrices = [], []
+    for row in _read_numbers(text, _find_heading(text), count):
+        stations.append(row[0])
+        matrices.append(row[1:].reshape(2, 6, 6))
+    C, M = np.array(matrices).swapaxes(0, 1)
+    at = np.array(stations)
+    if np.any(np.diff(at) <= 0.0) or abs(at[0]) > 1e-6 or abs(at[-1] - 1.0) > 1e-6:
+        raise InputError(
+            f"{text.path}: stations must rise from 0 to 1, got {at[0]:g} to {at[-1]:g}"
+        )
+    try:
+        sections = BeamSections(at * length, C, M, mu)
+    except ModelError as error:
+        raise InputError(f"{text.path}: {error}") from None
+    modal = kind is not None and kind[0] == "2"
+    doubts = [f"{Path(text.path).name}: damping of modes (damp_type = 2) is left out"]
+    return sections, doubts if modal else []
+
+
+def _find_line(text: AeroDynText, word: str) -> int:
+    """Index of the line that begins with a word."""
+    for k, line in enumerate(text.lines):
+        if line.split()[:1] == [word]:
+            return k
+    raise InputError(f"{text.path} is no blade file of BeamDyn: it has no {word}")
+
+
+def _find_heading(text: AeroDynText) -> int:
+    """Index of the line after the heading of the stations."""
+    for k, line in enumerate(text.lines):
+        if "distributed" in line.lower() and line.lstrip().startswith("-"):
+            return k + 1
+    raise InputError(f"{text.path} is no blade file of BeamDyn: it has no distributed properties")
+
+
+def _read_numbers(text: AeroDynText, first: int, count: int) -> Array:
+    """The place and both matrices of each station, shape (count, 73)."""
+    found: list[float] = []
+    rows = 0
+    for k in range(first, len(text.lines)):
+        if not text.lines[k].strip():
+            continue
+        found += text.read_numbers(k, 1 if rows % ROWS == 0 else 6)
+        rows += 1
+        if rows == ROWS * count:
+            return np.array(found).reshape(count, -1)
+    raise InputError(
+        f"{text.path}: expected {count} stations with two matrices of 6 rows each, and it ends in "
+        f"station {rows // ROWS + 1}"
+    )
+
+
+def _list_left_out(text: AeroDynText) -> list[str]:
+    """Sentences about settings that are not followed."""
+    found = text.find("UsePitchAct")
+    if found is not None and found[0].lower() in ("true", "t"):
+        return [f"{Path(text.path).name}: UsePitchAct is left out; [pitch] says how blades pitch"]
+    return []

@@ -1,0 +1,61 @@
+"""Checks of the structure of blades of a file: a layup, section matrices, or a file of beams."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from turbine_fenicsx.case.contradictions import Check
+from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.turbine.case.beam_file import load_beamdyn
+from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.turbine.tables.tables import Tables
+
+SAME_LENGTH = 0.01
+"""Largest relative difference of the lengths of a blade in two files."""
+
+
+def _check_beam_file(case: Tables) -> str:
+    """A sentence if the file of BeamDyn cannot be read, or is that of another blade."""
+    file = case.blade.beam.file
+    if file is None or case.turbine.file is None or not case.has_beam_blades:
+        return ""
+    try:
+        found = load_beamdyn(file).line.length
+    except (InputError, FileError) as error:
+        return f"blade.beam.file: {error}"
+    wanted = load_turbine(case.turbine.file).blade.length
+    if abs(found - wanted) <= SAME_LENGTH * wanted:
+        return ""
+    return (
+        f"blade.beam.file: {Path(file).name} has a blade of {found:.4g} m, expected one of "
+        f"{wanted:.4g} m, as that of turbine.file"
+    )
+
+
+def _check_layup(case: Tables) -> str:
+    """Flexible blades of a file have a layup, or are beams of section matrices."""
+    if case.turbine.file is None:
+        return ""
+    turbine, name = load_turbine(case.turbine.file), quote(Path(case.turbine.file).name)
+    sections, rigid = turbine.blade_sections, case.turbine.model == "rigid"
+    bare = sections is None or sections.stiffness is None
+    if case.has_beam_blades and bare and case.blade.beam.file is None:
+        return (
+            f'blade.model = "beam": expected a file with the 6 x 6 matrices of the blade, '
+            f"components.blade.structure.elastic_properties, which {name} does not have; or "
+            "blade.beam.file"
+        )
+    if turbine.blade.has_layup or case.has_beam_blades or (rigid and sections is not None):
+        return ""
+    return (
+        f'blade.model = "{case.blade.model}": expected "beam" beside {name}, which has no layup: '
+        "components.blade.structure.layers is missing"
+    )
+
+
+BEAM_CHECKS = (
+    Check(("blade.model", "blade.beam.file", "turbine.file", "turbine.model"), _check_layup),
+    Check(("blade.beam.file", "blade.model", "turbine.file", "turbine.model"), _check_beam_file),
+)
+"""Checks of the structure of blades of a file."""

@@ -1,0 +1,38 @@
+"""The file of beams of a case, read again when it has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from turbine_fenicsx.case.files import read_if_changed
+from turbine_fenicsx.foundation.errors import FileError, InputError
+from turbine_fenicsx.turbine.tables.named_files import list_beam_parts
+
+if TYPE_CHECKING:  # cases without such a file do not wait for what reads one
+    from turbine_fenicsx.beam_files.beamdyn import BeamDynBlade
+
+
+@read_if_changed("file of BeamDyn", parts=list_beam_parts)
+def load_beamdyn(path: str) -> BeamDynBlade:
+    """The blade of a primary file of BeamDyn."""
+    from turbine_fenicsx.beam_files.beamdyn import read_beamdyn
+
+    return read_beamdyn(path)
+
+
+def find_beam_mu(blade: Mapping[str, Any], mu: tuple[float, ...]) -> tuple[float, ...]:
+    """Damping of each strain by ``blade.beam.file``, or of the turbine's file.
+
+    Args:
+        blade: The table of the blades.
+        mu: Those of the turbine's file.
+    """
+    beam = blade.get("beam")
+    file = beam.get("file") if isinstance(beam, Mapping) else None
+    if not isinstance(file, str):
+        return mu
+    with suppress(InputError, FileError):  # what is wrong with it is said by its own check
+        mu = tuple(float(x) for x in load_beamdyn(file).sections.viscosity)
+    return mu

@@ -1,0 +1,69 @@
+"""The structure of beam blades: axis and section matrices, from the file that has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.reduction.beam_line import BeamLine
+from turbine_fenicsx.reduction.beam_sections import BeamSections
+from turbine_fenicsx.turbine.case.beam_file import load_beamdyn
+from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.windio import WindIOTurbine
+
+ALONG = 400
+"""Points along a curved axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class BladeStructure:
+    """A blade as a beam, from its root along x (suction side), y (trailing edge) and z.
+
+    Args:
+        stations: Arc lengths of the matrices, shape (m,) [m].
+        stiffness: Shape (m, 6, 6); None where a file has diagonals alone.
+        inertia: Shape (m, 6, 6).
+        viscosity: Times of the damping of each strain, shape (6,) [s].
+    """
+
+    line: BeamLine
+    stations: Array
+    stiffness: Array | None
+    inertia: Array
+    viscosity: Array
+
+    @property
+    def sections(self) -> BeamSections:
+        """The matrices as a beam has them.
+
+        Raises:
+            ModelError: for matrices that no section can have, with the station.
+        """
+        assert self.stiffness is not None
+        return BeamSections(self.stations, self.stiffness, self.inertia, self.viscosity)
+
+
+def find_structure(case: Tables) -> BladeStructure:
+    """The structure of the blades of a case with ``turbine.file``."""
+    assert case.turbine.file is not None
+    turbine, mu = load_turbine(case.turbine.file), np.array(case.blade.damping.mu or (0.0,) * 6)
+    if case.blade.beam.file is None or not case.has_beam_blades:
+        return _read_windio(turbine, mu)
+    blade = load_beamdyn(case.blade.beam.file)
+    s = blade.sections
+    return BladeStructure(blade.line, s.stations, s.stiffness, s.inertia, mu)
+
+
+def _read_windio(turbine: WindIOTurbine, mu: Array) -> BladeStructure:
+    """The structure of a windIO file."""
+    outer, p = turbine.blade.outer_shape, turbine.blade_sections
+    assert p is not None
+    stations = np.unique(np.concatenate([np.linspace(0.0, 1.0, ALONG), p.grid]))
+    to_trailing, to_suction = outer.frames(stations)
+    line = BeamLine(
+        stations, outer.reference_points(stations), np.stack([to_suction, to_trailing], axis=1)
+    )
+    return BladeStructure(line, line.arc_length(p.grid), p.stiffness, p.inertia, mu)
