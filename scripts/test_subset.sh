@@ -19,7 +19,7 @@ tests=(
     tests/unit/turbine/{case/test_case,blades/test_hollow_blades,components/test_turbine_{gauges,tower}}.py
     tests/unit/windio/test_windio_blade.py
     tests/cli/test_{command_line,restart}.py
-    tests/verification/test_root_loads.py
+    tests/verification/test_{beams,root_loads}.py
 )
 if [ "${1:-}" = --list ]; then printf '%s\n' "${tests[@]}" && exit; fi
 PATH=$PWD/.venv/bin:$PATH
