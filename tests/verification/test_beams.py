@@ -249,6 +249,31 @@ def test_beams_on_a_hub_keep_energy_and_momenta(steps, dt, axis):
     assert (np.max(gap) if axis is None else gap[0]) < CONSERVED * size
 
 
+def test_a_free_beam_that_tumbles_keeps_energy_and_momenta():
+    box, basis = carried("bent", ends=0, taper=0.5)
+    spin, middle = np.array([0.5, 1.5, 0.3]), np.array([0.2, -0.1, 0.5 * LENGTH])
+
+    def velocity(X):
+        return np.cross(spin, X - middle) + [1.0, 0.0, -0.5]
+
+    def bend(X):
+        s = 2.0 * X[:, 2] / LENGTH - 1.0
+        return np.column_stack([0.2 * s * s, 0.0 * s, 0.0 * s])
+
+    body = ReducedBody("beam", box.carrier, basis, velocity=velocity, displacement=bend)
+    system = MultibodySystem(COMM, [body])
+    state = system.initial_state()
+    before = system.balance(state)
+    assert before.strain > 1e-3 * before.total
+    stepper = EnergyMomentum(system, options=SolverOptions(tolerance=1e-13))
+    state, _, _ = march(stepper, state, 0.02, 200)
+    after = system.balance(state)
+    assert after.total == pytest.approx(before.total, rel=CONSERVED)
+    for name in ("linear", "angular"):
+        a, b = getattr(before, name), getattr(after, name)
+        assert np.max(np.abs(a - b)) < CONSERVED * np.linalg.norm(a)
+
+
 def test_fields_show_all_copies_where_their_points_are(tmp_path):
     system, _ = make_rotor()
     state, _, _ = march(EnergyMomentum(system), system.initial_state(), 0.05, 5)
