@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from beam_turbines import INERTIA, bare_turbine, section_matrices, write_beam_case
 from beamdyn_files import write_beamdyn
+from hawc2_files import write_hawc2
 from reduced_turbines import COMM, read, run
 from scipy.spatial import cKDTree
 from windio_files import find_turbine, small_turbine, write_turbine
@@ -149,7 +150,7 @@ def test_loads_in_sections_are_recovered_as_the_run_has_seen_them(out):
         find_section_history(run, [1.5])
 
 
-def test_a_file_of_beamdyn_takes_the_place_of_the_matrices(path, tmp_path):
+def test_a_file_of_beamdyn_or_hawc2_takes_the_place_of_the_matrices(path, tmp_path):
     z = np.linspace(0.0, 1.0, 11)
     axis = np.column_stack([-0.5 * z**2, 0.0 * z, 20.0 * z, 10.0 - 11.0 * z])
     C, M = np.diag([1e8, 1e8, 1e9, 2e8, 1e8, 5e7]), np.diag([150.0] * 3 + [20.0, 8.0, 28.0])
@@ -159,6 +160,11 @@ def test_a_file_of_beamdyn_takes_the_place_of_the_matrices(path, tmp_path):
     turbine = build_turbine(case, COMM)
     (model,) = (m for m in turbine.system.flexible_models if m.is_small)
     assert mass_of(model) == pytest.approx(3.0 * 0.6 * 150.0 * 20.0, rel=2e-3)
+    of_hawc2 = Case.load(path, [f"blade.beam.file={write_hawc2(tmp_path)}"])
+    assert of_hawc2.blade.damping.mu == (0.0, 0.0, 0.0, 2e-3, 1e-3, 3e-3)
+    turbine = build_turbine(of_hawc2, COMM)
+    (model,) = (m for m in turbine.system.flexible_models if m.is_small)
+    assert mass_of(model) == pytest.approx(3.0 * 200.0 * 20.0, rel=2e-3)
     short = write_beamdyn(tmp_path, 0.9 * axis, [(0.0, C, M), (1.0, C, M)])
     with pytest.raises(InputError, match=r"bar\.dat has a blade of 18\.\d+ m, expected one of 20"):
         Case.load(path, [f"blade.beam.file={short}"])

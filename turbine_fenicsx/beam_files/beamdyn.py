@@ -11,12 +11,12 @@ Key points and their twist are joined by a natural cubic spline over the length 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
@@ -30,22 +30,7 @@ ROWS = 13
 """Rows of a station: where it is, six of the stiffness, six of the mass."""
 
 
-@dataclass(frozen=True, eq=False)
-class BeamDynBlade:
-    """A blade of BeamDyn.
-
-    Args:
-        line: Its axis from the root, x downwind, y to the trailing edge, z along the span.
-        sections: Stiffness, mass and viscosity along the axis.
-        warnings: Settings that are not followed, a sentence each.
-    """
-
-    line: BeamLine
-    sections: BeamSections
-    warnings: tuple[str, ...] = ()
-
-
-def read_beamdyn(path: str | os.PathLike[str]) -> BeamDynBlade:
+def read_beamdyn(path: str | os.PathLike[str]) -> BeamBlade:
     """Read a primary file of BeamDyn and the blade file that it names.
 
     Raises:
@@ -63,7 +48,7 @@ def read_beamdyn(path: str | os.PathLike[str]) -> BeamDynBlade:
         raise InputError(f"{text.path} is no file of BeamDyn: it has no BldFile")
     blade = AeroDynText.read(Path(path).parent / named[0], "BeamDyn")
     sections, doubts = _read_sections(blade, line.length)
-    return BeamDynBlade(line, sections, (*_list_left_out(text), *doubts))
+    return BeamBlade(line, sections, (*_list_left_out(text), *doubts))
 
 
 def list_parts(path: str | os.PathLike[str]) -> list[str]:

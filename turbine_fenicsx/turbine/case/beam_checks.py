@@ -7,7 +7,7 @@ from pathlib import Path
 from turbine_fenicsx.case.contradictions import Check
 from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.case.beam_file import load_beamdyn
+from turbine_fenicsx.turbine.case.beam_file import load_beam
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.tables import Tables
 
@@ -16,12 +16,12 @@ SAME_LENGTH = 0.01
 
 
 def _check_beam_file(case: Tables) -> str:
-    """A sentence if the file of BeamDyn cannot be read, or is that of another blade."""
+    """A sentence if the file of a beam cannot be read, or is that of another blade."""
     file = case.blade.beam.file
     if file is None or case.turbine.file is None or not case.has_beam_blades:
         return ""
     try:
-        found = load_beamdyn(file).line.length
+        found = load_beam(file).line.length
     except (InputError, FileError) as error:
         return f"blade.beam.file: {error}"
     wanted = load_turbine(case.turbine.file).blade.length

@@ -11,15 +11,15 @@ from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.turbine.tables.named_files import list_beam_parts
 
 if TYPE_CHECKING:  # cases without such a file do not wait for what reads one
-    from turbine_fenicsx.beam_files.beamdyn import BeamDynBlade
+    from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 
 
-@read_if_changed("file of BeamDyn", parts=list_beam_parts)
-def load_beamdyn(path: str) -> BeamDynBlade:
-    """The blade of a primary file of BeamDyn."""
-    from turbine_fenicsx.beam_files.beamdyn import read_beamdyn
+@read_if_changed("file of a beam", parts=list_beam_parts)
+def load_beam(path: str) -> BeamBlade:
+    """The blade of a primary file of BeamDyn, or of an htc file of HAWC2."""
+    from turbine_fenicsx.beam_files.any_file import read_beam
 
-    return read_beamdyn(path)
+    return read_beam(path)
 
 
 def find_beam_mu(blade: Mapping[str, Any], mu: tuple[float, ...]) -> tuple[float, ...]:
@@ -34,5 +34,5 @@ def find_beam_mu(blade: Mapping[str, Any], mu: tuple[float, ...]) -> tuple[float
     if not isinstance(file, str):
         return mu
     with suppress(InputError, FileError):  # what is wrong with it is said by its own check
-        mu = tuple(float(x) for x in load_beamdyn(file).sections.viscosity)
+        mu = tuple(float(x) for x in load_beam(file).sections.viscosity)
     return mu

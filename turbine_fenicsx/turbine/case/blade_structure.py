@@ -9,7 +9,7 @@ import numpy as np
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import BeamSections
-from turbine_fenicsx.turbine.case.beam_file import load_beamdyn
+from turbine_fenicsx.turbine.case.beam_file import load_beam
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.windio import WindIOTurbine
@@ -52,7 +52,7 @@ def find_structure(case: Tables) -> BladeStructure:
     turbine, mu = load_turbine(case.turbine.file), np.array(case.blade.damping.mu or (0.0,) * 6)
     if case.blade.beam.file is None or not case.has_beam_blades:
         return _read_windio(turbine, mu)
-    blade = load_beamdyn(case.blade.beam.file)
+    blade = load_beam(case.blade.beam.file)
     s = blade.sections
     return BladeStructure(blade.line, s.stations, s.stiffness, s.inertia, mu)
 

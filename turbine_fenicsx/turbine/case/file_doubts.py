@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turbine_fenicsx.turbine.case.beam_file import load_beamdyn
+from turbine_fenicsx.turbine.case.beam_file import load_beam
 from turbine_fenicsx.turbine.case.comparisons import compare_file
 from turbine_fenicsx.turbine.tables.tables import Tables
 
@@ -30,7 +30,7 @@ def doubt_files(case: Tables) -> Iterator[str]:
         yield from load_turbine(case.turbine.file).blade.warnings
         yield from compare_file(case)
     if case.blade.beam.file is not None and case.has_beam_blades:
-        yield from load_beamdyn(case.blade.beam.file).warnings
+        yield from load_beam(case.blade.beam.file).warnings
     if case.wind.file is not None and case.wind.table is None:
         yield from _doubt_height(case, case.wind.file)
     if not case.wind.blows or case.aero.file is None:

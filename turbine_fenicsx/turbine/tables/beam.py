@@ -27,6 +27,6 @@ class BeamElementsCase(Section):
 class BeamCase(BeamElementsCase):
     """Finite elements of blades that are beams of section matrices, see howto/beam_turbine."""
 
-    file: Annotated[str | None, DataFile("file of BeamDyn", parts=list_beam_parts)] = None
-    """Primary file of BeamDyn with axis and matrices of the blades, in place of those of
-    ``turbine.file``."""
+    file: Annotated[str | None, DataFile("file of a beam", parts=list_beam_parts)] = None
+    """Primary file of BeamDyn, or ``.htc`` file of HAWC2 with the body ``blade1``: axis and
+    matrices of the blades, in place of those of ``turbine.file``."""

@@ -21,8 +21,8 @@ def list_included(name: str) -> Iterable[str]:
 
 
 def list_beam_parts(name: str) -> Iterable[str]:
-    """Files that a primary file of BeamDyn names; none of one that cannot be read."""
-    from turbine_fenicsx.beam_files.beamdyn import list_parts  # not needed without such a file
+    """Files that a file of a beam names; none of one that cannot be read."""
+    from turbine_fenicsx.beam_files.any_file import list_parts  # not needed without such a file
 
     try:
         return list_parts(name)

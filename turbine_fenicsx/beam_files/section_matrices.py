@@ -1,0 +1,67 @@
+"""6 x 6 matrices of sections from their centres, principal axes and stiffnesses.
+
+Strains at a point (x, y) of a section follow from those at its origin, T e, with
+
+    gamma_x - y kappa_z,    gamma_y + x kappa_z,    eps + y kappa_x - x kappa_y,
+
+and in axes that are turned by an angle about z, R T e. So a stiffness K there is T^T R^T K R T
+about the origin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from turbine_fenicsx.foundation.types import Array
+
+
+def move_stiffness(K: Array, x: Array, y: Array, angle: Array) -> Array:
+    """Stiffness about the origin of sections.
+
+    Args:
+        K: About a point, in turned axes, shape (m, 6, 6).
+        x: Place of the point in the axes of the section, shape (m,) [m].
+        y: The other coordinate.
+        angle: By which the axes of K are turned about z [rad].
+
+    Returns:
+        Shape (m, 6, 6).
+    """
+    T = np.broadcast_to(np.eye(6), K.shape).copy()
+    T[:, 0, 5], T[:, 1, 5], T[:, 2, 3], T[:, 2, 4] = -y, x, y, -x
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.zeros_like(T)
+    for first in (0, 3):
+        R[:, first, first], R[:, first, first + 1] = c, s
+        R[:, first + 1, first], R[:, first + 1, first + 1] = -s, c
+        R[:, first + 2, first + 2] = 1.0
+    to_point = R @ T
+    found: Array = to_point.swapaxes(1, 2) @ K @ to_point
+    return found
+
+
+def make_inertia(mass: Array, x: Array, y: Array, radii: Array, angle: Array) -> Array:
+    """Mass matrices about the origin of sections, shape (m, 6, 6).
+
+    Args:
+        mass: Shape (m,) [kg/m].
+        x: Centre of mass, shape (m,) [m].
+        y: The other coordinate.
+        radii: Radii of gyration about axes x and y through the centre, turned by the angle, shape
+            (m, 2) [m].
+        angle: Of these axes about z [rad].
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    along_x, along_y = mass * radii[:, 1] ** 2, mass * radii[:, 0] ** 2  # int rho x^2, y^2
+    E_xx = c * c * along_x + s * s * along_y + mass * x * x
+    E_yy = s * s * along_x + c * c * along_y + mass * y * y
+    E_xy = c * s * (along_x - along_y) + mass * x * y
+    M = np.zeros((len(mass), 6, 6))
+    M[:, 0, 0] = M[:, 1, 1] = M[:, 2, 2] = mass
+    M[:, 0, 5] = M[:, 5, 0] = -mass * y
+    M[:, 1, 5] = M[:, 5, 1] = mass * x
+    M[:, 2, 3] = M[:, 3, 2] = mass * y
+    M[:, 2, 4] = M[:, 4, 2] = -mass * x
+    M[:, 3, 3], M[:, 4, 4], M[:, 5, 5] = E_yy, E_xx, E_xx + E_yy
+    M[:, 3, 4] = M[:, 4, 3] = -E_xy
+    return M
