@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from beam_turbines import INERTIA, bare_turbine, section_matrices, write_beam_case
 from beamdyn_files import write_beamdyn
+from elastodyn_files import write_tower
 from hawc2_files import write_hawc2
 from reduced_turbines import COMM, read, run
 from scipy.spatial import cKDTree
@@ -294,6 +295,14 @@ def test_a_tower_that_is_a_beam_has_the_frequencies_and_the_motion_of_a_tube(pat
     seen = read(out)
     size = np.max(np.abs(seen["total_energy_[J]"]))
     assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-9 * size
+    file = write_tower(path.parent)
+    of_file = build_turbine(Case.load(path, ["tower.model=beam", f"tower.beam.file={file}"]), COMM)
+    (tower,) = (m for m in of_file.system.flexible_models if m.body.name == "tower")
+    height = of_file.case.tower.height
+    mean = 1.1 * (0.25 * 5590.87 + 0.5 * 4500.0 + 0.25 * 3400.0)
+    assert mass_of(tower) == pytest.approx(mean * height, rel=1e-9)
+    with pytest.raises(InputError, match=r"tower\.beam\.file.*nowhere\.dat"):
+        Case.load(path, ["tower.model=beam", "tower.beam.file=nowhere.dat"])
     run_again = RecordedRun.open(out, COMM)
     assert set(run_again.reduced) == {"blades", "tower"}
     assert RunRecovery(run_again).motion.find_state(3).time == pytest.approx(0.3)

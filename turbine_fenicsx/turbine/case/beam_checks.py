@@ -54,7 +54,22 @@ def _check_layup(case: Tables) -> str:
     )
 
 
+def _check_tower_file(case: Tables) -> str:
+    """The file of a tower can be read."""
+    file = case.tower.beam.file
+    if file is None or not case.has_beam_tower:
+        return ""
+    from turbine_fenicsx.beam_files.elastodyn import read_elastodyn_tower
+
+    try:
+        read_elastodyn_tower(file, case.tower.height)
+    except (InputError, FileError) as error:
+        return f"tower.beam.file: {error}"
+    return ""
+
+
 BEAM_CHECKS = (
+    Check(("tower.beam.file", "tower.model", "tower.height", "blade.model"), _check_tower_file),
     Check(("blade.model", "blade.beam.file", "turbine.file", "turbine.model"), _check_layup),
     Check(("blade.beam.file", "blade.model", "turbine.file", "turbine.model"), _check_beam_file),
 )

@@ -13,8 +13,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.beam_files.elastodyn import read_elastodyn_tower
 from turbine_fenicsx.bodies.beam_basis import BeamBasis
 from turbine_fenicsx.bodies.carrier import Carrier
+from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import TowerGeometry
@@ -36,8 +38,15 @@ def make_tower_basis(
     ends = np.outer([-geometry.height, 0.0], E2)
     directors = np.broadcast_to([E3, E1], (2, 2, 3))
     line, b = BeamLine(np.array([0.0, 1.0]), ends, np.array(directors)), tower.beam
-    sections = tube_sections(tower, geometry)
+    sections = on_rank0(carrier.mesh.comm, lambda: find_sections(tower, geometry))
     return beam_basis(carrier, line, sections, b.elements, b.degree, foot, head, hold=b.hold)
+
+
+def find_sections(tower: TowerCase, geometry: TowerGeometry) -> BeamSections:
+    """Stiffness and mass along the height: of a file, or of the tube."""
+    if tower.beam.file is not None:
+        return read_elastodyn_tower(tower.beam.file, geometry.height)
+    return tube_sections(tower, geometry)
 
 
 def tube_sections(tower: TowerCase, geometry: TowerGeometry) -> BeamSections:

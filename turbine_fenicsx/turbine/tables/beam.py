@@ -13,7 +13,7 @@ from turbine_fenicsx.turbine.tables.named_files import list_beam_parts
 
 
 class BeamElementsCase(Section):
-    """Finite elements of a tower that is a beam of its tube, see howto/beam_turbine."""
+    """Finite elements of a beam."""
 
     elements: Annotated[Whole, Field(ge=1, le=60)] = 8
     """Number of elements along the axis."""
@@ -30,3 +30,10 @@ class BeamCase(BeamElementsCase):
     file: Annotated[str | None, DataFile("file of a beam", parts=list_beam_parts)] = None
     """Primary file of BeamDyn, or ``.htc`` file of HAWC2 with the body ``blade1``: axis and
     matrices of the blades, in place of those of ``turbine.file``."""
+
+
+class TowerBeamCase(BeamElementsCase):
+    """Finite elements of a tower that is a beam of its tube, see howto/beam_turbine."""
+
+    file: Annotated[str | None, DataFile("file of the tower")] = None
+    """Tower file of ElastoDyn, with mass and stiffness in place of those of the tube."""

@@ -23,7 +23,7 @@ from turbine_fenicsx.case.section import (
 )
 from turbine_fenicsx.foundation.plausible import Plausible
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.turbine.tables.beam import BeamElementsCase
+from turbine_fenicsx.turbine.tables.beam import TowerBeamCase
 from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
 from turbine_fenicsx.turbine.tables.reduction import TowerReductionCase
 
@@ -73,7 +73,7 @@ class TowerCase(Section):
     model: Annotated[Literal["full", "reduced", "beam"], _BESIDE_REDUCED] = "full"
     """Tower on its whole mesh; or beside reduced and beam blades as some functions of it move, see
     howto/reduced_turbine, or as a beam of its tube, see howto/beam_turbine."""
-    beam: Annotated[BeamElementsCase, Only("model", "beam"), _BESIDE_REDUCED] = BeamElementsCase()
+    beam: Annotated[TowerBeamCase, Only("model", "beam"), _BESIDE_REDUCED] = TowerBeamCase()
     reduction: Annotated[TowerReductionCase, Only("model", "reduced"), _BESIDE_REDUCED] = (
         TowerReductionCase()
     )
