@@ -66,17 +66,17 @@ def _skip_members(text: AeroDynText, first: int) -> int:
 def _make_line(text: AeroDynText, points: Array) -> BeamLine:
     """The axis through key points with their twist [deg]."""
     steps = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
-    if np.any(steps == 0.0):
+    at = np.concatenate([[0.0], np.cumsum(steps)])
+    if np.any(np.diff(at) <= 0.0):
         k = int(np.argmin(steps))
         raise InputError(f"{text.path}: key points {k + 1} and {k + 2} are the same")
-    at = np.concatenate([[0.0], np.cumsum(steps)])
     spline = CubicSpline(at, points, bc_type="natural")
     s = np.unique(np.concatenate([np.linspace(0.0, at[-1], ALONG), at]))
     X, phi = np.split(spline(s), [3], axis=1)
     t = spline(s, 1)[:, :3]
     angle = np.radians(phi[:, 0])
     x, y = np.cos(angle), -np.sin(angle)
-    if np.any(np.abs(t[:, 2]) < 1e-3 * np.linalg.norm(t, axis=1)):
+    if np.any(np.abs(t[:, 2]) <= 1e-3 * np.linalg.norm(t, axis=1)):
         raise InputError(f"{text.path}: the axis must run along z, and is at right angles to it")
     d1 = np.column_stack([x, y, -(t[:, 0] * x + t[:, 1] * y) / t[:, 2]])
     try:

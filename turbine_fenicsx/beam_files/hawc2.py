@@ -22,7 +22,7 @@ from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import BeamSections
-from turbine_fenicsx.wind.aerodyn_text import AeroDynText
+from turbine_fenicsx.wind.aerodyn_text import LARGEST, AeroDynText
 
 ALONG = 400
 """Points along the axis."""
@@ -141,7 +141,7 @@ def _floats(text: AeroDynText, command: Command, first: int, count: int) -> Arra
         found = np.array([float(word) for word in command.words[first : first + count]])
     except ValueError:
         found = np.zeros(0)
-    if len(found) < count or not np.all(np.isfinite(found)):
+    if len(found) < count or not np.all(np.abs(found) <= LARGEST):
         text.fail(command.line, f"expected {count} numbers, got {' '.join(command.words)!r}")
     return found
 
@@ -154,15 +154,19 @@ def _read_axis(text: AeroDynText, commands: list[Command]) -> BeamLine:
         text.fail(count.line, f"nsec must be the number of sections, two or more, got {len(rows)}")
     points = np.array(rows)
     steps = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
-    if np.any(steps == 0.0):
-        raise InputError(f"{text.path}: sections {np.argmin(steps) + 1} and the next are the same")
     at = np.concatenate([[0.0], np.cumsum(steps)])
+    rises = np.minimum(np.diff(points[:, 2]), np.diff(at))
+    if np.any(rises <= 0.0):
+        raise InputError(
+            f"{text.path}: z of sections must rise, it does not from {np.argmin(rises) + 1} on"
+        )
     s = np.unique(np.concatenate([np.linspace(0.0, at[-1], ALONG), at]))
     spline = PchipInterpolator(at, points)
     X, t = spline(s)[:, :3], spline(s, 1)[:, :3]
     angle = np.radians(spline(s)[:, 3])
-    x = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * s])
-    x[:, 2] = -np.sum(x[:, :2] * t[:, :2], axis=1) / np.where(t[:, 2] == 0.0, 1e-300, t[:, 2])
+    c = np.column_stack([np.cos(angle), np.sin(angle)])
+    # at a right angle to t, and seen along z at the angle of the twist
+    x = np.column_stack([t[:, 2:] * c, -np.sum(t[:, :2] * c, axis=1)])
     directors = np.stack([np.cross(t, x), -x], axis=1)  # y_H and -x_H
     try:
         line = BeamLine(s, X @ TURN.T, directors @ TURN.T)
@@ -207,7 +211,10 @@ def _read_table(path: Path, numbers: tuple[int, ...], columns: int) -> Array:
         elif own and int(match[2]) == numbers[1]:
             if match[3] is None:
                 text.fail(k, "expected the number of rows after that of the subset")
-            rows = [text.read_numbers(k + 1 + i, columns) for i in range(int(match[3]))]
+            last = k + int(match[3])
+            if last >= len(text.lines):
+                text.fail(k, f"expected {match[3]} rows, and the file ends before")
+            rows = [text.read_numbers(i, columns) for i in range(k + 1, last + 1)]
             return _check_rows(text, k, np.array(rows))
     raise InputError(f"{path} has no set {numbers[0]} with subset {numbers[1]}")
 

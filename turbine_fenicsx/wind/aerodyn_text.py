@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
-from math import isfinite
 from typing import NoReturn
 
 import numpy as np
@@ -18,8 +17,11 @@ from turbine_fenicsx.foundation.types import Array
 MAX_SIZE = 10_000_000
 """Maximum size of a file [bytes]."""
 
-_REMARK = re.compile(r"[!#%].*")
-"""Start of a remark in OpenFAST's files, up to the end of the line."""
+LARGEST = 1e30
+"""Largest number of a file: its square and cube are finite."""
+
+_REMARK = re.compile(r"[!#%;].*")
+"""Start of a remark in files of OpenFAST and HAWC2, up to the end of the line."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?(nan|inf|infinity)$", re.I)
 """A number of Fortran, with D for the exponent of double precision."""
@@ -73,7 +75,7 @@ class AeroDynText:
         """The first numbers of a line, by its index."""
         words = _REMARK.sub("", self.lines[line]).replace(",", " ").split()
         numbers = _read_numbers(words)[:count]
-        if len(numbers) < count or not all(isfinite(x) for x in numbers):
+        if len(numbers) < count or not all(abs(x) <= LARGEST for x in numbers):
             wanted = "a number" if count == 1 else f"{count} numbers"
             self.fail(line, f"expected {wanted}, got {quote(self.lines[line].strip())}")
         return numbers
@@ -103,8 +105,8 @@ class AeroDynText:
                     f"a row of its table is wrong: expected {needed} numbers, got "
                     f"{quote(self.lines[k].strip())}",
                 )
-            if not all(isfinite(x) for x in numbers):
-                self.fail(k, "the row has numbers that are not finite")
+            if not all(abs(x) <= LARGEST for x in numbers):
+                self.fail(k, f"the row has numbers that are not finite, or beyond {LARGEST:g}")
             rows.append(numbers)
             if len(rows) == count:
                 break

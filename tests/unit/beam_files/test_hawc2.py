@@ -112,6 +112,7 @@ def test_what_is_not_followed_is_said(tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
+        (lambda t: t.replace("sec 2", "sec 2 0 0 -1 0 ;"), "z of sections must rise, it does not"),
         (lambda t: t.replace("blade1", "wing"), "has no main_body 'blade1'; it has tower, wing"),
         (lambda t: t.replace("set 1 2", "set 1 3"), "has no set 1 with subset 3"),
         (lambda t: t.replace("set 1 2", "set 1 x"), "line 14: expected a whole number, got 'x'"),

@@ -91,7 +91,7 @@ def test_a_blade_that_names_a_polar_too_many_is_refused(write):
         read_aerodyn_blade(write(BLADE, "blade.dat"), 2.0, [polar])
 
 
-@pytest.mark.parametrize("number", ["1.5", "1e308", "0"])
+@pytest.mark.parametrize("number", ["1.5", "1e30", "0"])
 def test_a_blade_names_polars_by_whole_numbers(write, number):
     lines = BLADE.rstrip().split("\n")
     lines[-1] = f"{lines[-1].rsplit(maxsplit=1)[0]} {number}"
