@@ -133,16 +133,14 @@ def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, R: Array) -> IntArr
 def _find_copies(frame: TurningFrame, model: BodyModel, R: Array) -> IntArray:
     """As `_find_sources`: the vectors of one copy come to lie on those of another."""
     size = model.dense_block // 3
-    frames = [placement.frame() for placement in model.body.placements]
-    reach = max(float(np.linalg.norm(frame.point - t)) for _, t in frames) + 1.0
-    found = []
-    for turned, at in frames:
-        gaps = [
-            np.abs(R @ A - turned).max()
-            + np.linalg.norm(R @ (t - frame.point) - (at - frame.point)) / reach
-            for A, t in frames
-        ]
-        source = int(np.argmin(gaps)) if min(gaps) < SAME_PLACE else -1
+    ends = [  # the origin of each copy, and points one metre along its axes, from the axis
+        t - frame.point + np.vstack([np.zeros(3), A.T])
+        for A, t in (placement.frame() for placement in model.body.placements)
+    ]
+    near, found = SAME_PLACE * float(np.max(np.abs(ends))), []
+    for place in ends:
+        gaps = [float(np.max(np.abs(other @ R.T - place))) for other in ends]
+        source = int(np.argmin(gaps)) if min(gaps) <= near else -1
         found.append(source * size + np.arange(size) if source >= 0 else np.full(size, -1))
     sources: IntArray = np.concatenate(found)[: model.n_owned]
     return sources

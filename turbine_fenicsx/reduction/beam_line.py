@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
@@ -39,11 +40,8 @@ class BeamLine:
     def __post_init__(self) -> None:
         m = len(np.atleast_1d(self.stations))
         for name, shape in (("stations", (m,)), ("points", (m, 3)), ("directors", (m, 2, 3))):
-            values = np.asarray(getattr(self, name), dtype=float)
-            if values.shape != shape or not np.all(np.isfinite(values)):
-                raise ModelError(
-                    f"{name} of a beam must be finite, of the shape {shape}, got {values.shape}"
-                )
+            words = f"finite numbers of the shape {shape}"
+            values = check_array(f"{name} of a beam", getattr(self, name), shape, words)
             object.__setattr__(self, name, values)
         if m < 2 or np.any(np.diff(self.stations) <= 0.0):
             raise ModelError("stations of a beam must be two or more and rise")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 
@@ -43,11 +44,8 @@ class BeamSections:
         m = np.size(self.stations)
         shapes = {"stations": (m,), "stiffness": (m, 6, 6), "inertia": (m, 6, 6), "viscosity": (6,)}
         for name, shape in shapes.items():
-            values = np.asarray(getattr(self, name), dtype=float)
-            if values.shape != shape or not np.all(np.isfinite(values)):
-                raise ModelError(
-                    f"{name} of a beam must be finite, of the shape {shape}, got {values.shape}"
-                )
+            words = f"finite numbers of the shape {shape}"
+            values = check_array(f"{name} of a beam", getattr(self, name), shape, words)
             object.__setattr__(self, name, values)
         if m < 2 or np.any(np.diff(self.stations) <= 0.0):
             raise ModelError("stations of the sections of a beam must be two or more and rise")

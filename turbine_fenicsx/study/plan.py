@@ -103,13 +103,12 @@ def _refuse_equal_runs(runs: Sequence[Run]) -> None:
 def _load(path: str, overrides: Sequence[str]) -> Case:
     """Read a case; bases of reduced parts are kept beside it, for all runs together."""
     case = Case.load(path, overrides)
-    reduced = case.has_reduced_blades and not case.has_beam_blades
-    tower = case.has_reduced_tower and not case.has_beam_tower
-    parts = {"blade": reduced, "tower": tower}
+    parts = {"blade": case.has_reduced_blades, "tower": case.has_reduced_tower}
     shared = []
-    for name, is_reduced in parts.items():
-        reduction = getattr(case, name).reduction
-        if is_reduced and reduction.file is None and reduction.folder is None:
+    for name, moves_by_vectors in parts.items():
+        table = getattr(case, name)
+        none = table.reduction.file is None and table.reduction.folder is None
+        if moves_by_vectors and table.model == "reduced" and none:
             shared.append(f"{name}.reduction.folder={FOLDER}")
     return Case.load(path, [*shared, *overrides]) if shared else case
 
