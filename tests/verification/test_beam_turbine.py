@@ -28,6 +28,7 @@ from turbine_fenicsx import (
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.run.inspection import list_damping_mistakes
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
 from turbine_fenicsx.turbine.run.section_history import find_section_history
@@ -185,6 +186,14 @@ def test_damping_ratios_are_those_of_the_beam(path):
     assert turbine.part("damping_of_blades").stiffness > 0.0
 
 
+def test_ratios_that_stiffness_and_mass_cannot_give_together_are_refused(path):
+    case = Case.load(path, ["blade.damping = {flap_1 = 0.01, edge_1 = 0.25}"])
+    (sentence,) = list_damping_mistakes(case, COMM)
+    assert sentence.startswith("blade.damping.edge_1 = 0.25: expected ")
+    fitting = Case.load(path, ["blade.damping = {flap_1 = 0.01, edge_1 = 0.008}"])
+    assert list_damping_mistakes(fitting, COMM) == []
+
+
 def test_files_with_a_layup_have_beams_too(tmp_path):
     tables = bare_turbine()
     whole = small_turbine()["components"]["blade"]["structure"]
@@ -256,6 +265,14 @@ def test_cases_that_cannot_be_are_refused(tmp_path, change, override, sentence):
     with pytest.raises(InputError) as caught:
         Case.load(path, [override])
     assert sentence in str(caught.value)
+
+
+def test_rigid_blades_need_a_layup_or_matrices(tmp_path):
+    tables = bare_turbine()
+    del tables["components"]["blade"]["structure"]["elastic_properties"]
+    path = write_turbine(tables, tmp_path)
+    with pytest.raises(InputError, match="elastic_properties, which small.yaml has neither of"):
+        Case.parse({"turbine": {"file": str(path), "model": "rigid"}})
 
 
 def test_a_stiffness_that_is_not_positive_is_refused_with_its_station(tmp_path):

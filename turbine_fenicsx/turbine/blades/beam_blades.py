@@ -35,6 +35,9 @@ from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
 DEGREE = 2
 """Polynomial degree of the cells of the carrier."""
 
+COMPONENTS = 12
+"""Displacements of a node of a beam: of its point and of three directors."""
+
 SLICES = 4000
 """Parts of the axis in sums over the mass."""
 
@@ -119,7 +122,8 @@ class BeamBlades(ShapedBlades):
         return [
             f"beams of {e.elements} elements of degree {e.degree}: mass of a blade "
             f"{inertia.mass / 1e3:.6g} t, centre of mass "
-            f"{inertia.centre[0] - self.hub_radius:.4g} m from the root"
+            f"{inertia.centre[0] - self.hub_radius:.4g} m from the root",
+            f"unknowns: {COMPONENTS * (1 + e.elements * e.degree)} displacements of a blade",
         ]
 
     def find_warnings(self, report: MeshReport) -> list[str]:

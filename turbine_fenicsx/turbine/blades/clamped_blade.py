@@ -9,17 +9,14 @@ from typing import Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.bodies.placement import Placement
-from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.meshing import LoadedMesh
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.system.system import MultibodySystem
-from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades, take_blade
 
@@ -61,7 +58,7 @@ class ClampedBlade(Generic[B]):
     """A blade in its own axes from the rotor centre.
 
     Args:
-        body: The blade, on its mesh or as a beam.
+        body: The blade, on its mesh or as one copy of a reduced body.
         root: Facets of its root, indices local to this rank.
     """
 
@@ -74,18 +71,10 @@ class ClampedBlade(Generic[B]):
     def of(name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade[FlexibleBody]:
         """The blade of a material on a mesh of `SingleMesh`. Collective."""
         axes = frame_fields(mesh.mesh, mesh.cell_tags, {mesh.cell_names[BLADE]: np.eye(3)})
-        return _clamp(rotor.blades.make_body(name, mesh, axes), mesh)
-
-    @staticmethod
-    def of_beam(name: str, mesh: LoadedMesh, rotor: RotorPlan) -> ClampedBlade[ReducedBody]:
-        """The beam that a mesh of `SingleMesh` carries. Collective."""
-        assert isinstance(rotor.blades, BeamBlades)
-        carrier = Carrier(name, mesh.mesh, rotor.blades.degree)
-        basis = rotor.blades.make_basis(carrier, mesh.facets(ROOT))
-        return _clamp(ReducedBody(name, carrier, basis), mesh)
+        return clamp(rotor.blades.make_body(name, mesh, axes), mesh)
 
 
-def _clamp(body: B, mesh: LoadedMesh) -> ClampedBlade[B]:
+def clamp(body: B, mesh: LoadedMesh) -> ClampedBlade[B]:
     """A blade that the ground holds. Collective."""
     root = mesh.facets(ROOT)
     system = MultibodySystem(mesh.mesh.comm, [body, Coupling("clamp", body, root, None)])

@@ -48,6 +48,11 @@ def _check_layup(case: Tables) -> str:
         )
     if turbine.blade.has_layup or case.has_beam_blades or (rigid and sections is not None):
         return ""
+    if rigid:
+        return (
+            "turbine.file: expected a file with components.blade.structure.layers or "
+            f"components.blade.structure.elastic_properties, which {name} has neither of"
+        )
     return (
         f'blade.model = "{case.blade.model}": expected "beam" beside {name}, which has no layup: '
         "components.blade.structure.layers is missing"

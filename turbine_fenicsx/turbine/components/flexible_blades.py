@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
@@ -36,9 +37,11 @@ from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.section_turns import Section, SectionTurns
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
 from turbine_fenicsx.turbine.blades.blade_basis import find_basis
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS, BladePlies
 from turbine_fenicsx.turbine.blades.clamped_blade import (
+    ROOT,
     ClampedBlade,
     SingleMesh,
     place_copies,
@@ -237,9 +240,11 @@ def _make_beams(assembly: Assembly) -> Made:
     rotor = assembly.rotor
     single = SingleMesh(rotor)
     mesh = assembly.load_mesh(BODY, single.source, single.make, single.examine)
-    blade = ClampedBlade.of_beam("blade", mesh, rotor)
-    body = replace(blade.body, name=BODY, placements=place_copies(rotor))
-    return body, [(blade.root, copy) for copy in range(len(ROOTS))]
+    assert isinstance(rotor.blades, BeamBlades)
+    carrier, root = Carrier("blade", mesh.mesh, rotor.blades.degree), mesh.facets(ROOT)
+    basis = rotor.blades.make_basis(carrier, root)
+    body = ReducedBody(BODY, carrier, basis, place_copies(rotor))
+    return body, [(root, copy) for copy in range(len(ROOTS))]
 
 
 def find_plies(turbine: Turbine) -> BladePlies | None:

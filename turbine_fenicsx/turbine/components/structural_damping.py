@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from petsc4py import PETSc
@@ -31,6 +31,8 @@ from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.bodies.deformable_body import DeformableBody
+from turbine_fenicsx.bodies.placement import Placement
+from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.gravity import Gravity
 from turbine_fenicsx.forces.rayleigh_damping import HeldPart, RayleighDamping
@@ -45,7 +47,7 @@ from turbine_fenicsx.system.make_model import make_model
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
-from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh
+from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh, clamp
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Component
 from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
@@ -144,7 +146,9 @@ def _take_one_blade(assembly: Assembly) -> ClampedBlade[Any]:
     """The first blade in its own axes, clamped at its root. Collective."""
     mesh = assembly.meshes[BODY]
     if assembly.case.has_beam_blades:
-        return ClampedBlade.of_beam("blade", mesh, assembly.rotor)
+        beams = assembly.find(BODY)
+        assert isinstance(beams, ReducedBody)
+        return clamp(replace(beams, name="blade", placements=(Placement(),)), mesh)
     if BLADES[1] in mesh.cell_names:
         single = SingleMesh(assembly.rotor)
         mesh = load_arrays(assembly.comm, single.make, single.source)

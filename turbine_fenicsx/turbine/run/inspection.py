@@ -15,6 +15,7 @@ from turbine_fenicsx.meshing import mesh_tower
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.topology import count_nodes
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
+from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan, plan_rotor
@@ -70,17 +71,19 @@ def _inspect(case: Case, plan: RotorPlan, name: str, make: Callable[[], MeshArra
         mistakes = tuple(f"{name}: {m}" for m in unequal)
     elif not mistakes:
         mistakes = tuple(list_station_mistakes(case, mesh, plan.layout, plan.blades.degree))
-    made = () if mistakes else plan.blades.describe(report, mesh, plan.layout)
-    unknowns = _describe_unknowns(mesh, ROOTS, plan.blades.degree)
-    text = "\n".join([str(report), unknowns, *made])
+    text = [str(report)]
+    if not case.has_beam_blades:  # beams say their own
+        text.append(_describe_unknowns(mesh, ROOTS, plan.blades.degree))
+    if not mistakes:
+        text += plan.blades.describe(report, mesh, plan.layout)
     nodes = count_nodes(mesh.cells, mesh.reference, 3, plan.blades.degree) // len(ROOTS)
-    return Inspection(mistakes, tuple(warnings), text, nodes)
+    return Inspection(mistakes, tuple(warnings), "\n".join(text), nodes)
 
 
 def list_damping_mistakes(case: Case, comm: MPI.Intracomm) -> list[str]:
     """A sentence if stiffness and mass cannot meet the ratios of two modes. Collective.
 
-    Their modes are found for it, on the whole mesh, which takes some seconds.
+    Their modes are found for it, of solids on the whole mesh, which takes some seconds.
     """
     parts = (case.turbine.model == "hybrid", case.blade), (case.tower.flexible, case.tower)
     if not any(is_there and part.damping.may_not_fit for is_there, part in parts):
@@ -88,6 +91,7 @@ def list_damping_mistakes(case: Case, comm: MPI.Intracomm) -> list[str]:
     full = {
         name: part.model_copy(update={"model": "full"})
         for name, part in (("blade", case.blade), ("tower", case.tower))
+        if part.model == "reduced"
     }
     whole = case.model_copy(update=full)
     try:
@@ -103,9 +107,11 @@ def describe_rigid_blades(case: Case, comm: MPI.Intracomm) -> list[str]:
     inertia = on_rank0(comm, plan.blades.find_inertia)
     if inertia is None:
         return ["rigid turbine, no mesh of blades"]
+    source = "section matrices" if isinstance(plan.blades, BeamBlades) else "layup"
     return [
-        f"rigid blades with the inertia of their layup: mass of a blade {inertia.mass / 1e3:.6g} "
-        f"t, centre of mass {inertia.centre[0] - plan.blades.hub_radius:.4g} m from the root"
+        f"rigid blades with the inertia of their {source}: mass of a blade "
+        f"{inertia.mass / 1e3:.6g} t, centre of mass "
+        f"{inertia.centre[0] - plan.blades.hub_radius:.4g} m from the root"
     ]
 
 

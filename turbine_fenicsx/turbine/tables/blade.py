@@ -11,7 +11,7 @@ from pydantic import Field
 
 from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Metres, Number, Radians
-from turbine_fenicsx.case.rules import Beside, NotBeside, Only, With
+from turbine_fenicsx.case.rules import Beside, NotBeside, Only, Unless, With
 from turbine_fenicsx.case.section import NotNegative, Positive, Section
 from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.foundation.text_files import quote
@@ -90,7 +90,9 @@ class BladeCase(Section):
     ] = None
     """Angle by which the leading edge is turned upwind, as in OpenFAST, one for each station;
     none: no twist."""
-    layup: Annotated[Literal["homogenised", "laminate"], With("turbine.file")] = "homogenised"
+    layup: Annotated[
+        Literal["homogenised", "laminate"], With("turbine.file"), Unless("model", "beam")
+    ] = "homogenised"
     """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
     their bending stiffness too."""
     model: Annotated[Literal["full", "reduced", "beam"], Only("turbine.model", "hybrid")] = "full"

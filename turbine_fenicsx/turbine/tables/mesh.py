@@ -10,7 +10,7 @@ import numpy as np
 from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import Metres
-from turbine_fenicsx.case.rules import AnyOf, Beside, NotBeside, Only, With
+from turbine_fenicsx.case.rules import AnyOf, Beside, NotBeside, Only, Unless, With
 from turbine_fenicsx.case.section import MAX_ELEMENTS, Count, Degree, Positive, Section
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.turbine.tables.blade import SHAPE
@@ -46,7 +46,9 @@ class MeshCase(Section):
     """Number of elements of hollow blades along the span."""
     around: Annotated[Count, _MADE, _HOLLOW] = 24
     """Number of elements of hollow blades around a section, webs not counted."""
-    tip: Annotated[Literal["closed", "open"], _MADE, With("turbine.file")] = "closed"
+    tip: Annotated[
+        Literal["closed", "open"], _MADE, With("turbine.file"), Unless("blade.model", "beam")
+    ] = "closed"
     """End of the blades of ``turbine.file``: ``"closed"`` by a plate, or ``"open"``, see
     howto/real_turbine."""
     file: Annotated[str | None, DataFile("mesh"), Only("turbine.model", "hybrid")] = None
