@@ -51,7 +51,7 @@ def _check_layup(case: Tables) -> str:
     if rigid:
         return (
             "turbine.file: expected a file with components.blade.structure.layers or "
-            f"components.blade.structure.elastic_properties, which {name} has neither of"
+            f"components.blade.structure.elastic_properties; {name} has neither"
         )
     return (
         f'blade.model = "{case.blade.model}": expected "beam" beside {name}, which has no layup: '
