@@ -18,10 +18,10 @@ from scipy.interpolate import CubicSpline
 
 from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.keyed_text import KeyedText
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import BeamSections
-from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 
 ALONG = 400
 """Points of the spline that the axis is made of."""
@@ -37,7 +37,7 @@ def read_beamdyn(path: str | os.PathLike[str]) -> BeamBlade:
         InputError: with the line or station, if one of them is none or wrong.
         FileError: if one of them cannot be read.
     """
-    text = AeroDynText.read(path, "BeamDyn")
+    text = KeyedText.read(path, "BeamDyn")
     count, first = text.find_count("kp_total")
     if count < 3:
         text.fail(first - 1, f"kp_total must be 3 or more, got {count}")
@@ -46,24 +46,24 @@ def read_beamdyn(path: str | os.PathLike[str]) -> BeamBlade:
     named = text.find("BldFile")
     if named is None:
         raise InputError(f"{text.path} is no file of BeamDyn: it has no BldFile")
-    blade = AeroDynText.read(Path(path).parent / named[0], "BeamDyn")
+    blade = KeyedText.read(Path(path).parent / named[0], "BeamDyn")
     sections, doubts = _read_sections(blade, line.length)
     return BeamBlade(line, sections, (*_list_left_out(text), *doubts))
 
 
 def list_parts(path: str | os.PathLike[str]) -> list[str]:
     """The blade file that a primary file names."""
-    named = AeroDynText.read(path).find("BldFile")
+    named = KeyedText.read(path).find("BldFile")
     return [] if named is None else [str(Path(path).parent / named[0])]
 
 
-def _skip_members(text: AeroDynText, first: int) -> int:
+def _skip_members(text: KeyedText, first: int) -> int:
     """Index of the first line after those that give the key points of each member."""
     members, _ = text.find_count("member_total")
     return first + members
 
 
-def _make_line(text: AeroDynText, points: Array) -> BeamLine:
+def _make_line(text: KeyedText, points: Array) -> BeamLine:
     """The axis through key points with their twist [deg]."""
     steps = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
     at = np.concatenate([[0.0], np.cumsum(steps)])
@@ -87,7 +87,7 @@ def _make_line(text: AeroDynText, points: Array) -> BeamLine:
     return line
 
 
-def _read_sections(text: AeroDynText, length: float) -> tuple[BeamSections, list[str]]:
+def _read_sections(text: KeyedText, length: float) -> tuple[BeamSections, list[str]]:
     """The matrices of a blade file, and sentences about its damping."""
     count, _ = text.find_count("station_total")
     kind = text.find("damp_type") or text.find("damp_flag")
@@ -114,7 +114,7 @@ def _read_sections(text: AeroDynText, length: float) -> tuple[BeamSections, list
     return sections, doubts if modal else []
 
 
-def _find_line(text: AeroDynText, word: str) -> int:
+def _find_line(text: KeyedText, word: str) -> int:
     """Index of the line that begins with a word."""
     for k, line in enumerate(text.lines):
         if line.split()[:1] == [word]:
@@ -122,7 +122,7 @@ def _find_line(text: AeroDynText, word: str) -> int:
     raise InputError(f"{text.path} is no blade file of BeamDyn: it has no {word}")
 
 
-def _find_heading(text: AeroDynText) -> int:
+def _find_heading(text: KeyedText) -> int:
     """Index of the line after the heading of the stations."""
     for k, line in enumerate(text.lines):
         if "distributed" in line.lower() and line.lstrip().startswith("-"):
@@ -130,7 +130,7 @@ def _find_heading(text: AeroDynText) -> int:
     raise InputError(f"{text.path} is no blade file of BeamDyn: it has no distributed properties")
 
 
-def _read_numbers(text: AeroDynText, first: int, count: int) -> Array:
+def _read_numbers(text: KeyedText, first: int, count: int) -> Array:
     """The place and both matrices of each station, shape (count, 73)."""
     found: list[float] = []
     rows = 0
@@ -147,7 +147,7 @@ def _read_numbers(text: AeroDynText, first: int, count: int) -> Array:
     )
 
 
-def _list_left_out(text: AeroDynText) -> list[str]:
+def _list_left_out(text: KeyedText) -> list[str]:
     """Sentences about settings that are not followed."""
     found = text.find("UsePitchAct")
     if found is not None and found[0].lower() in ("true", "t"):

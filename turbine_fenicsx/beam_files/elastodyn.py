@@ -13,8 +13,8 @@ import numpy as np
 
 from turbine_fenicsx.beam_files.section_matrices import make_inertia
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.keyed_text import KeyedText
 from turbine_fenicsx.reduction.beam_sections import BeamSections
-from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 
 STEEL = {"E": 210e9, "G": 80.8e9, "rho": 7850.0}
 """Moduli [Pa] and density [kg/m^3] of steel."""
@@ -34,7 +34,7 @@ def read_elastodyn_tower(path: str | os.PathLike[str], height: float) -> BeamSec
         InputError: with the line, if it is none or wrong.
         FileError: if it cannot be read.
     """
-    text = AeroDynText.read(path, "ElastoDyn (tower)")
+    text = KeyedText.read(path, "ElastoDyn (tower)")
     count, first = text.find_count("NTwInpSt")
     factors = []
     for key in FACTORS:

@@ -19,10 +19,10 @@ from scipy.interpolate import PchipInterpolator
 from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 from turbine_fenicsx.beam_files.section_matrices import make_inertia, move_stiffness
 from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.keyed_text import LARGEST, KeyedText
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import BeamSections
-from turbine_fenicsx.wind.aerodyn_text import LARGEST, AeroDynText
 
 ALONG = 400
 """Points along the axis."""
@@ -58,7 +58,7 @@ def read_hawc2(path: str | os.PathLike[str], body: str = "blade1") -> BeamBlade:
         InputError: with the line or station, if something is missing or wrong.
         FileError: if a file cannot be read.
     """
-    text = AeroDynText.read(path, "HAWC2")
+    text = KeyedText.read(path, "HAWC2")
     commands = _read_body(text, body)
     line = _read_axis(text, commands)
     name = _find(text, commands, "filename", 1).words[1]
@@ -83,13 +83,13 @@ def read_hawc2(path: str | os.PathLike[str], body: str = "blade1") -> BeamBlade:
 
 def list_parts(path: str | os.PathLike[str]) -> list[str]:
     """Structural files that an htc file names."""
-    commands = _read_commands(AeroDynText.read(path, "HAWC2"))
+    commands = _read_commands(KeyedText.read(path, "HAWC2"))
     named = [c.words[1] for c in commands if c.words[0] == "filename" and len(c.words) > 1]
     found = (_find_file(Path(path), name) for name in dict.fromkeys(named))
     return [str(file) for file in found if file.is_file()]
 
 
-def _read_commands(text: AeroDynText) -> Iterator[Command]:
+def _read_commands(text: KeyedText) -> Iterator[Command]:
     """The commands of a file, in lower case but for names of files."""
     for k, line in enumerate(text.lines):
         words = line.split(";")[0].split()
@@ -97,7 +97,7 @@ def _read_commands(text: AeroDynText) -> Iterator[Command]:
             yield Command(k, (words[0].lower(), *words[1:]))
 
 
-def _read_body(text: AeroDynText, body: str) -> list[Command]:
+def _read_body(text: KeyedText, body: str) -> list[Command]:
     """The commands of a main body."""
     own: list[Command] | None = None
     names = []
@@ -117,7 +117,7 @@ def _read_body(text: AeroDynText, body: str) -> list[Command]:
     raise InputError(f"{text.path} has no main_body {body!r}{known}")
 
 
-def _find(text: AeroDynText, commands: list[Command], name: str, values: int) -> Command:
+def _find(text: KeyedText, commands: list[Command], name: str, values: int) -> Command:
     """The first command of a name, with some values or more."""
     for command in commands:
         if command.words[0] == name:
@@ -127,7 +127,7 @@ def _find(text: AeroDynText, commands: list[Command], name: str, values: int) ->
     raise InputError(f"{text.path}: the body has no {name}")
 
 
-def _whole(text: AeroDynText, command: Command, k: int) -> int:
+def _whole(text: KeyedText, command: Command, k: int) -> int:
     """A value that is a whole number."""
     word = command.words[k]
     if not re.fullmatch(r"\d{1,6}", word):
@@ -135,7 +135,7 @@ def _whole(text: AeroDynText, command: Command, k: int) -> int:
     return int(word)
 
 
-def _floats(text: AeroDynText, command: Command, first: int, count: int) -> Array:
+def _floats(text: KeyedText, command: Command, first: int, count: int) -> Array:
     """Some values that are numbers."""
     try:
         found = np.array([float(word) for word in command.words[first : first + count]])
@@ -146,7 +146,7 @@ def _floats(text: AeroDynText, command: Command, first: int, count: int) -> Arra
     return found
 
 
-def _read_axis(text: AeroDynText, commands: list[Command]) -> BeamLine:
+def _read_axis(text: KeyedText, commands: list[Command]) -> BeamLine:
     """The axis through the sections of ``c2_def``, with its twist [deg]."""
     count = _find(text, commands, "nsec", 1)
     rows = [_floats(text, c, 2, 4) for c in commands if c.words[0] == "sec"]
@@ -176,7 +176,7 @@ def _read_axis(text: AeroDynText, commands: list[Command]) -> BeamLine:
     return line
 
 
-def _read_damping(text: AeroDynText, commands: list[Command]) -> tuple[Array, list[str]]:
+def _read_damping(text: KeyedText, commands: list[Command]) -> tuple[Array, list[str]]:
     """Times of the damping of each strain, and sentences about what is left out."""
     times, name = np.zeros(6), Path(text.path).name
     doubts = []
@@ -200,7 +200,7 @@ def _find_file(htc: Path, name: str) -> Path:
 
 def _read_table(path: Path, numbers: tuple[int, ...], columns: int) -> Array:
     """Rows of a set and its subset."""
-    text = AeroDynText.read(path, "HAWC2")
+    text = KeyedText.read(path, "HAWC2")
     own = False
     for k, line in enumerate(text.lines):
         match = re.match(r"\s*([#$])\s*(\d+)(?:\s+(\d+))?", line)
@@ -219,7 +219,7 @@ def _read_table(path: Path, numbers: tuple[int, ...], columns: int) -> Array:
     raise InputError(f"{path} has no set {numbers[0]} with subset {numbers[1]}")
 
 
-def _check_rows(text: AeroDynText, line: int, table: Array) -> Array:
+def _check_rows(text: KeyedText, line: int, table: Array) -> Array:
     """Stations rise from zero."""
     if len(table) < 2 or table[0, 0] != 0.0 or np.any(np.diff(table[:, 0]) <= 0.0):
         text.fail(line, "expected two rows or more, whose first column rises from 0")

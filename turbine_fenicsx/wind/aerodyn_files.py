@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.keyed_text import KeyedText
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, AeroBlade
-from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 from turbine_fenicsx.wind.polar import Polar
 
 BLADE_COLUMNS = {"BlSpn": 0, "BlCrvAC": 1, "BlSwpAC": 2, "BlTwist": 4, "BlChord": 5, "BlAFID": 6}
@@ -55,7 +55,7 @@ def read_aerodyn_polar(
         InputError: if it is none, its table does not close the circle, or there are more tables.
         FileError: if it cannot be read.
     """
-    text = AeroDynText.read(path)
+    text = KeyedText.read(path)
     count, first = text.find_count("NumAlf")
     number = text.find("NumTabs")
     if not first_alone and number and number[0] not in ("1", "01"):
@@ -91,7 +91,7 @@ def read_aerodyn_blade(
         InputError: if the file is none, or names a polar that is not given.
         FileError: if it cannot be read.
     """
-    text = AeroDynText.read(path)
+    text = KeyedText.read(path)
     count, first = text.find_count("NumBlNds")
     places = _find_columns(text, first)
     table = text.read_table(first, count, max(places.values()) + 1)
@@ -125,7 +125,7 @@ def read_aerodyn_blade(
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
 
-def _find_columns(text: AeroDynText, first: int) -> dict[str, int]:
+def _find_columns(text: KeyedText, first: int) -> dict[str, int]:
     """Indices of the columns of a blade, by their names where there are any."""
     names = text.lines[first].replace(",", " ").lower().split() if first < len(text.lines) else []
     if "blspn" not in names:
@@ -173,7 +173,7 @@ class AeroDynNames:
         others: Line and file of each other blade.
     """
 
-    text: AeroDynText
+    text: KeyedText
     polars: list[Path]
     blade: Path
     others: list[tuple[int, Path]]
@@ -181,7 +181,7 @@ class AeroDynNames:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> AeroDynNames:
         """The names in a file."""
-        text, folder = AeroDynText.read(path), Path(path).parent
+        text, folder = KeyedText.read(path), Path(path).parent
         count, first = text.find_count("NumAFfiles")
         if count > MAX_POLARS:
             raise InputError(
@@ -205,14 +205,14 @@ class AeroDynNames:
         return [str(path) for path in dict.fromkeys(paths) if path.exists()]
 
 
-def read_setting(text: AeroDynText, key: str) -> str | None:
+def read_setting(text: KeyedText, key: str) -> str | None:
     """The value of a key in small letters, flags as true and false; None without it."""
     found = text.find(key)
     value = found[0].lower() if found else None
     return {"t": "true", ".true.": "true", "f": "false", ".false.": "false"}.get(value or "", value)
 
 
-def _read_columns(text: AeroDynText) -> PolarColumns:
+def _read_columns(text: KeyedText) -> PolarColumns:
     """Columns of the polars, those of AeroDyn's examples where the file does not say."""
     given: dict[str, int] = {}
     for name in PolarColumns._fields:
@@ -231,7 +231,7 @@ def _read_columns(text: AeroDynText) -> PolarColumns:
     return PolarColumns(**given)
 
 
-def _read_interpolation(text: AeroDynText) -> bool:
+def _read_interpolation(text: KeyedText) -> bool:
     """Whether polars may have tables that are not used, those after the first."""
     found = text.find("AFTabMod")
     if found and found[0].lower() not in ("1", "2", "3", "default"):
@@ -239,18 +239,18 @@ def _read_interpolation(text: AeroDynText) -> bool:
     return found is None or found[0].lower() in ("1", "default")
 
 
-def _check_same(text: AeroDynText, first: Path, line: int, other: Path) -> None:
+def _check_same(text: KeyedText, first: Path, line: int, other: Path) -> None:
     """All blades of a rotor are the first one."""
     if first == other or other.name.lower() in ("unused", "none", ""):
         return
-    if AeroDynText.read(first).lines != AeroDynText.read(other).lines:
+    if KeyedText.read(first).lines != KeyedText.read(other).lines:
         text.fail(
             line,
             f"blade {quote(other.name)} differs from {quote(first.name)}, expected equal blades",
         )
 
 
-def _read_name(text: AeroDynText, row: int) -> str:
+def _read_name(text: KeyedText, row: int) -> str:
     """The name of a file at the beginning of a line, with or without quotes."""
     line = text.lines[row].strip() if row < len(text.lines) else ""
     match = re.match(r"\"([^\"]+)\"|'([^']+)'|(\S+)", line)

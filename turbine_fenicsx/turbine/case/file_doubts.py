@@ -68,10 +68,10 @@ def _doubt_twist(largest: float, path: str) -> Iterator[str]:
 
 def _doubt_settings(case: Tables, path: str) -> Iterator[str]:
     """Settings of AeroDyn's primary file that differ from what the case does."""
+    from turbine_fenicsx.foundation.keyed_text import KeyedText
     from turbine_fenicsx.wind.aerodyn_files import read_setting
-    from turbine_fenicsx.wind.aerodyn_text import AeroDynText
 
-    text = AeroDynText.read(path)
+    text = KeyedText.read(path)
     differ = [
         f"{key} = {value}"
         for key, same in _list_settings(case).items()

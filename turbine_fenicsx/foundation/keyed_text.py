@@ -1,4 +1,4 @@
-"""Lines of AeroDyn's files: a value before its key, tables of numbers, remarks."""
+"""Text files of OpenFAST and HAWC2: a value before its key, tables of numbers, remarks."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ _VALUE = re.compile(r"\s*(\"[^\"]*\"|'[^']*'|[^\s,]+)[\s,]+([^\s,]+)")
 
 
 @dataclass(frozen=True)
-class AeroDynText:
-    """A file of AeroDyn 15, or another one of OpenFAST."""
+class KeyedText:
+    """A file of AeroDyn 15, or of another program."""
 
     path: str
     lines: list[str]
     what: str = "AeroDyn 15"
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str], what: str = "AeroDyn 15") -> AeroDynText:
+    def read(cls, path: str | os.PathLike[str], what: str = "AeroDyn 15") -> KeyedText:
         """The lines of a file of at most `MAX_SIZE` bytes."""
         with name_file_in_errors("read", path), open_regular(path) as file:
             content = file.read(MAX_SIZE + 1)
