@@ -61,7 +61,6 @@ def read_elastodyn_tower(path: str | os.PathLike[str], height: float) -> BeamSec
     E, G = STEEL["E"], STEEL["G"]
     entries = (0.5 * G * area, 0.5 * G * area, E * area, side_side, fore_aft, 2.0 * G * mean)
     stiffness = np.array(entries).T[:, :, None] * np.eye(6)
-    radii = np.sqrt(np.column_stack([side_side, fore_aft]) / (E * area)[:, None])
-    none = np.zeros(count)
-    inertia = make_inertia(mass, none, none, radii, none)
+    squares = np.column_stack([side_side, fore_aft]) / (E * area)[:, None]
+    inertia = make_inertia(mass, np.zeros((count, 2)), squares, np.zeros(count))
     return BeamSections(fraction * height, stiffness, inertia)

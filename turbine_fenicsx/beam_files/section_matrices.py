@@ -40,19 +40,18 @@ def move_stiffness(K: Array, x: Array, y: Array, angle: Array) -> Array:
     return found
 
 
-def make_inertia(mass: Array, x: Array, y: Array, radii: Array, angle: Array) -> Array:
+def make_inertia(mass: Array, centre: Array, squares: Array, angle: Array) -> Array:
     """Mass matrices about the origin of sections, shape (m, 6, 6).
 
     Args:
         mass: Shape (m,) [kg/m].
-        x: Centre of mass, shape (m,) [m].
-        y: The other coordinate.
-        radii: Radii of gyration about axes x and y through the centre, turned by the angle, shape
-            (m, 2) [m].
-        angle: Of these axes about z [rad].
+        centre: Centre of mass in the axes of the section, shape (m, 2) [m].
+        squares: Squared radii of gyration about axes x and y through that centre, turned by the
+            angle, shape (m, 2) [m^2].
+        angle: Of these axes about z, shape (m,) [rad].
     """
     c, s = np.cos(angle), np.sin(angle)
-    along_x, along_y = mass * radii[:, 1] ** 2, mass * radii[:, 0] ** 2  # int rho x^2, y^2
+    (x, y), (along_y, along_x) = centre.T, mass * squares.T  # int rho y^2, x^2
     E_xx = c * c * along_x + s * s * along_y + mass * x * x
     E_yy = s * s * along_x + c * c * along_y + mass * y * y
     E_xy = c * s * (along_x - along_y) + mass * x * y

@@ -6,7 +6,7 @@ from hawc2_files import C2, TIMOSHENKO, write_hawc2
 
 from turbine_fenicsx.beam_files.any_file import read_beam
 from turbine_fenicsx.beam_files.hawc2 import list_parts, read_hawc2
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import FileError, InputError
 
 T = TIMOSHENKO
 
@@ -64,16 +64,43 @@ def test_the_mass_is_about_the_axis(blade):
     M = blade.sections.inertia[0]
     x_g, y_g, m = T["y_cg"], -T["x_cg"], T["m"]
     assert [M[2, 2], M[2, 4], M[2, 3]] == pytest.approx([m, -m * x_g, m * y_g])
-    polar = m * (T["ri_x"] ** 2 + T["ri_y"] ** 2 + x_g**2 + y_g**2)
-    assert M[5, 5] == pytest.approx(polar)
-    assert M[3, 3] + M[4, 4] == pytest.approx(polar)
+    # radii are about the axes of bending: through the elastic centre, and turned
+    angle, away = np.radians(T["pitch"]), np.array([T["x_cg"] - T["x_e"], T["y_cg"] - T["y_e"]])
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, s], [-s, c]])
+    about_e = np.diag([T["ri_y"] ** 2, T["ri_x"] ** 2])
+    x, y = R @ away
+    about_e[0, 1] = about_e[1, 0] = x * y
+    about_g = R.T @ about_e @ R - np.outer(away, away)
+    origin = m * (about_g + np.outer([T["x_cg"], T["y_cg"]], [T["x_cg"], T["y_cg"]]))
+    assert M[[3, 4, 3], [3, 4, 4]] == pytest.approx([origin[0, 0], origin[1, 1], origin[0, 1]])
+    assert M[5, 5] == pytest.approx(origin[0, 0] + origin[1, 1])
     # the large radius is about HAWC2's y, the axis x here
     assert M[3, 3] > M[4, 4]
 
 
-def test_damping_of_the_strains_is_that_of_posdef(blade):
+@pytest.mark.parametrize("name", ["posdef", "aniso"])
+def test_damping_of_the_strains_is_that_of_the_body(tmp_path, name):
+    damping = f"damping_{name} 0.0 0.0 0.0 1e-3 2e-3 3e-3"
+    blade = read_hawc2(write_hawc2(tmp_path, damping=damping))
     assert tuple(blade.sections.viscosity) == (0.0, 0.0, 0.0, 2e-3, 1e-3, 3e-3)
     assert blade.warnings == ()
+
+
+def test_files_are_found_as_hawc2_finds_them(blade, tmp_path):
+    """From a folder above, in upper or lower case, with bodies in a file that continues."""
+    path = write_hawc2(tmp_path)
+    bodies = tmp_path / "Bodies.htc"
+    bodies.write_text(
+        path.read_text().replace("./data/blade", r".\DATA\Blade") + "exit ;\nbegin main_body;"
+    )
+    deep = tmp_path / "htc" / "dlc12"
+    deep.mkdir()
+    deep = deep / "wsp10.htc"
+    deep.write_text("begin new_htc_structure;\n  continue_in_file ./bodies.HTC ;\nend;\n")
+    found = read_hawc2(deep)
+    assert np.array_equal(found.sections.stiffness, blade.sections.stiffness)
+    assert list_parts(deep) == [str(bodies), str(tmp_path / "data" / "blade_st.dat")]
 
 
 def test_full_matrices_are_those_of_the_same_beam(blade, tmp_path):
@@ -95,9 +122,9 @@ def test_full_matrices_are_those_of_the_same_beam(blade, tmp_path):
 
 
 def test_what_is_not_followed_is_said(tmp_path):
-    path = write_hawc2(tmp_path, damping="damping_aniso 0 0 0 1e-3 1e-3 1e-3")
+    path = write_hawc2(tmp_path, damping="damping_file modes.dat")
     assert read_beam(path).warnings == (
-        "turbine.htc: damping_aniso is left out; give blade.damping",
+        "turbine.htc: damping_file is left out; give blade.damping",
     )
     path = write_hawc2(tmp_path, damping="damping_posdef 0.1 0 0 1e-3 1e-3 1e-3")
     assert read_beam(path).warnings == (
@@ -120,6 +147,11 @@ def test_what_is_not_followed_is_said(tmp_path):
         (lambda t: t.replace("20.0 1.0", "20.0 no"), "line 20: expected 4 numbers, got 'sec 3"),
         (lambda t: t.replace("filename ./data/blade", "file ./data/blade"), "body has no filename"),
         (
+            lambda t: "continue_in_file htc/turbine.htc ;\n" + t,
+            "turbine.htc, line 1: more than 50 files continue each other",
+        ),
+        (lambda t: "continue_in_file ./none.htc ;\n" + t, "cannot read"),
+        (
             lambda t: t.replace("      set 1 2", "      FPM 1 ;\n      set 1 2"),
             "line 7: expected 30 numbers, got",
         ),
@@ -128,6 +160,6 @@ def test_what_is_not_followed_is_said(tmp_path):
 def test_wrong_files_are_refused_with_their_line(tmp_path, change, sentence):
     path = write_hawc2(tmp_path)
     path.write_text(change(path.read_text()))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises((InputError, FileError)) as caught:
         read_hawc2(path)
     assert sentence in str(caught.value)
