@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cosserat_rod import bend_arc
 from reduced_beams import march, placements
 from scipy.spatial import cKDTree
 from section_beams import (
@@ -73,6 +74,26 @@ def test_a_twisted_bar_bends_as_that_of_beamdyn(twisted):
     assert root[:3] == pytest.approx([0.0, -4e6, 0.0], abs=5e3)
     end = np.array([0.0, 0.0, LENGTH]) + tip
     assert root[3:] == pytest.approx(np.cross(end, [0.0, -4e6, 0.0]), abs=2e5)
+
+
+def test_a_curved_beam_bends_out_of_its_plane_as_a_cosserat_rod():
+    """The arc of 45 degrees of Bathe and Bolourchi, and of BeamDyn's test bd_curved_beam."""
+    radius, force = 100.0, (0.0, 600.0, 0.0)
+    stiffness = np.array([4.16667e6, 4.16667e6, 1e7, 8.333e5, 8.333e5, 8.333e5])
+    a = np.linspace(0.0, np.pi / 4.0, 101)
+    c, s, o = np.cos(a), np.sin(a), 0.0 * a
+    directors = np.stack([np.stack([c, o, -s], 1), np.stack([o, o + 1.0, o], 1)], axis=1)
+    line = BeamLine(a, radius * np.stack([1.0 - c, o, s], 1), directors)
+    C = np.array([np.diag(stiffness)] * 2)
+    arc = BeamSections([0.0, line.length], C, np.array([np.eye(6)] * 2))
+    box = box_carrier("arc", line, (0.2, 0.2), 24, COMM)
+    basis = beam_basis(box.carrier, line, arc, 8, 3, box.start, hold=1.0)
+    body = ReducedBody("arc", box.carrier, basis)
+    clamp = Coupling("clamp", body, box.start, None)
+    system = MultibodySystem(COMM, [body, clamp, *pull_end(force)(body)])
+    tip = move_axis(equilibrium(system, np.linspace(0.1, 1.0, 10)), basis)
+    of_rod = bend_arc(a[-1], radius, stiffness, force)
+    assert np.linalg.norm(tip - of_rod) < 3e-4 * np.linalg.norm(of_rod)
 
 
 @pytest.mark.parametrize(("degree", "elements"), [(1, 8), (2, 4), (3, 2)])

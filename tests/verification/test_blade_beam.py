@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.windio.curves import Curve
-from turbine_fenicsx.windio.turbine import SectionProperties
+from turbine_fenicsx.windio.section_properties import SectionProperties
 
 FOLDER = Path(__file__).parents[2] / "demos" / "verification"
 LENGTH, MASS = 40.0, 300.0  # [m], [kg/m]

@@ -5,7 +5,8 @@ edge. A section with the twist phi has turned by -phi about z,
 
     d_1 = (cos phi, -sin phi, .),    at right angles to the axis.
 
-Key points and their twist are joined by a natural cubic spline over the length of their polygon.
+Key points and their twist are joined by a cubic spline over z, and three of them by a parabola, as
+in BeamDyn.
 """
 
 from __future__ import annotations
@@ -65,20 +66,20 @@ def _skip_members(text: KeyedText, first: int) -> int:
 
 def _make_line(text: KeyedText, points: Array) -> BeamLine:
     """The axis through key points with their twist [deg]."""
-    steps = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
-    at = np.concatenate([[0.0], np.cumsum(steps)])
-    if np.any(np.diff(at) <= 0.0):
-        k = int(np.argmin(steps))
-        raise InputError(f"{text.path}: key points {k + 1} and {k + 2} are the same")
-    spline = CubicSpline(at, points, bc_type="natural")
-    s = np.unique(np.concatenate([np.linspace(0.0, at[-1], ALONG), at]))
+    z = points[:, 2]
+    if np.any(np.diff(z) <= 0.0):
+        k = int(np.argmin(np.diff(z)))
+        raise InputError(
+            f"{text.path}: kp_zr of key points must rise, it is {z[k]:g} m at {k + 1} and "
+            f"{z[k + 1]:g} m at {k + 2}"
+        )
+    spline = CubicSpline(z, points)
+    s = np.unique(np.concatenate([np.linspace(z[0], z[-1], ALONG), z]))
     X, phi = np.split(spline(s), [3], axis=1)
     t = spline(s, 1)[:, :3]
     angle = np.radians(phi[:, 0])
     x, y = np.cos(angle), -np.sin(angle)
-    if np.any(np.abs(t[:, 2]) <= 1e-3 * np.linalg.norm(t, axis=1)):
-        raise InputError(f"{text.path}: the axis must run along z, and is at right angles to it")
-    d1 = np.column_stack([x, y, -(t[:, 0] * x + t[:, 1] * y) / t[:, 2]])
+    d1 = np.column_stack([x, y, -(t[:, 0] * x + t[:, 1] * y)])  # t_z = 1
     try:
         line = BeamLine(s, X, np.stack([d1, np.cross(t, d1)], axis=1))
         line.at(np.array([0.0]))

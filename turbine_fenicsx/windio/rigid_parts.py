@@ -98,7 +98,10 @@ def read_rigid_part(component: Entry) -> RigidPart | None:
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     least = float(np.linalg.eigvalsh(inertia)[0])
     if least < -1e-9 * abs(inertia).max():
-        entry["inertia"].fail(f"is no inertia of a body: it has the principal moment {least:g}")
+        entry["inertia"].fail(
+            f"is no inertia of a body: its least principal moment is {least:g}, with the order "
+            "xx, yy, zz, xy, xz, yz"
+        )
     location = entry["location"].numbers()
     if len(location) not in (1, 3):
         entry["location"].fail(f"must hold 3 numbers, got {len(location)}")

@@ -36,6 +36,16 @@ def test_sections_of_a_bent_axis_are_at_right_angles_to_it(tmp_path):
     assert r[-1] == pytest.approx([2.0, -1.0, 10.0], abs=1e-9)
 
 
+def test_three_key_points_make_the_axis_of_bd_curved_beam(tmp_path):
+    """Length and nodes of the summary that BeamDyn writes of this test."""
+    points = [[0.0, 0.0, 0.0, 0.0], [7.61205, 0.0, 38.2683, 0.0], [29.2893, 0.0, 70.7107, 0.0]]
+    line = read_beamdyn(write_beamdyn(tmp_path, points)).line
+    assert line.length == pytest.approx(78.566, abs=1e-3)
+    r = line.at(np.linspace(0.0, line.length, 2000))[0]
+    for x, z in ((-0.0923219, 2.3334), (6.34916, 35.3554), (22.9428, 63.0910)):
+        assert np.interp(z, r[:, 2], r[:, 0]) == pytest.approx(x, abs=2e-4)
+
+
 def test_what_is_not_followed_is_said(tmp_path):
     blade = read_beamdyn(write_beamdyn(tmp_path, kind=2, actuator="True"))
     assert [sentence.split(": ")[1] for sentence in blade.warnings] == [
@@ -59,7 +69,11 @@ SKEW[0, 1] = 1e9
     ("files", "change", "sentence"),
     [
         ({"points": KEY_POINTS[:2]}, None, "line 8: kp_total must be 3 or more, got 2"),
-        ({"points": (*KEY_POINTS, KEY_POINTS[-1])}, None, "key points 3 and 4 are the same"),
+        (
+            {"points": (*KEY_POINTS, KEY_POINTS[-1])},
+            None,
+            "kp_zr of key points must rise, it is 10 m at 3",
+        ),
         (
             {"matrices": ((0.0, STIFFNESS, INERTIA), (0.9, STIFFNESS, INERTIA))},
             None,

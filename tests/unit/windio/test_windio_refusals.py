@@ -259,7 +259,7 @@ MISTAKES = {
     ),
     "inertia of no body": (
         put("components", "hub", "elastic_properties", "inertia", [1.0, 1.0, 1.0, 3.0, 0.0, 0.0]),
-        "elastic_properties.inertia is no inertia of a body: it has the principal moment -2",
+        "elastic_properties.inertia is no inertia of a body: its least principal moment is -2",
     ),
     "five moments": (
         put("components", "hub", "elastic_properties", "inertia", [1.0] * 5),

@@ -55,7 +55,7 @@ def test_a_paint_may_be_incompressible_and_a_thickness_round_off(read):
         read(lambda tables: tables["materials"][0].update(nu=1.0))
 
 
-def test_section_matrices_of_diagonals_alone_are_left_out(read):
+def test_section_matrices_may_have_diagonals_alone(read):
     def change(tables):
         matrices = tables["components"]["blade"]["structure"]["elastic_properties"]
         for i in range(1, 7):
@@ -65,8 +65,29 @@ def test_section_matrices_of_diagonals_alone_are_left_out(read):
             del matrices["inertia_matrix"][key]
 
     sections = read(change).blade_sections
-    assert sections.stiffness is None
+    assert sections.stiffness[0].tolist() == np.diag(np.arange(1.0, 7.0) * 1e10).tolist()
     assert sections.inertia[:, 0, 0].tolist() == [100.0, 50.0]
+    assert sections.warnings == ()
+
+
+def test_section_matrices_of_thin_walls_without_shear_are_mended_with_a_warning(read):
+    """Files of IEA-10.0-198-RWT and of BAR have K11 = K22 = i_flap = 0 and i_cp = -i_edge."""
+
+    def change(tables):
+        matrices = tables["components"]["blade"]["structure"]["elastic_properties"]
+        stiffness, inertia = matrices["stiffness_matrix"], matrices["inertia_matrix"]
+        for key in stiffness:
+            if key[1] in "12" or key[1] != key[2]:
+                stiffness[key] = [0.0, 0.0] if key != "grid" else stiffness[key]
+        inertia.update(i_flap=[0.0, 0.0], i_plr=[1000.0, 900.0], i_edge=[600.0, 500.0])
+        inertia["i_cp"] = [-600.0, -500.0]
+
+    sections = read(change).blade_sections
+    assert np.diagonal(sections.stiffness[0])[:3].tolist() == [3e10] * 3
+    assert sections.inertia[0, 3:5, 3:5].tolist() == [[600.0, 0.0], [0.0, 400.0]]
+    of_shear, of_mass = sections.warnings
+    assert "stiffness_matrix: K11 and K22 are zero; K33 takes their place" in of_shear
+    assert "inertia_matrix: i_flap is zero, though i_plr is not i_edge; i_plr - i_edge" in of_mass
 
 
 def twin_cylinders(tables, positions=(0.0, 0.25)):

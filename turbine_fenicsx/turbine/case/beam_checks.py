@@ -39,8 +39,7 @@ def _check_layup(case: Tables) -> str:
         return ""
     turbine, name = load_turbine(case.turbine.file), quote(Path(case.turbine.file).name)
     sections, rigid = turbine.blade_sections, case.turbine.model == "rigid"
-    bare = sections is None or sections.stiffness is None
-    if case.has_beam_blades and bare and case.blade.beam.file is None:
+    if case.has_beam_blades and sections is None and case.blade.beam.file is None:
         return (
             f'blade.model = "beam": expected a file with the 6 x 6 matrices of the blade, '
             f"components.blade.structure.elastic_properties, which {name} does not have; or "

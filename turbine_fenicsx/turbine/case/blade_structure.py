@@ -24,14 +24,14 @@ class BladeStructure:
 
     Args:
         stations: Arc lengths of the matrices, shape (m,) [m].
-        stiffness: Shape (m, 6, 6); None where a file has diagonals alone.
+        stiffness: Shape (m, 6, 6).
         inertia: Shape (m, 6, 6).
         viscosity: Times of the damping of each strain, shape (6,) [s].
     """
 
     line: BeamLine
     stations: Array
-    stiffness: Array | None
+    stiffness: Array
     inertia: Array
     viscosity: Array
 
@@ -42,7 +42,6 @@ class BladeStructure:
         Raises:
             ModelError: for matrices that no section can have, with the station.
         """
-        assert self.stiffness is not None
         return BeamSections(self.stations, self.stiffness, self.inertia, self.viscosity)
 
 

@@ -237,7 +237,7 @@ def _specific_power(case: Tables, turbine: WindIOTurbine) -> float:
 def _blade_sound(case: Tables, turbine: WindIOTurbine) -> float:
     """Of the section properties: axial stiffness over mass, in the middle of the blade."""
     sections = turbine.blade_sections
-    if sections is None or sections.stiffness is None:
+    if sections is None:
         return 0.0
     middle = len(sections.grid) // 2
     mass = max(float(sections.inertia[middle, 0, 0]), 1e-30)

@@ -27,8 +27,11 @@ def doubt_files(case: Tables) -> Iterator[str]:
     if case.turbine.file is not None:
         from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 
-        yield from load_turbine(case.turbine.file).blade.warnings
+        turbine = load_turbine(case.turbine.file)
+        yield from turbine.blade.warnings
         yield from compare_file(case)
+        if case.has_beam_blades and case.blade.beam.file is None and turbine.blade_sections:
+            yield from turbine.blade_sections.warnings
     if case.blade.beam.file is not None and case.has_beam_blades:
         yield from load_beam(case.blade.beam.file).warnings
     if case.wind.file is not None and case.wind.table is None:
