@@ -17,6 +17,10 @@ STATION_TOLERANCE = 1e-4
 [m]."""
 
 
+STEEPEST = np.radians(60.0)
+"""With more twist a chord does not cross the straight span near its section."""
+
+
 @dataclass(frozen=True, eq=False)
 class AeroBlade:
     """Stations of a blade from root to tip.
@@ -35,7 +39,6 @@ class AeroBlade:
         aerodynamic_centre: Where lift and drag act, in the same way [-].
         lengths: Length of the span whose loads each station stands for, the weights of a
             quadrature; None for what lies between the middles of neighbours, shape (n,) [m].
-        warnings: What a reader has left out of its file, a sentence each.
 
     Raises:
         ModelError: for stations outside the blade or not in order, chords that are not positive,
@@ -52,7 +55,6 @@ class AeroBlade:
     reference: Array | float = 0.25
     aerodynamic_centre: Array | float = 0.25
     lengths: Array | None = None
-    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.radius)

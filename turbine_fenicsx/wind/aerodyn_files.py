@@ -14,14 +14,14 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.keyed_text import KeyedText
 from turbine_fenicsx.foundation.text_files import quote
-from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, AeroBlade
+from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, STEEPEST, AeroBlade
 from turbine_fenicsx.wind.polar import Polar
 
 BLADE_COLUMNS = {"BlSpn": 0, "BlCrvAC": 1, "BlSwpAC": 2, "BlTwist": 4, "BlChord": 5, "BlAFID": 6}
 """Columns that are read of a blade, and where they are without names above them."""
 
-_SWEEP = 1e-3
-"""Sweep up to this is none [m]."""
+CENTRE = 0.25
+"""Aerodynamic centre of all sections, as a fraction of the chord."""
 
 
 class PolarColumns(NamedTuple):
@@ -80,7 +80,9 @@ def read_aerodyn_blade(
 ) -> AeroBlade:
     """A blade with chord, twist and polars along its span.
 
-    Columns are found by the names above them. The blade warns of sweep, which is left out.
+    Columns are found by the names above them. Aerodynamic centres lie where the file has them: at
+    a fraction of the chord that is left of the point in which it crosses the plane of span and
+    rotor axis.
 
     Args:
         path: A blade file of AeroDyn 15.
@@ -105,21 +107,24 @@ def read_aerodyn_blade(
     radius = hub_radius + span
     tip = float(radius[-1])
     radius = np.clip(radius, hub_radius + STATION_TOLERANCE, tip - STATION_TOLERANCE)
-    largest = float(np.abs(sweep).max())
-    warnings = (
-        f"{Path(path).name}: its blade is swept by up to {largest:.3g} m (BlSwpAC), which is left "
-        "out: sections lie on a straight or prebent span",
-    )
+    theta = np.radians(twist)
+    if np.any((np.abs(theta) > STEEPEST) & (sweep != 0.0)):
+        raise InputError(
+            f"{os.fspath(path)}: twist must be below {np.degrees(STEEPEST):g} degrees where "
+            "BlSwpAC is not zero"
+        )
+    way = np.divide(-sweep, np.cos(theta), out=np.zeros_like(sweep), where=sweep != 0.0)
     try:
         return AeroBlade(
             hub_radius,
             tip,
             radius,
             chord,
-            np.radians(twist),
+            theta,
             tuple(polars[int(n) - 1] for n in numbers),
-            prebend=prebend,
-            warnings=warnings if largest > _SWEEP else (),
+            prebend=prebend + way * np.sin(theta),
+            reference=CENTRE + way / np.maximum(chord, 1e-9),
+            aerodynamic_centre=CENTRE,
         )
     except ModelError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None

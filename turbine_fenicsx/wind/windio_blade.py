@@ -8,15 +8,12 @@ import numpy.typing as npt
 from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, AeroBlade
+from turbine_fenicsx.wind.aero_blade import STATION_TOLERANCE, STEEPEST, AeroBlade
 from turbine_fenicsx.wind.polar import Polar
 from turbine_fenicsx.windio import WindIOTurbine
 from turbine_fenicsx.windio.airfoils import SAME_THICKNESS
 from turbine_fenicsx.windio.outer_shape import OuterShape
 from turbine_fenicsx.windio.polars import AirfoilPolar
-
-STEEPEST = np.radians(60.0)
-"""With more twist a chord does not cross the straight span near its section."""
 
 _FINE = np.linspace(0.0, 1.0, 4001)
 """Span fractions between which heights above the root are straight."""

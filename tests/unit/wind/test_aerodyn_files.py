@@ -163,12 +163,18 @@ def test_columns_of_a_blade_are_found_by_their_names(write):
         read_aerodyn_blade(write("\n".join(lines), "moved.dat"), 2.0, polars)
 
 
-def test_a_swept_blade_warns(write):
+def test_aerodynamic_centres_lie_where_the_file_has_them(write):
     polars = 2 * [read_aerodyn_polar(write(POLAR))]
-    swept = BLADE.replace("20.0 -0.4 0.0", "20.0 -0.4 1.25")
-    (sentence,) = read_aerodyn_blade(write(swept, "blade.dat"), 2.0, polars).warnings
-    assert "swept by up to 1.25 m (BlSwpAC), which is left out" in sentence
-    assert not read_aerodyn_blade(write(BLADE, "blade.dat"), 2.0, polars).warnings
+    swept = BLADE.replace("10.0 -0.1 0.0", "10.0 -0.1 -0.5")
+    blade = read_aerodyn_blade(write(swept, "blade.dat"), 2.0, polars)
+    # from the reference on the span to the centre, towards the leading edge
+    forward = (blade.reference - blade.aerodynamic_centre) * blade.chord
+    theta = blade.twist
+    assert blade.prebend - forward * np.sin(theta) == pytest.approx([0.0, -0.1, -0.4])
+    assert -forward * np.cos(theta) == pytest.approx([0.0, -0.5, 0.0])
+    steep = swept.replace("0.0 5.0 4.0", "0.0 61.0 4.0")
+    with pytest.raises(InputError, match="below 60 degrees where BlSwpAC is not zero"):
+        read_aerodyn_blade(write(steep, "blade.dat"), 2.0, polars)
 
 
 @pytest.fixture

@@ -36,7 +36,7 @@ from turbine_fenicsx.wind.tower_shadow import TowerShadow
 @pytest.mark.parametrize("name", ["plain", "nrel", "iea"])
 def test_a_wake_in_balance_gives_the_loads_of_the_steady_rotor(name, cone):
     blade = {"plain": plain_blade, "nrel": nrel_blade, "iea": iea_blade}[name]()
-    blade = replace(blade, prebend=None)
+    blade = replace(blade, prebend=None, reference=0.25)
     source = aerodynamics(blade, cone)
     steady = find_section_loads(
         Rotor(blade, 3, cone, hub_height=150.0), Operation(SPEED, TURN), np.zeros(1)
@@ -54,7 +54,7 @@ def test_a_wake_in_balance_gives_the_loads_of_the_steady_rotor(name, cone):
 
 @pytest.mark.parametrize("name", ["plain", "nrel"])
 def test_the_wake_finds_its_balance_from_another(name):
-    blade = plain_blade() if name == "plain" else nrel_blade()
+    blade = plain_blade() if name == "plain" else replace(nrel_blade(), reference=0.25)
     source, steady = aerodynamics(blade), aerodynamics(blade)
     run(source, blade, 1, pitch=-0.08)
     run(source, blade, 500, first=1, dt=0.5)

@@ -42,7 +42,6 @@ def doubt_files(case: Tables) -> Iterator[str]:
     from turbine_fenicsx.turbine.tables.named_files import is_windio
 
     path, aero = find_aero_file(case), load_aero_blade(case)
-    yield from aero.warnings
     yield from _doubt_twist(float(np.abs(aero.twist).max()), path)
     if not is_windio(path):
         yield from _doubt_settings(case, path)
