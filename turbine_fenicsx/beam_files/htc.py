@@ -120,7 +120,7 @@ def _match(place: Path, parts: tuple[str, ...]) -> Path | None:
 
 
 def _list(folder: Path) -> list[Path]:
-    """What a folder has, nothing if it cannot be read."""
+    """Files and folders in a folder, none if it cannot be read."""
     try:
         return list(folder.iterdir())
     except OSError:

@@ -102,6 +102,12 @@ class BeamSections:
                 "moments are less than what the centre of its mass alone has"
             )
 
+    @property
+    def mass(self) -> float:
+        """Mass of the beam [kg]."""
+        per_length = self.inertia[:, 2, 2]
+        return float(0.5 * (per_length[1:] + per_length[:-1]) @ np.diff(self.stations))
+
     def stiffness_at(self, s: Array) -> Array:
         """C at arc lengths, shape (k, 6, 6)."""
         return _interpolate(s, self.stations, self.stiffness)

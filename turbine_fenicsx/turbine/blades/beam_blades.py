@@ -1,4 +1,4 @@
-"""Blades that are beams of the section matrices of a windIO file."""
+"""Blades that are beams of section matrices, of windIO or of another code."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import moments_of
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.bare_shape import BareShape
+from turbine_fenicsx.turbine.blades.beam_skin import BeamSkin
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.shaped_blades import ShapedBlades
 from turbine_fenicsx.turbine.case.blade_structure import BladeStructure, find_structure
@@ -31,12 +32,13 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.beam import BeamCase
 from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
+from turbine_fenicsx.windio.blade import WindIOBlade
 
 DEGREE = 2
 """Polynomial degree of the cells of the carrier."""
 
-COMPONENTS = 12
-"""Displacements of a node of a beam: of its point and of three directors."""
+OF_NODE, OF_INTERFACE = 9, 12
+"""Displacements of a node of a beam, of its point and two directors, and of an interface."""
 
 SLICES = 4000
 """Parts of the axis in sums over the mass."""
@@ -46,7 +48,7 @@ TO_SPAN = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True, eq=False)
-class BeamBlades(ShapedBlades):
+class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
     """Beams, a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`.
 
     Args:
@@ -63,19 +65,19 @@ class BeamBlades(ShapedBlades):
 
     @classmethod
     def of(cls, case: Case, comm: MPI.Intracomm) -> BeamBlades:
-        """Those of a case with a windIO file. Collective."""
+        """Those of a case with a windIO file, or with a file of beams alone. Collective."""
         file, b, m = case.turbine.file, case.blade, case.mesh
-        assert file is not None
-        blade = on_rank0(comm, lambda: load_turbine(file).blade)
         structure = on_rank0(comm, lambda: find_structure(case))
+        if file is None:
+            skin = BeamSkin(b.geometry(), _place_line(structure.line, b.hub_radius))
+            return cls(skin, structure, m.span, m.around, b.beam)
+        blade = on_rank0(comm, lambda: load_turbine(file).blade)
         return cls(replace(blade, hub_radius=b.hub_radius), structure, m.span, m.around, b.beam)
 
     @cached_property
     def line(self) -> BeamLine:
         """The reference axis from the rotor centre along a1, a2, a3."""
-        line = self.structure.line
-        points = line.points @ TO_SPAN.T + [self.hub_radius, 0.0, 0.0]
-        return BeamLine(line.stations, points, line.directors @ TO_SPAN.T)
+        return _place_line(self.structure.line, self.hub_radius)
 
     def make_basis(self, carrier: Carrier, root: npt.NDArray[np.int32]) -> BeamBasis:
         """The basis of a blade that is held at its root. Collective."""
@@ -103,7 +105,9 @@ class BeamBlades(ShapedBlades):
 
         def make() -> MeshArrays:
             layout.check_clearance(self.hub_radius, self.root_radius)
-            return place_blades(mesh_hollow(BareShape(self.shape), self.span, self.around), layout)
+            skin = self.shape
+            carrier = skin if isinstance(skin, BeamSkin) else BareShape(skin)
+            return place_blades(mesh_hollow(carrier, self.span, self.around), layout)
 
         return "mesh that carries the blades", make
 
@@ -123,7 +127,7 @@ class BeamBlades(ShapedBlades):
             f"beams of {e.elements} elements of degree {e.degree}: mass of a blade "
             f"{inertia.mass / 1e3:.6g} t, centre of mass "
             f"{inertia.centre[0] - self.hub_radius:.4g} m from the root",
-            f"unknowns: {COMPONENTS * (1 + e.elements * e.degree)} displacements of a blade",
+            f"unknowns: {OF_INTERFACE + OF_NODE * e.elements * e.degree} displacements of a blade",
         ]
 
     def find_warnings(self, report: MeshReport) -> list[str]:
@@ -137,3 +141,9 @@ class BeamBlades(ShapedBlades):
     def make_body(self, name: str, mesh: LoadedMesh, axes: tuple[Any, Any, Any]) -> NoReturn:
         """There is no body of a material."""
         raise ModelError(f"{name!r} is a beam of section matrices: no material of it is known")
+
+
+def _place_line(line: BeamLine, hub_radius: float) -> BeamLine:
+    """An axis from its root as one from the rotor centre along a1, a2, a3."""
+    points = line.points @ TO_SPAN.T + [hub_radius, 0.0, 0.0]
+    return BeamLine(line.stations, points, line.directors @ TO_SPAN.T)

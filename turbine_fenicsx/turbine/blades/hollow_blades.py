@@ -34,6 +34,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.material import MaterialCase
 from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
+from turbine_fenicsx.windio.blade import WindIOBlade
 
 DEGREE = 2
 """Polynomial degree of displacement and cells: linear cells of thin walls lock."""
@@ -43,7 +44,7 @@ CAPPED = 1.05
 
 
 @dataclass(frozen=True, eq=False)
-class HollowBlades(ShapedBlades):
+class HollowBlades(ShapedBlades[WindIOBlade]):
     """Blades of laminates, a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`.
 
     Args:

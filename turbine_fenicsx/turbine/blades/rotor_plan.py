@@ -72,7 +72,7 @@ def plan_rotor(case: Case, comm: MPI.Intracomm = MPI.COMM_SELF) -> RotorPlan:
         InputError: if the file cannot be read, on all ranks.
     """
     layout = plan_layout(case.turbine)
-    if not case.turbine.file:
+    if case.turbine.file is None and not case.has_beam_blades:
         return RotorPlan(layout, SolidBlades.of(case))
     if _are_beams(case, comm):
         from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades

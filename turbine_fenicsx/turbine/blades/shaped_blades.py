@@ -1,20 +1,36 @@
-"""Blades with the outer surface of a windIO file, whatever they are made of."""
+"""Blades with an outer surface that is known, whatever they are made of."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.windio import WindIOBlade
+from turbine_fenicsx.turbine.blades.blade_plan import BladeSurface
+
+
+class Skin(BladeSurface, Protocol):
+    """An outer surface that knows where its blade begins and ends."""
+
+    @property
+    def hub_radius(self) -> float:
+        """Distance of the root from the rotor centre [m]."""
+
+    @property
+    def length(self) -> float:
+        """From the root to the tip along the span [m]."""
+
+
+S = TypeVar("S", bound=Skin)
 
 
 @dataclass(frozen=True, eq=False)
-class ShapedBlades:
+class ShapedBlades(Generic[S]):
     """The surface of a `turbine_fenicsx.turbine.blades.blade_plan.BladePlan`."""
 
-    shape: WindIOBlade
+    shape: S
 
     def rings(self, stations: int, around: int) -> Array:
         """Points of the outer surface for pictures, shape (stations, around, 3) [m]."""
@@ -34,7 +50,7 @@ class ShapedBlades:
     @property
     def tip(self) -> Array:
         """Leading edge of the tip, shape (3,) [m]."""
-        return np.asarray(self.shape.surface(np.array(1.0), self.shape.leading(np.array(1.0))))
+        return np.asarray(self.shape.surface(np.ones(1), self.shape.leading(np.ones(1)))[0])
 
     @property
     def root_radius(self) -> float:

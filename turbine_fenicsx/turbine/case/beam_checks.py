@@ -17,19 +17,20 @@ SAME_LENGTH = 0.01
 
 def _check_beam_file(case: Tables) -> str:
     """A sentence if the file of a beam cannot be read, or is that of another blade."""
-    file = case.blade.beam.file
-    if file is None or case.turbine.file is None or not case.has_beam_blades:
+    file, turbine = case.blade.beam.file, case.turbine.file
+    if file is None or not case.has_beam_blades:
         return ""
     try:
         found = load_beam(file).line.length
     except (InputError, FileError) as error:
         return f"blade.beam.file: {error}"
-    wanted = load_turbine(case.turbine.file).blade.length
+    wanted = case.blade.length if turbine is None else load_turbine(turbine).blade.length
     if abs(found - wanted) <= SAME_LENGTH * wanted:
         return ""
+    other = "as blade.length says" if turbine is None else "as that of turbine.file"
     return (
         f"blade.beam.file: {Path(file).name} has a blade of {found:.4g} m, expected one of "
-        f"{wanted:.4g} m, as that of turbine.file"
+        f"{wanted:.4g} m, {other}"
     )
 
 
@@ -75,6 +76,9 @@ def _check_tower_file(case: Tables) -> str:
 BEAM_CHECKS = (
     Check(("tower.beam.file", "tower.model", "tower.height", "blade.model"), _check_tower_file),
     Check(("blade.model", "blade.beam.file", "turbine.file", "turbine.model"), _check_layup),
-    Check(("blade.beam.file", "blade.model", "turbine.file", "turbine.model"), _check_beam_file),
+    Check(
+        ("blade.beam.file", "blade.model", "blade.length", "turbine.file", "turbine.model"),
+        _check_beam_file,
+    ),
 )
 """Checks of the structure of blades of a file."""

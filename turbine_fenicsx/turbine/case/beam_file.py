@@ -22,6 +22,20 @@ def load_beam(path: str) -> BeamBlade:
     return read_beam(path)
 
 
+def find_beam(blade: Mapping[str, Any]) -> BeamBlade | None:
+    """The blade of ``blade.beam.file``; None if there is none, or something is wrong with it.
+
+    Args:
+        blade: The table of the blades.
+    """
+    beam = blade.get("beam")
+    file = beam.get("file") if isinstance(beam, Mapping) else None
+    if isinstance(file, str):
+        with suppress(InputError, FileError):  # what is wrong with it is said by its own check
+            return load_beam(file)
+    return None
+
+
 def find_beam_mu(blade: Mapping[str, Any], mu: tuple[float, ...]) -> tuple[float, ...]:
     """Damping of each strain by ``blade.beam.file``, or of the turbine's file.
 
@@ -29,10 +43,23 @@ def find_beam_mu(blade: Mapping[str, Any], mu: tuple[float, ...]) -> tuple[float
         blade: The table of the blades.
         mu: Those of the turbine's file.
     """
-    beam = blade.get("beam")
-    file = beam.get("file") if isinstance(beam, Mapping) else None
-    if not isinstance(file, str):
-        return mu
-    with suppress(InputError, FileError):  # what is wrong with it is said by its own check
-        mu = tuple(float(x) for x in load_beam(file).sections.viscosity)
-    return mu
+    found = find_beam(blade)
+    return mu if found is None else tuple(float(x) for x in found.sections.viscosity)
+
+
+def add_beam(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Nested tables of a case without ``turbine.file``, with what ``blade.beam.file`` has below.
+
+    These are the length of the blades and their damping, as far as the case has none.
+    """
+    blade = data.get("blade") if isinstance(data, Mapping) else None
+    if not isinstance(blade, Mapping) or blade.get("model") != "beam":
+        return data
+    found = find_beam(blade)
+    if found is None:
+        return data
+    below: dict[str, Any] = {"length": found.line.length}
+    mu = find_beam_mu(blade, ())
+    if any(mu):
+        below["damping"] = {"mu": list(mu)}
+    return {**data, "blade": {**below, **blade}}

@@ -46,12 +46,12 @@ class BladeStructure:
 
 
 def find_structure(case: Tables) -> BladeStructure:
-    """The structure of the blades of a case with ``turbine.file``."""
-    assert case.turbine.file is not None
-    turbine, mu = load_turbine(case.turbine.file), np.array(case.blade.damping.mu or (0.0,) * 6)
-    if case.blade.beam.file is None or not case.has_beam_blades:
-        return _read_windio(turbine, mu)
-    blade = load_beam(case.blade.beam.file)
+    """The structure of beam blades, or of blades of a ``turbine.file`` with section matrices."""
+    file, mu = case.blade.beam.file, np.array(case.blade.damping.mu or (0.0,) * 6)
+    if file is None or not case.has_beam_blades:
+        assert case.turbine.file is not None
+        return _read_windio(load_turbine(case.turbine.file), mu)
+    blade = load_beam(file)
     s = blade.sections
     return BladeStructure(blade.line, s.stations, s.stiffness, s.inertia, mu)
 

@@ -24,7 +24,7 @@ from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.turbine.case.beam_file import find_beam_mu
+from turbine_fenicsx.turbine.case.beam_file import add_beam, find_beam_mu
 from turbine_fenicsx.turbine.case.turbine_control import (
     GeneratorShaft,
     design_control,
@@ -180,14 +180,14 @@ def _tabulate_part(part: RigidPart) -> dict[str, Any]:
 
 
 def add_file(data: Mapping[str, Any], folder: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Nested tables of a case with those of its file, if it names one, below them.
+    """Nested tables of a case with those of its files, if it names any, below them.
 
     Args:
         folder: Where the file is looked for before the examples of windIO.
     """
     file = _find_file(data)
     if file is None:
-        return data
+        return add_beam(data)
     from turbine_fenicsx.windio import find_turbine_file
 
     name = str(find_turbine_file(file, folder))

@@ -15,13 +15,14 @@ from turbine_fenicsx.meshing import mesh_tower
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.meshing.topology import count_nodes
 from turbine_fenicsx.meshing.tower import BOTTOM, TOP
-from turbine_fenicsx.turbine.blades.beam_blades import BeamBlades
+from turbine_fenicsx.turbine.blades.beam_blades import OF_INTERFACE, OF_NODE, BeamBlades
 from turbine_fenicsx.turbine.blades.blade_mesh import examine_blades
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.rotor_plan import RotorPlan, plan_rotor
 from turbine_fenicsx.turbine.blades.single_blade import list_unequal_blades
 from turbine_fenicsx.turbine.blades.station_check import list_station_mistakes
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.beam_tower import find_sections
 from turbine_fenicsx.turbine.components.model import assemble, list_components
 from turbine_fenicsx.turbine.components.tower import tower_geometry
 
@@ -120,7 +121,16 @@ def describe_tower(case: Case) -> list[str]:
     if not case.tower.flexible:
         return []
     t = case.tower
-    mesh = mesh_tower(tower_geometry(t), t.elements, t.degree)
+    geometry = tower_geometry(t)
+    if case.has_beam_tower:
+        e = t.beam
+        unknowns = 2 * OF_INTERFACE + OF_NODE * (e.elements * e.degree - 1)
+        return [
+            f"beam of {e.elements} elements of degree {e.degree}: mass of the tower "
+            f"{find_sections(t, geometry).mass / 1e3:.6g} t",
+            f"unknowns: {unknowns} displacements of the tower",
+        ]
+    mesh = mesh_tower(geometry, t.elements, t.degree)
     report = mesh.examine()
     return [
         str(report),

@@ -29,7 +29,7 @@ class BeamCase(BeamElementsCase):
 
     file: Annotated[str | None, DataFile("file of a beam", parts=list_beam_parts)] = None
     """Primary file of BeamDyn, or ``.htc`` file of HAWC2 with the body ``blade1``: axis and
-    matrices of the blades, in place of those of ``turbine.file``."""
+    matrices of the blades, in place of those of ``turbine.file``, which then may be missing."""
 
 
 class TowerBeamCase(BeamElementsCase):

@@ -42,6 +42,8 @@ _OF_FILE = (
     Beside("mesh.file", say="on the run beside mesh.file"),
 )
 
+_NO_BEAM = Unless("model", "beam")
+
 Fractions = tuple[Annotated[Number, NotNegative], ...]
 Widths = tuple[Annotated[Metres, Positive], ...]
 
@@ -81,23 +83,24 @@ class BladeCase(Section):
     """Full width along the chord, one for each station."""
     thickness: Annotated[Widths, *_OF_FILE, Plausible(0.02, 15.0, whole=True)] = (1.8, 1.5, 0.2)
     """Full width across the chord, one for each station."""
-    wall: Annotated[Widths | None, *_OF_FILE, Plausible(5e-4, 0.5, whole=True)] = None
+    wall: Annotated[Widths | None, *_OF_FILE, _NO_BEAM, Plausible(5e-4, 0.5, whole=True)] = None
     """Thickness of the wall of hollow blades, one for each station; none: they are solid."""
     twist: Annotated[
         tuple[Annotated[Radians, Field(ge=-pi, le=pi)], ...] | None,
         *_OF_FILE,
+        _NO_BEAM,
         Plausible(1.0 * DEGREE, 50.0 * DEGREE, whole=True),
     ] = None
     """Angle by which the leading edge is turned upwind, as in OpenFAST, one for each station;
     none: no twist."""
-    layup: Annotated[
-        Literal["homogenised", "laminate"], With("turbine.file"), Unless("model", "beam")
-    ] = "homogenised"
+    layup: Annotated[Literal["homogenised", "laminate"], With("turbine.file"), _NO_BEAM] = (
+        "homogenised"
+    )
     """Walls of blades of ``turbine.file``: with the in-plane stiffness of their plies, or with
     their bending stiffness too."""
     model: Annotated[Literal["full", "reduced", "beam"], Only("turbine.model", "hybrid")] = "full"
     """Blades on their whole mesh; as some dozen functions of it move, see howto/reduced_turbine; or
-    as beams of the section matrices of ``turbine.file``, see howto/beam_turbine."""
+    as beams of section matrices, see howto/beam_turbine."""
     beam: Annotated[BeamCase, Only("model", "beam")] = BeamCase()
     reduction: Annotated[ReductionCase, Only("model", "reduced")] = ReductionCase()
     damping: Annotated[BladeDamping, Only("turbine.model", "hybrid")] = BladeDampingCase()
@@ -114,15 +117,24 @@ class BladeCase(Section):
 
         return BladeGeometry(**self.model_dump(include=set(SHAPE)))
 
-    @check("model", "turbine.model", "turbine.file", "mesh.file", "material.law", "time.scheme")
+    @check(
+        "model",
+        "beam.file",
+        "turbine.model",
+        "turbine.file",
+        "mesh.file",
+        "material.law",
+        "time.scheme",
+    )
     def _check_model(self, case: Any) -> str:
         """The law of reduced blades is quadratic in the strain, and their scheme conserves."""
         if self.model == "full" or case.turbine.model == "rigid":
             return ""
         law, scheme = case.material.law, case.time.scheme
-        if self.model == "beam" and (case.turbine.file is None or case.mesh.file is not None):
-            given = "without turbine.file" if case.turbine.file is None else "beside mesh.file"
-            return f'blade.model = "beam": expected turbine.file alone, got it {given}'
+        if self.model == "beam" and case.mesh.file is not None:
+            return 'blade.model = "beam": expected none beside mesh.file'
+        if self.model == "beam" and self.beam.file is None and case.turbine.file is None:
+            return 'blade.model = "beam": expected turbine.file or blade.beam.file'
         if self.model == "reduced" and law not in QUADRATIC:
             return (
                 f'blade.model = "reduced": expected a material.law that is quadratic in the '
@@ -191,7 +203,8 @@ class BladeCase(Section):
         """The roots of three built-in blades do not overlap."""
         width = max(self.chord[0], self.thickness[0])
         needed = width / 2.0 / tan(pi / 3.0) / cos(case.turbine.precone)
-        if not case.has_solid_blades or case.mesh.file or self.hub_radius >= needed:
+        given = case.turbine.file is not None or case.mesh.file is not None
+        if given or case.turbine.model == "rigid" or self.hub_radius >= needed:
             return ""
         return (
             f"blade.hub_radius = {self.hub_radius:g}: three blades that are {width:g} m wide at "
@@ -213,7 +226,7 @@ class BladeCase(Section):
             return
         if case.turbine.model == "rigid":
             yield from find_mass_warning(case.turbine.blade.mass, self.length)
-        elif case.mesh.file is None:
+        elif case.mesh.file is None and self.model != "beam":
             shape = self.geometry()
             mass = shape.volume * case.material.density
             yield from find_mass_warning(mass, shape.length, SOLID)

@@ -8,14 +8,15 @@ import numpy as np
 
 from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Density, Number, Pascal, Viscosity
-from turbine_fenicsx.case.rules import NotBeside, Only
+from turbine_fenicsx.case.rules import NotBeside, Only, Unless
 from turbine_fenicsx.case.section import Finite, NotNegative, Positive, Section
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.plausible import Plausible
 
 _OF_FILE = NotBeside("turbine.file", "which has the layup of the blades")
-_FIBRES = (_OF_FILE, Only("law", "transversely_isotropic", "transversely_isotropic_finite"))
-_ISOTROPIC = (_OF_FILE, Only("law", "st_venant_kirchhoff", "neo_hooke"))
+_OWN = (_OF_FILE, Unless("blade.model", "beam"))
+_FIBRES = (*_OWN, Only("law", "transversely_isotropic", "transversely_isotropic_finite"))
+_ISOTROPIC = (*_OWN, Only("law", "st_venant_kirchhoff", "neo_hooke"))
 
 _MODULUS = Plausible(1e6, 2e12)
 
@@ -40,7 +41,7 @@ class MaterialCase(Section):
         "windio",
     ] = "transversely_isotropic"
     """Strain energy; ``"windio"`` is the layup of ``turbine.file``."""
-    density: Annotated[Density, Positive, _OF_FILE, Plausible(20.0, 2e4)] = 1500.0
+    density: Annotated[Density, Positive, *_OWN, Plausible(20.0, 2e4)] = 1500.0
     """Density in the initial configuration."""
     young: Annotated[Moduli, *_FIBRES, _MODULUS] = (
         45e9,

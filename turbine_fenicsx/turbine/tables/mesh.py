@@ -21,8 +21,9 @@ _OF_FILE = NotBeside(
 )
 _MADE = Beside("file")
 _WALL = Beside("blade.wall", say="beside blade.wall, which takes quadratic hexahedra")
-_SOLID = (_OF_FILE, _MADE, _WALL)
-_HOLLOW = With("blade.wall", "turbine.file")
+_NO_BEAM = Unless("blade.model", "beam")
+_SOLID = (_OF_FILE, _MADE, _WALL, _NO_BEAM)
+_HOLLOW = With("blade.wall", "turbine.file", "blade.beam.file")
 
 
 class MeshCase(Section):
@@ -38,7 +39,7 @@ class MeshCase(Section):
     """Numbers of elements along chord, thickness and span."""
     size: Annotated[Annotated[Metres, Positive] | None, *_SOLID] = None
     """Target length of element edges; takes the place of ``elements``."""
-    degree: Annotated[Degree, _OF_FILE, AnyOf(_WALL, With("file"))] = 1
+    degree: Annotated[Degree, _OF_FILE, AnyOf(_WALL, With("file")), _NO_BEAM] = 1
     """Polynomial degree of the displacement."""
     geometry_degree: Annotated[Degree, *_SOLID] = 1
     """2 for curved cells, with ``degree = 2`` only."""
@@ -46,9 +47,7 @@ class MeshCase(Section):
     """Number of elements of hollow blades along the span."""
     around: Annotated[Count, _MADE, _HOLLOW] = 24
     """Number of elements of hollow blades around a section, webs not counted."""
-    tip: Annotated[
-        Literal["closed", "open"], _MADE, With("turbine.file"), Unless("blade.model", "beam")
-    ] = "closed"
+    tip: Annotated[Literal["closed", "open"], _MADE, With("turbine.file"), _NO_BEAM] = "closed"
     """End of the blades of ``turbine.file``: ``"closed"`` by a plate, or ``"open"``, see
     howto/real_turbine."""
     file: Annotated[str | None, DataFile("mesh"), Only("turbine.model", "hybrid")] = None
@@ -65,7 +64,7 @@ class MeshCase(Section):
         if self.size:
             key, value = "size", f"{self.size:g}"
         keys = f"mesh.{key} = {value}"
-        if case.turbine.file or b.wall:
+        if case.turbine.file or b.wall or b.model == "beam":
             count = float(self.span * self.around)
             keys = f"mesh.span = {self.span} and mesh.around = {self.around}"
         elif self.cell == "tetrahedron":

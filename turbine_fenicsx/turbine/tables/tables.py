@@ -68,8 +68,9 @@ class Tables(Section):
 
     @property
     def has_solid_blades(self) -> bool:
-        """Whether the blades are flexible and described by the case alone."""
-        return self.turbine.model == "hybrid" and self.turbine.file is None
+        """Whether the blades are flexible and of one material, as the case describes them."""
+        flexible = self.turbine.model == "hybrid" and self.turbine.file is None
+        return flexible and self.blade.model != "beam"
 
     @property
     def has_reduced_blades(self) -> bool:

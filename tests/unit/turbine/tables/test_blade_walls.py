@@ -54,8 +54,8 @@ def test_keys_of_other_meshes_have_no_effect():
     assert Case.parse(HOLLOW | rest).warnings == []
     solid = Case.parse({"mesh": {"span": 6, "around": 8}}).warnings
     assert solid == [
-        "mesh.span has no effect without blade.wall or turbine.file",
-        "mesh.around has no effect without blade.wall or turbine.file",
+        "mesh.span has no effect without blade.wall or turbine.file or blade.beam.file",
+        "mesh.around has no effect without blade.wall or turbine.file or blade.beam.file",
     ]
     mesh = {"degree": 1, "size": 1.0, "elements": [2, 2, 4], "tip": "open"} | HOLLOW["mesh"]
     hollow = Case.parse({"blade": HOLLOW["blade"], "mesh": mesh} | rest).warnings
