@@ -21,13 +21,17 @@ from turbine_fenicsx import (
     VtkHdfFile,
     box_carrier,
     build_turbine,
+    equilibrium,
     modes,
     restart_case,
     run_case,
 )
+from turbine_fenicsx.analysis.mode import Motion
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.modes.slender_parts import find_slender_parts
 from turbine_fenicsx.turbine.run.inspection import list_damping_mistakes
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
@@ -365,3 +369,25 @@ def test_the_rotor_of_iea22_in_steady_wind_is_between_hawc2_and_openfast(wind, t
     columns = ("aero_power_[W]", "aero_thrust_[N]", "root_moment_1_y_[Nm]", "tip_flap_1_[m]")
     for name, unit, (low, high) in zip(columns, (1e6, 1e6, 1e6, 1.0), wanted, strict=True):
         assert 0.98 * low < seen[name][-1] / unit < 1.02 * high, name
+
+
+def test_blades_that_turn_with_the_rotor_as_they_are_bent_have_no_shape_of_their_own(path):
+    """Modes are named by the motion of blades relative to the rotor, also where weight bends."""
+    calm = ["turbine.rotor_speed=0", "wind.speed=0", "time.start=equilibrium"]
+    case = Case.load(path, [*calm, "loads.gravity=300", "tower.flexible=false"])
+    turbine = build_turbine(case, COMM)
+    system = turbine.system
+    state = equilibrium(system, held=system.joint_coordinate_names)
+    axis, centre = np.array(turbine.rotor.layout.axis), np.array(turbine.rotor.layout.centre)
+    motion = state.copy()
+    for model, u, du in zip(system.flexible_models, state.u, motion.u, strict=True):
+        at = model.positions + u.array.reshape(-1, 3) - np.outer(model.is_point, centre)
+        du.array[:] = np.cross(axis, at).ravel()
+    for k in range(0, len(state.q), 12):
+        at = state.q[k : k + 12].reshape(4, 3) - np.outer([1.0, 0.0, 0.0, 0.0], centre)
+        motion.q[k : k + 12] = np.cross(axis, at).ravel()
+    whole = Motion(motion.q, motion.joint_coordinates, motion.u)
+    parts = find_slender_parts(turbine, state)
+    for name in BLADES:
+        moved = parts[name].sections.motion(parts[name].sections.positions)
+        assert np.abs(parts[name].shape(whole)).max() < 1e-9 * np.abs(moved).max()

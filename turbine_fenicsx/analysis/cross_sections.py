@@ -34,7 +34,7 @@ class CrossSections:
 
     Attributes:
         nodes: The nodes.
-        positions: Their initial positions, shape (n, 3) [m].
+        positions: Where they are in that state, shape (n, 3) [m].
         stations: Where the middles of the stations are along the axis z, shape (stations,) [m].
 
     Note:
@@ -46,16 +46,16 @@ class CrossSections:
     ) -> None:
         self._comm, self._axes = system.comm, axes
         self.nodes = PieceNodes(system, piece)
-        self.positions = self.nodes.positions
-        x = self.positions + self.nodes.displacements(state.u[piece.body])
-        z, mass = self.positions @ along, self.nodes.masses
+        X, mass = self.nodes.positions, self.nodes.masses
+        self.positions = X + self.nodes.displacements(state.u[piece.body])
+        z = X @ along
         low, high = self._find_ends(z)
         place = (z - low) / (high - low) * (STATIONS - 1)
         weights = np.clip(1.0 - np.abs(place - np.arange(STATIONS)[:, None]), 0.0, 1.0) * mass
         W = sum_over_ranks(self._comm, weights.sum(axis=1))
         occupied = W > 1e-9 * W.sum()
         self._weights, W = weights[occupied], W[occupied]
-        local = x @ axes.T
+        local = self.positions @ axes.T
         middles = sum_over_ranks(self._comm, self._weights @ local) / W[:, None]
         arms = local - middles[:, None, :]
         self._arms = self._weights[:, :, None] * arms

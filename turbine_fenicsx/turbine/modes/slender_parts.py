@@ -26,13 +26,15 @@ class SlenderPart:
     """A blade as seen from what carries its root, or the tower as seen from the ground.
 
     Args:
-        carrier: The rigid body at its root; None is the ground.
+        arms: Where its nodes are in that state, along the directors of the body that carries its
+            root, shape (n, 3) [m]; None on the ground.
+        first: First coordinate of that body.
     """
 
     piece: Piece
     sections: CrossSections
-    carrier: RigidBody | None
-    first: int
+    arms: Array | None = None
+    first: int = 0
 
     def shape(self, motion: Motion) -> Array:
         """Motion of the cross-sections relative to the parent body, see `CrossSections.motion`.
@@ -41,10 +43,9 @@ class SlenderPart:
             Motion along x, y, z and about z, shape (stations, 4). Collective.
         """
         own = self.sections.nodes.displacements(motion.u[self.piece.body])
-        if self.carrier is not None:
-            xi = self.carrier.body_coordinates(self.sections.positions)
+        if self.arms is not None:
             carried = motion.q[self.first : self.first + 12].reshape(4, 3)
-            own = own - np.column_stack([np.ones(len(xi)), xi]) @ carried
+            own = own - carried[0] - self.arms @ carried[1:]
         return self.sections.motion(own)
 
     def complex_shape(self, mode: Mode) -> Array:
@@ -76,12 +77,14 @@ def _make_part(
     system: MultibodySystem, state: State, piece: Piece, axes: Array, carrier: RigidBody | None
 ) -> SlenderPart:
     """A part with axes that have turned with its parent body."""
-    turned, first = axes, 0
-    if carrier is not None:
-        first = system.first_coordinate[carrier]
-        R = state.q[first + 3 : first + 12].reshape(3, 3).T @ np.asarray(carrier.directors).T
-        turned = axes @ R.T
-    return SlenderPart(piece, CrossSections(system, state, piece, turned, axes[2]), carrier, first)
+    if carrier is None:
+        return SlenderPart(piece, CrossSections(system, state, piece, axes, axes[2]))
+    first = system.first_coordinate[carrier]
+    place = state.q[first : first + 12].reshape(4, 3)  # its centre, then its directors
+    turned = axes @ np.asarray(carrier.directors) @ place[1:]
+    sections = CrossSections(system, state, piece, turned, axes[2])
+    arms = (sections.positions - place[0]) @ place[1:].T
+    return SlenderPart(piece, sections, arms, first)
 
 
 def _find_blade(turbine: Turbine, body: int, blade: int) -> Piece:
