@@ -199,7 +199,12 @@ def test_a_motion_of_another_basis_is_refused(out, capfd):
     head = json.loads((out / "motion.json").read_text())
     head["bodies"][0]["meaning"] = "0123456789abcdef"
     (out / "motion.json").write_text(json.dumps(head))
-    is_refused(["recover", str(out)], capfd, "motion.bin' does not belong to", "basis_blades.npz")
+    is_refused(
+        ["recover", str(out)],
+        capfd,
+        "motion.bin' does not belong to",
+        "functions, or numbers of copies, of their bases differ",
+    )
 
 
 def test_a_run_without_reduced_blades_is_told_where_its_fields_are(out, capfd):

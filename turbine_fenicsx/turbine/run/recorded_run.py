@@ -63,10 +63,9 @@ class RecordedRun:
         run = cls(path, turbine, motion)
         for name, model in run.reduced.items():
             if describe_body(model) not in motion.bodies:
-                basis = path / f"basis_{name}.npz"
                 raise InputError(
-                    f"{str(path / MOTION)!r} does not belong to {str(basis)!r}: their functions, "
-                    "or numbers of copies, differ"
+                    f"{str(path / MOTION)!r} does not belong to the {name} of {str(path)!r}: the "
+                    "functions, or numbers of copies, of their bases differ"
                 )
         return run
 
@@ -104,9 +103,12 @@ def _read(folder: str | os.PathLike[str], overrides: Sequence[str]) -> tuple[Pat
             f"the blades of {str(path)!r} are not reduced: its history.csv and fields.xdmf have "
             "what they have seen"
         )
-    reduced = {"blade": True, "tower": case.has_reduced_tower}
+    kept = {
+        "blade": not case.has_beam_blades,
+        "tower": case.has_reduced_tower and not case.has_beam_tower,
+    }
     for table, basis in BASES.items():
-        if reduced[table] and not (path / basis).exists():
+        if kept[table] and not (path / basis).exists():
             raise InputError(f"{str(path / basis)!r} is missing, which {MOTION} depends on")
     motion = read_motion(path / MOTION)
     if not len(motion.times):

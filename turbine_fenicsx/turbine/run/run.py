@@ -16,6 +16,7 @@ from typing import Any
 from mpi4py import MPI
 
 from turbine_fenicsx._version import __version__
+from turbine_fenicsx.bodies.beam_basis import BeamBasis
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation import timing
 from turbine_fenicsx.foundation.errors import InputError
@@ -260,7 +261,9 @@ def _run(
 
 
 def _write_bases(turbine: Turbine, folder: Path, resumed: Case | None) -> None:
-    """Write the bases of reduced bodies, which restarts and later evaluations need.
+    """Write the bases of reduced solids, which restarts and later evaluations need.
+
+    Those of beams follow from the case in no time.
 
     Args:
         resumed: The case of a resumed run, which has taken its bases from the folder unless they
@@ -270,8 +273,10 @@ def _write_bases(turbine: Turbine, folder: Path, resumed: Case | None) -> None:
     if resumed is not None:
         taken = (resumed.blade.reduction.file, resumed.tower.reduction.file)
     for body in turbine.system.flexible_bodies:
+        if not isinstance(body, ReducedBody) or isinstance(body.basis, BeamBasis):
+            continue
         path = folder / f"basis_{body.name}.npz"
-        if isinstance(body, ReducedBody) and str(path) not in taken:
+        if str(path) not in taken:
             on_rank0(turbine.comm, partial(write_basis, path, body.basis))
 
 
