@@ -24,7 +24,6 @@ from turbine_fenicsx import (
     equilibrium,
     modes,
     restart_case,
-    run_case,
 )
 from turbine_fenicsx.analysis.mode import Motion
 from turbine_fenicsx.foundation.errors import InputError
@@ -325,50 +324,6 @@ def test_a_tower_that_is_a_beam_has_the_frequencies_and_the_motion_of_a_tube(pat
     run_again = RecordedRun.open(out, COMM)
     assert set(run_again.reduced) == {"blades", "tower"}
     assert RunRecovery(run_again).motion.find_state(3).time == pytest.approx(0.3)
-
-
-STEADY = {
-    8.0: (4.92432, -0.97996, (9.8301, 9.8903), (2.0243, 2.0722), (61.302, 62.956), (16.43, 16.69)),
-    10.0: (6.1554, 0.73192, (18.2824, 18.3539), (2.621, 2.7104), (77.378, 80.17), (19.78, 20.24)),
-    20.0: (7.0611, 16.70423, (23.085, 23.1339), (1.371, 1.3738), (34.51, 35.16), (4.455, 4.815)),
-}
-"""Of the IEA 22 MW rotor by the wind [m/s]: speed [rpm] and pitch [deg] of HAWC2; from HAWC2 and
-OpenFAST power [MW], thrust [MN], moment My at the root [MN m] and flap of the tip [m]. Without tilt
-and weight; from IEAWindSystems/IEA-22-280-RWT, outputs/01_steady_states, Apache 2.0."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("wind", STEADY)
-def test_the_rotor_of_iea22_in_steady_wind_is_between_hawc2_and_openfast(wind, tmp_path):
-    speed, pitch, *wanted = STEADY[wind]
-    tables = {
-        "time": {"step": 0.05, "end": 30.0, "start": "turning"},
-        "wind": {"speed": wind, "shear": 0.0},
-        "turbine": {
-            "file": str(find_turbine("IEA-22-280-RWT.yaml")),
-            "rotor_speed": f"{speed} rpm",
-            "tilt": 0.0,
-            "numerical_dissipation": 0.1,
-            "hub": {"mass": 1.2e5, "inertia": [1e13] * 3},  # which keeps the speed
-        },
-        "aero": {"stations": 50, "tower_shadow": "none"},
-        "loads": {"gravity": 0.0},
-        "mesh": {"span": 20, "around": 24},
-        "blade": {"model": "beam"},
-        "pitch": {
-            "bearings": True,
-            "drive": "prescribed",
-            "initial": f"{pitch} deg",
-            "ring_mass": 1e4,
-        },
-        "tower": {"flexible": False},
-        "solver": {"tolerance": 1e-6},
-    }
-    run_case(Case.parse(tables), tmp_path / "out", COMM, "none")
-    seen = read(tmp_path / "out")
-    columns = ("aero_power_[W]", "aero_thrust_[N]", "root_moment_1_y_[Nm]", "tip_flap_1_[m]")
-    for name, unit, (low, high) in zip(columns, (1e6, 1e6, 1e6, 1.0), wanted, strict=True):
-        assert 0.98 * low < seen[name][-1] / unit < 1.02 * high, name
 
 
 def test_blades_that_turn_with_the_rotor_as_they_are_bent_have_no_shape_of_their_own(path):

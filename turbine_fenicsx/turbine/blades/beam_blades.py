@@ -71,8 +71,10 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
         if file is None:
             skin = BeamSkin(b.geometry(), _place_line(structure.line, b.hub_radius))
             return cls(skin, structure, m.span, m.around, b.beam)
-        blade = on_rank0(comm, lambda: load_turbine(file).blade)
-        return cls(replace(blade, hub_radius=b.hub_radius), structure, m.span, m.around, b.beam)
+        blade = replace(on_rank0(comm, lambda: load_turbine(file).blade), hub_radius=b.hub_radius)
+        if case.has_beam_blades and b.beam.taper:
+            structure = on_rank0(comm, lambda: _incline(structure, blade))
+        return cls(blade, structure, m.span, m.around, b.beam)
 
     @cached_property
     def line(self) -> BeamLine:
@@ -141,6 +143,15 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
     def make_body(self, name: str, mesh: LoadedMesh, axes: tuple[Any, Any, Any]) -> NoReturn:
         """There is no body of a material."""
         raise ModelError(f"{name!r} is a beam of section matrices: no material of it is known")
+
+
+def _incline(structure: BladeStructure, blade: WindIOBlade) -> BladeStructure:
+    """The structure of a blade whose walls are inclined."""
+    from turbine_fenicsx.turbine.blades.inclined_walls import find_inclination
+
+    line = _place_line(structure.line, blade.hub_radius)
+    more = find_inclination(blade, line, structure.stations)
+    return replace(structure, stiffness=structure.stiffness + more)
 
 
 def _place_line(line: BeamLine, hub_radius: float) -> BeamLine:

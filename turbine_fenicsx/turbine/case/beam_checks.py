@@ -59,6 +59,19 @@ def _check_layup(case: Tables) -> str:
     )
 
 
+def _check_taper(case: Tables) -> str:
+    """Walls that are inclined have a layup."""
+    file = case.turbine.file
+    if not (case.has_beam_blades and case.blade.beam.taper) or file is None:
+        return ""
+    if load_turbine(file).blade.has_layup:
+        return ""
+    return (
+        "blade.beam.taper: expected a file with components.blade.structure.layers, which "
+        f"{quote(Path(file).name)} does not have"
+    )
+
+
 def _check_tower_file(case: Tables) -> str:
     """The file of a tower can be read."""
     file = case.tower.beam.file
@@ -76,6 +89,7 @@ def _check_tower_file(case: Tables) -> str:
 BEAM_CHECKS = (
     Check(("tower.beam.file", "tower.model", "tower.height", "blade.model"), _check_tower_file),
     Check(("blade.model", "blade.beam.file", "turbine.file", "turbine.model"), _check_layup),
+    Check(("blade.beam.taper", "blade.model", "turbine.file", "turbine.model"), _check_taper),
     Check(
         ("blade.beam.file", "blade.model", "blade.length", "turbine.file", "turbine.model"),
         _check_beam_file,

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from turbine_fenicsx.case.files import DataFile
 from turbine_fenicsx.case.quantities import Number, Whole
+from turbine_fenicsx.case.rules import With
 from turbine_fenicsx.case.section import Section
 from turbine_fenicsx.turbine.tables.named_files import list_beam_parts
 
@@ -30,6 +31,9 @@ class BeamCase(BeamElementsCase):
     file: Annotated[str | None, DataFile("file of a beam", parts=list_beam_parts)] = None
     """Primary file of BeamDyn, or ``.htc`` file of HAWC2 with the body ``blade1``: axis and
     matrices of the blades, in place of those of ``turbine.file``, which then may be missing."""
+    taper: Annotated[bool, With("turbine.file")] = False
+    """Whether bending turns sections where walls of the layup of ``turbine.file`` are inclined,
+    which prismatic matrices leave out, see theory/beams."""
 
 
 class TowerBeamCase(BeamElementsCase):
