@@ -146,6 +146,8 @@ class BeamElements:
             step = np.sum((X - r) * normal, axis=1)
             step = np.clip(s + step, 0.0, self.line.length) - s
             s = s + step
+            if np.max(np.abs(step), initial=0.0) <= 1e-14 * self.line.length:
+                break
         if np.max(np.abs(step), initial=0.0) > 1e-6 * self.line.length:
             raise ModelError("points are too far from the axis of the beam: its sections cross")
         r, d = self.interpolate(s)

@@ -24,15 +24,13 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.laminate_theory import Plies, laminate_stiffness
 from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.hollow_ends import HEXAHEDRON
+from turbine_fenicsx.reduction.beam_elements import BeamElements
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.turbine.blades.wall_cells import WallCells
 from turbine_fenicsx.windio.blade import WindIOBlade
 
 SPAN, AROUND = 40, 32
 """Elements of the mesh whose cells are the pieces of wall."""
-
-PROJECTIONS = 8
-"""Steps that find the section of a point on a slender, slightly curved axis to round-off."""
 
 
 def find_inclination(blade: WindIOBlade, line: BeamLine, stations: Array) -> Array:
@@ -55,10 +53,10 @@ def find_inclination(blade: WindIOBlade, line: BeamLine, stations: Array) -> Arr
     middle, along = X[:, at[1, 1, 1]], X[:, at[2, 1, 1]] - X[:, at[0, 1, 1]]
     around = X[:, at[1, 2, 1]] - X[:, at[1, 0, 1]]
     w *= np.linalg.norm(np.cross(along, around), axis=1) / np.linalg.norm(along, axis=1)
-    s = _find_sections(line, middle)
-    r, d = line.at(s)
+    sections = BeamElements(line, SPAN, 1)
+    s, x, y = sections.locate(middle)
+    _, d = line.at(s)
     normal = np.cross(d[:, 0], d[:, 1])
-    x, y = np.einsum("kai,ki->ak", d, middle - r)
     a, b = np.einsum("kai,ki->ak", d, along) / np.sum(normal * along, axis=1)
     one, none = np.ones_like(x), np.zeros_like(x)
     g = np.stack([a, b, one, y, -x, x * b - y * a])
@@ -77,13 +75,3 @@ def _stretch_stiffness(plies: Plies) -> float:
     """Stiffness along the span of a wall that is free across, over its width [N/m]."""
     A = laminate_stiffness(plies)[0]
     return float(1.0 / np.linalg.inv(A)[0, 0])
-
-
-def _find_sections(line: BeamLine, points: Array) -> Array:
-    """Arc lengths of the sections in which points lie."""
-    s = points[:, 0] - line.at(np.array([0.0]))[0][0, 0]
-    for _ in range(PROJECTIONS):
-        s = np.clip(s, 0.0, line.length)
-        r, d = line.at(s)
-        s = s + np.sum(np.cross(d[:, 0], d[:, 1]) * (points - r), axis=1)
-    return np.asarray(np.clip(s, 0.0, line.length))
