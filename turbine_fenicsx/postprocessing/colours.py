@@ -5,17 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-STRESSES = ("von_mises_stress", "cauchy_stress_norm")
+STRESS, DEFLECTION = "von_mises_stress", "deflection"
+
+OF_FLEXIBLE_PARTS = (STRESS, "cauchy_stress_norm", DEFLECTION)
 """Fields that rigid parts do not have; each body has its own scale of them."""
 
 DEFAULT_FIELD = "default"
-"""Stands for von Mises stress, or for displacement where there is no stress, as of beams."""
+"""Stands for von Mises stress, or for the deflection where there is no stress, as of beams."""
 
 LABELS = {
     "von_mises_stress": ("von Mises stress", "MPa", 1e-6),
     "cauchy_stress_norm": ("Cauchy stress norm", "MPa", 1e-6),
     "tsai_wu": ("failure index (Tsai-Wu)", "", 1.0),
     "displacement": ("displacement", "m", 1.0),
+    DEFLECTION: ("deflection", "m", 1.0),
     "velocity": ("velocity", "m/s", 1.0),
 }
 """Field to its name, the unit of the legend, and the factor to that unit."""

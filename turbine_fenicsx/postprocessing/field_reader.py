@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.rotations import nearest_rotation
+from turbine_fenicsx.postprocessing.colours import DEFLECTION
 from turbine_fenicsx.records.parts import Part, Parts
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
@@ -58,6 +59,33 @@ def fit_motion(before: Points, after: Points) -> RigidMotion:
     return RigidMotion(nearest_rotation((after - end).T @ (before - start)), start, end)
 
 
+def find_deflections(
+    x: Points,
+    u: Points,
+    coupling: NDArray[np.int32],
+    points_of: Callable[[int], NDArray[np.bool_]],
+    parts: Parts,
+) -> Points:
+    """How far points of flexible parts are from those of a rigid part on the same root.
+
+    Args:
+        x: Present positions, shape (n, 3) [m].
+        u: Displacements, shape (n, 3) [m].
+        coupling: Number of the coupling that holds a point, 0 for none, shape (n,).
+        points_of: Which points a part has, by its number; shape (n,) of bool.
+
+    Returns:
+        Shape (n, 3), zero for rigid parts [m].
+    """
+    X, found = x - u, np.zeros_like(x)
+    for number in (p.number for p in parts.parts if p.stands_on is None):
+        mine = points_of(number)
+        roots = mine & np.isin(coupling, list(parts.roots))
+        fixed = roots if span_a_plane(X[roots]) else mine
+        found[mine] = x[mine] - fit_motion(X[fixed], x[fixed])(X[mine])
+    return found
+
+
 def exaggerate(
     x: Points,
     u: Points,
@@ -69,16 +97,14 @@ def exaggerate(
     """Points with the deformation of the flexible parts multiplied.
 
     Args:
-        x: Present positions, shape (n, 3) [m].
-        u: Displacements, shape (n, 3) [m].
-        coupling: Number of the coupling that holds a point, 0 for none, shape (n,).
-        points_of: Which points a part has, by its number; shape (n,) of bool.
+        x, u, coupling, points_of: As of `find_deflections`.
         scale: Factor of the deformation; 1 shows it as it is, 0 none.
 
     Returns:
         Positions, shape (n, 3) [m].
     """
-    X, moved = x - u, x.copy()
+    more = (scale - 1.0) * find_deflections(x, u, coupling, points_of, parts)
+    moved = x.copy()
     rides: dict[int, RigidMotion] = {0: STILL}  # with the number of what one stands on
     flexible = [p.number for p in parts.parts if p.stands_on is None]
     mine = {number: points_of(number) for number in flexible}
@@ -86,13 +112,10 @@ def exaggerate(
     while flexible:
         number = next(n for n in flexible if _find_ground(held[n], parts.roots) in rides)
         flexible.remove(number)
-        ride = rides[_find_ground(held[number], parts.roots)]
-        roots = mine[number] & np.isin(coupling, list(parts.roots))
-        fixed = roots if span_a_plane(X[roots]) else mine[number]
-        rigid = fit_motion(X[fixed], x[fixed])(X[mine[number]])
-        moved[mine[number]] = ride(rigid + scale * (x[mine[number]] - rigid))
+        ride, own = rides[_find_ground(held[number], parts.roots)], mine[number]
+        moved[own] = ride(x[own] + more[own])
         for head in held[number] - set(parts.roots):
-            there = mine[number] & (coupling == head)
+            there = own & (coupling == head)
             rides[head] = fit_motion(x[there], moved[there])
     for part in parts.parts:
         if part.stands_on:
@@ -177,12 +200,13 @@ class FieldReader:
 
     Attributes:
         times: Times written [s].
+        deflects: Whether grids get the field `DEFLECTION`.
     """
 
     def __init__(self, path: str, parts: Parts, scale: float = 1.0) -> None:
         self._grids = open_grids(path)
         self.times = self._grids.times
-        self._parts, self._scale = parts, scale
+        self._parts, self._scale, self.deflects = parts, scale, False
         first = self._read(0)
         part = np.asarray(first.cell_data["part"])
         self._cells = {p.number: np.flatnonzero(part == p.number) for p in parts.parts}
@@ -190,17 +214,19 @@ class FieldReader:
     def grid(self, step: int) -> Any:
         """The grid of one time."""
         grid = self._read(step)
+        if self._scale == 1.0 and not self.deflects:
+            return grid
+        x, u = (np.asarray(a, dtype=float) for a in (grid.points, grid.point_data["displacement"]))
+        coupling = np.asarray(grid.point_data["coupling"])
+
+        def points_of(number: int) -> NDArray[np.bool_]:
+            found = np.zeros(len(x), dtype=bool)
+            found[grid.extract_cells(self._cells[number]).point_data[_POINTS]] = True
+            return found
+
+        if self.deflects:
+            grid.point_data[DEFLECTION] = find_deflections(x, u, coupling, points_of, self._parts)
         if self._scale != 1.0:
-            x, u = (
-                np.asarray(a, dtype=float) for a in (grid.points, grid.point_data["displacement"])
-            )
-            coupling = np.asarray(grid.point_data["coupling"])
-
-            def points_of(number: int) -> NDArray[np.bool_]:
-                found = np.zeros(len(x), dtype=bool)
-                found[grid.extract_cells(self._cells[number]).point_data[_POINTS]] = True
-                return found
-
             grid.points = exaggerate(x, u, coupling, points_of, self._parts, self._scale)
         return grid
 
@@ -235,7 +261,7 @@ class FieldReader:
     def field_names(self) -> list[str]:
         """Names of the fields."""
         grid = self._read(0)
-        return sorted({*grid.point_data, *grid.cell_data})
+        return sorted({*grid.point_data, *grid.cell_data, DEFLECTION})
 
     def _read(self, step: int) -> Any:
         """The grid as it is written."""

@@ -35,7 +35,7 @@ class Look:
 
     Args:
         scalar: Point or cell field that colours it; of a vector its length. `DEFAULT_FIELD` is
-            stress, or displacement where there is none. With None parts are plain, as rigid ones
+            stress, or the deflection where there is none. With None parts are plain, as rigid ones
             always are under stress.
         scale: Factor of the deformation of flexible parts relative to what carries them.
         view: One of `turbine_fenicsx.postprocessing.camera.VIEWS`.

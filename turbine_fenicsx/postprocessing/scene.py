@@ -51,16 +51,14 @@ class Scene:
 
         self._parts = Parts.from_text(job["parts"])
         self._reader: FieldReader
-        if job["titles"]:
-            self._reader = ModeReader(job["fields"], self._parts, job["scale"])
-        else:
-            self._reader = FieldReader(job["fields"], self._parts, job["scale"])
+        kind = ModeReader if job["titles"] else FieldReader
+        self._reader = kind(job["fields"], self._parts, job["scale"])
         self._job, self._size = job, tuple(job["size"])
         self._scalar = job["scalar"]
         names = self._reader.field_names()
         if self._scalar == colours.DEFAULT_FIELD:
-            stress = colours.STRESSES[0]
-            self._scalar = stress if stress in names else "displacement"
+            self._scalar = colours.STRESS if colours.STRESS in names else colours.DEFLECTION
+        self._reader.deflects = self._scalar == colours.DEFLECTION
         if self._scalar not in (None, *names):
             shown = [name for name in names if not name.startswith("vtk")]
             raise InputError(f"there is no field '{self._scalar}', but {', '.join(shown)}")
@@ -239,14 +237,15 @@ def colour_parts(
         if not any(_fits(part, [pattern]) for part in parts.parts):
             names = ", ".join(dict.fromkeys(n for p in parts.parts for n in (p.name, p.body)))
             raise InputError(f"there is no part '{pattern}', but {names}")
-    stress = field in colours.STRESSES
+    of_flexible = field in colours.OF_FLEXIBLE_PARTS
     found = [
         part
         for part in parts.parts
-        if (not patterns or _fits(part, patterns)) and not (stress and part.stands_on is not None)
+        if (not patterns or _fits(part, patterns))
+        and not (of_flexible and part.stands_on is not None)
     ]
     n_bodies = len({part.body for part in found})
-    apart = stress and not common and 1 < n_bodies <= _MOST_SCALES
+    apart = of_flexible and not common and 1 < n_bodies <= _MOST_SCALES
     return {part.number: part.body if apart else "" for part in found}
 
 

@@ -53,6 +53,7 @@ def test_numbers_are_shown_in_the_unit_of_the_legend():
         (STRESS, [], True, {2: "", 3: "", 5: ""}),  # --range
         (STRESS, ["blades"], False, {2: "", 3: ""}),
         (STRESS, ["blade_2", "hub"], False, {3: ""}),
+        ("deflection", [], False, {2: "blades", 3: "blades", 5: "tower"}),
         ("displacement", [], False, {1: "", 2: "", 3: "", 5: ""}),
         ("velocity", ["t*"], False, {5: ""}),
         (None, [], False, {}),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
-from turbine_fenicsx.postprocessing.field_reader import exaggerate, fit_motion
+from turbine_fenicsx.postprocessing.field_reader import exaggerate, find_deflections, fit_motion
 from turbine_fenicsx.records.parts import Part, Parts
 
 CUBE = np.array([(x, y, z) for y in (0, 1, 2) for x in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -60,6 +60,10 @@ def test_nacelle_and_blade_ride_on_the_exaggerated_tower():
     assert np.allclose(found[12:32], X[12:32] @ yaw.T + 10.0 * lean, atol=1e-12)
     assert np.allclose(found[32:], X[32:] @ yaw.T + 10.0 * lean + 10.0 * flap, atol=1e-12)
     assert np.allclose(exaggerated(x, X, coupling, part, parts, 1.0), x, atol=1e-12)
+    alone = find_deflections(x, x - X, coupling, lambda number: part == number, parts)
+    wanted = np.zeros_like(x)
+    wanted[8:12], wanted[32:] = lean, flap  # each part beside its own root
+    assert np.allclose(alone, wanted, atol=1e-12)
 
 
 def test_coupler_between_two_bodies_is_seen_from_both():

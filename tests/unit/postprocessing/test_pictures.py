@@ -184,7 +184,7 @@ def test_movie_has_a_frame_for_every_time(tmp_path):
     [
         (
             Look(scalar="heat"),
-            "no field 'heat', but cauchy_stress_norm, coupling, displacement, part, von",
+            "no field 'heat', but cauchy_stress_norm, coupling, deflection, displacement, part,",
         ),
         (Look(coloured=("nose",)), "no part 'nose', but nacelle, hub, blade_1, blades, blade_2"),
         (Look(view="above"), "there is no view 'above', but oblique, corner, front, side$"),

@@ -71,7 +71,8 @@ def _add_colours(parser: argparse.ArgumentParser) -> None:
         "--field",
         metavar="NAME",
         help="field that gives the colours: von_mises_stress (default where there is one), "
-        "cauchy_stress_norm, displacement, velocity; of laminates tsai_wu",
+        "cauchy_stress_norm, deflection from the rigid motion of the root (default elsewhere), "
+        "displacement, velocity; of laminates tsai_wu",
     )
     colours.add_argument("--plain", action="store_true", help="no field, each part in one colour")
     parser.add_argument(
