@@ -82,14 +82,14 @@ class OuterShape:
             x, y and z, one axis more than the arguments [m].
         """
         s, a = np.broadcast_arrays(s, a)
-        stations, which = np.unique(s, return_inverse=True)
-        which = which.reshape(s.shape)
-        local = np.empty((*s.shape, 2))  # to the trailing edge, to the suction side
-        for k, station in enumerate(stations):
+        stations, which, counts = np.unique(s, return_inverse=True, return_counts=True)
+        order = np.argsort(which.ravel(), kind="stable")
+        flat, a = np.empty((s.size, 2)), a.ravel()  # to the trailing edge, to the suction side
+        for station, here in zip(stations, np.split(order, np.cumsum(counts)[:-1]), strict=True):
             section, arcs = self.contour(float(station))
-            here = which == k
             for column in (0, 1):
-                local[here, column] = np.interp(a[here], arcs, section[:, column])
+                flat[here, column] = np.interp(a[here], arcs, section[:, column])
+        which, local = which.reshape(s.shape), flat.reshape(*s.shape, 2)
         chord, offset_x, offset_y = (
             curve.smooth(stations)[which] for curve in (self.chord, self.offset_x, self.offset_y)
         )
