@@ -42,8 +42,11 @@ class GramStrain:
         self, strain_factor: Array, strain_vectors: Array, at_rest: Array, rigid: range
     ) -> None:
         m, n = strain_vectors.shape
-        self._first, self._second = pairs = np.triu_indices(m)
-        kept = ~(np.isin(pairs[0], rigid) & np.isin(pairs[1], rigid))
+        i, j = np.triu_indices(m)
+        self._places = m * i + j  # of pairs in a flat matrix
+        self._pair_of = np.zeros((m, m), dtype=np.intp)
+        self._pair_of[i, j] = self._pair_of[j, i] = np.arange(len(i))
+        kept = ~(np.isin(i, rigid) & np.isin(j, rigid))
         W = np.where(kept[:, None], strain_factor, 0.0)
         self._W, self._W_single = _store(W)
         self._L = strain_vectors
@@ -51,8 +54,8 @@ class GramStrain:
         self._at_rest = self._pair(at_rest[None], at_rest[None])
         self.size = r = W.shape[1]
         T = np.zeros((r, m, m))
-        T[:, self._first, self._second] = W.T
-        T[:, self._second, self._first] += W.T
+        T[:, i, j] = W.T
+        T[:, j, i] += W.T
         self._T, self._T_single = _store((self._L.T @ T).reshape(r * n, m))
 
     def vectors(self, z: Array) -> Array:
@@ -68,16 +71,14 @@ class GramStrain:
     def change(self, y: Array, dy: Array) -> Array:
         """Change of c when the vectors change by dy, and are y in the middle, shape (copies, r)."""
         products = y @ dy.swapaxes(1, 2)
-        products = products + products.swapaxes(1, 2)
-        dc: Array = products[:, self._first, self._second] @ self._W
+        dc: Array = self._take(products + products.swapaxes(1, 2)) @ self._W
         return dc
 
     def stress(self, c: Array, single: bool = False) -> Array:
         """S of strain coordinates c, shape (copies, m, m); single as of `jacobian`."""
-        m, W = len(self._L), self._W_single if single else self._W
-        S = np.zeros((len(c), m, m), dtype=W.dtype)
-        S[:, self._first, self._second] = c.astype(W.dtype) @ W.T
-        S += S.swapaxes(1, 2)
+        W = self._W_single if single else self._W
+        S: Array = (c.astype(W.dtype) @ W.T).take(self._pair_of, axis=1)
+        np.einsum("...kk->...k", S)[...] *= 2.0
         return S
 
     def forces(self, S: Array, y: Array) -> Array:
@@ -106,8 +107,11 @@ class GramStrain:
 
     def _pair(self, a: Array, b: Array) -> Array:
         """Scalar products of all pairs, shape (copies, pairs)."""
-        products: Array = (a @ b.swapaxes(1, 2))[:, self._first, self._second]
-        return products
+        return self._take(a @ b.swapaxes(1, 2))
+
+    def _take(self, products: Array) -> Array:
+        """Entries of matrices for all pairs, shape (copies, pairs)."""
+        return products.reshape(len(products), -1).take(self._places, axis=1)
 
 
 def _store(matrix: Array) -> tuple[Any, Any]:

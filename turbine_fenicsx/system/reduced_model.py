@@ -31,6 +31,7 @@ from turbine_fenicsx.forces.node_force import NodeForce
 from turbine_fenicsx.forces.rayleigh_damping import RayleighDamping
 from turbine_fenicsx.forces.section_loads import SectionLoads
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.memo import Memo
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_model import BodyModel
@@ -100,6 +101,7 @@ class ReducedModel(BodyModel):
         rigid = range(3) if self._holds_first_interface() else range(0)
         L = basis.strain_vectors
         self.strain = GramStrain(basis.strain_factor, L, L @ basis.vectors, rigid)
+        self.strain_at = Memo(self._find_strain)  # for the balance, then for the next step
         self.losses: dict[str, Array] = {}
         if basis.viscosity.size:
             self.losses["viscosity"] = basis.viscosity
@@ -280,11 +282,16 @@ class ReducedModel(BodyModel):
         A = np.kron(self.mass, np.asarray(tensor, dtype=float))
         self.fill(out, np.broadcast_to(A, (self.copies, *A.shape)), add=True)
 
+    def _find_strain(self, u: Array) -> tuple[Array, Array]:
+        """Vectors y = L z and strain coordinates c of displacements."""
+        y = self.strain.vectors(self.vectors(u))
+        return y, self.strain.strain(y)
+
     def static_forces(self, u: PETSc.Vec, gravity: Array, time: float, out: PETSc.Vec) -> None:
         """Forces [N] that the vectors lack for equilibrium, into out."""
-        y = self.strain.vectors(self.vectors(u.array_r))
-        S = self.strain.stress(self.strain.strain(y))
-        out.array[:] = (self.strain.forces(S, y) - self.applied_forces(gravity, time)).ravel()
+        y, c = self.strain_at(u.array_r)
+        forces = self.strain.forces(self.strain.stress(c), y)
+        out.array[:] = (forces - self.applied_forces(gravity, time)).ravel()
         for loads in self.section_loads:
             loads.start_step_at(StepTimes.at_rest(time), u.array_r)
             loads.add_forces(u.array_r, np.zeros(3 * self.n_owned), time, -1.0, out.array)
@@ -315,22 +322,18 @@ class ReducedModel(BodyModel):
 
     def assemble_stiffness(self, u: PETSc.Vec, time: float, out: PETSc.Mat) -> None:
         """Derivative K of the forces at rest with respect to u [N/m], into out."""
-        y = self.strain.vectors(self.vectors(u.array_r))
+        y, c = self.strain_at(u.array_r)
         J = self.strain.jacobian(y)
         K = J.swapaxes(1, 2) @ J
-        S = self.strain.stress(self.strain.strain(y))
-        add_to_components(K, self.strain.geometric(S), 1.0)
+        add_to_components(K, self.strain.geometric(self.strain.stress(c)), 1.0)
         self.fill(out, K)
 
     def damping_matrix(self, u: PETSc.Vec, time: float) -> PETSc.Mat | None:
         """Derivative D of the forces with respect to the velocity at rest [N s/m]."""
         if not self.losses:
             return None
-        z = self.vectors(u.array_r)
-        J = self.strain.jacobian(self.strain.vectors(z))
-        D = (J.swapaxes(1, 2) * self.loss) @ J
-        out = self.new_stiffness()
-        self.fill(out, D)
+        J, out = self.strain.jacobian(self.strain_at(u.array_r)[0]), self.new_stiffness()
+        self.fill(out, (J.swapaxes(1, 2) * self.loss) @ J)
         if self.mass_damper is not None:
             of_masses = self.mass_damper.matrix(u.array_r)
             out.axpy(1.0, of_masses)
@@ -341,7 +344,7 @@ class ReducedModel(BodyModel):
         """This rank's part of the energies and momenta of a motion."""
         z, z_dot = self.vectors(u.array_r), self.split(v.array_r)
         p = self.mass @ z_dot
-        c = self.strain.strain(self.strain.vectors(z))
+        _, c = self.strain_at(u.array_r)
         linear = (self.nodal_mass @ z_dot.reshape(-1, 3))[None]
         angular = np.cross(z, p).reshape(-1, 3).sum(axis=0)
         kinetic, strain = 0.5 * np.sum(z_dot * p), 0.5 * np.sum(c * c)

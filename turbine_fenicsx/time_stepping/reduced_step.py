@@ -115,10 +115,9 @@ class ReducedStep:
 
     def start_step(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
-        model, strain = self.model, self.model.strain
+        model = self.model
         self._times = times
-        self._y = strain.vectors(model.vectors(u.array_r))
-        self._c = strain.strain(self._y)
+        self._y, self._c = model.strain_at(u.array_r)
         self._history.start_step(times, self._c)
         self._J = self._changed = None
         self._slope = 0.5 + 0.5 * self._chi + model.loss / times.dt
