@@ -49,6 +49,7 @@ class GramStrain:
         kept = ~(np.isin(i, rigid) & np.isin(j, rigid))
         W = np.where(kept[:, None], strain_factor, 0.0)
         self._W, self._W_single = _store(W)
+        self._W_T = _store(W.T)[0]
         self._L = strain_vectors
         self._L_single = self._L.astype(np.float32)
         self._at_rest = self._pair(at_rest[None], at_rest[None])
@@ -65,19 +66,17 @@ class GramStrain:
 
     def strain(self, y: Array) -> Array:
         """Strain coordinates c of vectors y, shape (copies, r)."""
-        c: Array = (self._pair(y, y) - self._at_rest) @ self._W
-        return c
+        return _multiply(self._pair(y, y) - self._at_rest, self._W_T)
 
     def change(self, y: Array, dy: Array) -> Array:
         """Change of c when the vectors change by dy, and are y in the middle, shape (copies, r)."""
         products = y @ dy.swapaxes(1, 2)
-        dc: Array = self._take(products + products.swapaxes(1, 2)) @ self._W
-        return dc
+        return _multiply(self._take(products + products.swapaxes(1, 2)), self._W_T)
 
     def stress(self, c: Array, single: bool = False) -> Array:
         """S of strain coordinates c, shape (copies, m, m); single as of `jacobian`."""
         W = self._W_single if single else self._W
-        S: Array = (c.astype(W.dtype) @ W.T).take(self._pair_of, axis=1)
+        S: Array = _multiply(c.astype(W.dtype), W).take(self._pair_of, axis=1)
         np.einsum("...kk->...k", S)[...] *= 2.0
         return S
 
@@ -119,6 +118,12 @@ def _store(matrix: Array) -> tuple[Any, Any]:
     if np.count_nonzero(matrix) < SPARSE * matrix.size:
         matrix = csr_matrix(matrix)
     return matrix, matrix.astype(np.float32)
+
+
+def _multiply(rows: Array, matrix: Any) -> Array:
+    """Rows times the transpose of a matrix, which sparse ones would make anew in each product."""
+    product: Array = rows @ matrix.T if isinstance(matrix, np.ndarray) else (matrix @ rows.T).T
+    return product
 
 
 def add_to_components(A: Array, of_each: Array, factor: float) -> None:
