@@ -121,7 +121,7 @@ def _store(matrix: Array) -> tuple[Any, Any]:
 
 
 def _multiply(rows: Array, matrix: Any) -> Array:
-    """Rows times the transpose of a matrix, which sparse ones would make anew in each product."""
+    """Rows times the transpose of a matrix; that of a sparse one is not made for it."""
     product: Array = rows @ matrix.T if isinstance(matrix, np.ndarray) else (matrix @ rows.T).T
     return product
 
