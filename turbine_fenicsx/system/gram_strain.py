@@ -110,7 +110,8 @@ class GramStrain:
 
     def _take(self, products: Array) -> Array:
         """Entries of matrices for all pairs, shape (copies, pairs)."""
-        return products.reshape(len(products), -1).take(self._places, axis=1)
+        size = len(self._L) ** 2  # ranks without copies have none to find it from
+        return products.reshape(len(products), size).take(self._places, axis=1)
 
 
 def _store(matrix: Array) -> tuple[Any, Any]:
