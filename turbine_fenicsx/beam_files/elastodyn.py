@@ -11,9 +11,9 @@ import os
 
 import numpy as np
 
-from turbine_fenicsx.beam_files.section_matrices import make_inertia
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.keyed_text import KeyedText
+from turbine_fenicsx.foundation.section_matrices import place_inertia
 from turbine_fenicsx.reduction.beam_sections import BeamSections
 
 STEEL = {"E": 210e9, "G": 80.8e9, "rho": 7850.0}
@@ -62,5 +62,5 @@ def read_elastodyn_tower(path: str | os.PathLike[str], height: float) -> BeamSec
     entries = (0.5 * G * area, 0.5 * G * area, E * area, side_side, fore_aft, 2.0 * G * mean)
     stiffness = np.array(entries).T[:, :, None] * np.eye(6)
     squares = np.column_stack([side_side, fore_aft]) / (E * area)[:, None]
-    inertia = make_inertia(mass, np.zeros((count, 2)), squares, np.zeros(count))
+    inertia = place_inertia(mass, np.zeros((count, 2)), squares, np.zeros(count))
     return BeamSections(fraction * height, stiffness, inertia)

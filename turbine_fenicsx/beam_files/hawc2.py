@@ -16,9 +16,9 @@ from scipy.interpolate import PchipInterpolator
 
 from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 from turbine_fenicsx.beam_files.htc import Command, find_file, read_commands
-from turbine_fenicsx.beam_files.section_matrices import make_inertia, move_stiffness
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.keyed_text import KeyedText
+from turbine_fenicsx.foundation.section_matrices import move_stiffness, place_inertia
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.reduction.beam_sections import BeamSections
@@ -211,7 +211,7 @@ def _make_mass(table: Array, x_e: Array, y_e: Array, angle: Array) -> Array:
     # from the elastic centre to that of mass, in the axes of bending
     x, y = c * (x_g - x_e) + s * (y_g - y_e), -s * (x_g - x_e) + c * (y_g - y_e)
     squares = np.column_stack([ri_x**2 - y**2, ri_y**2 - x**2])
-    return make_inertia(m, np.column_stack([x_g, y_g]), squares, angle)
+    return place_inertia(m, np.column_stack([x_g, y_g]), squares, angle)
 
 
 def _turn(matrices: Array) -> Array:

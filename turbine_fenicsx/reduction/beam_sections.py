@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import ModelError
+from turbine_fenicsx.foundation.section_matrices import interpolate_matrices
 from turbine_fenicsx.foundation.types import Array
 
 EQUAL = 1e-6
@@ -110,11 +111,11 @@ class BeamSections:
 
     def stiffness_at(self, s: Array) -> Array:
         """C at arc lengths, shape (k, 6, 6)."""
-        return _interpolate(s, self.stations, self.stiffness)
+        return interpolate_matrices(s, self.stations, self.stiffness)
 
     def moments_at(self, s: Array) -> Array:
         """Integrals of rho (1, xi, eta) (1, xi, eta)^T over sections, shape (k, 3, 3)."""
-        return moments_of(_interpolate(s, self.stations, self.inertia))
+        return moments_of(interpolate_matrices(s, self.stations, self.inertia))
 
 
 def moments_of(inertia: Array) -> Array:
@@ -126,10 +127,3 @@ def moments_of(inertia: Array) -> Array:
         [M[:, 2, 3], -M[:, 3, 4], M[:, 3, 3]],
     ]
     return np.array(rows).transpose(2, 0, 1)
-
-
-def _interpolate(s: Array, stations: Array, matrices: Array) -> Array:
-    """Matrices at other stations, straight between their own."""
-    flat = matrices.reshape(len(stations), -1).T
-    columns = [np.interp(s, stations, column) for column in flat]
-    return np.column_stack(columns).reshape(len(s), 6, 6)

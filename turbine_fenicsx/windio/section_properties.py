@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turbine_fenicsx.foundation.section_matrices import interpolate_matrices, make_inertia
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.windio.curves import Curve, read_grid
 from turbine_fenicsx.windio.entry import Entry
@@ -59,7 +60,7 @@ def read_section_properties(entry: Entry) -> SectionProperties:
             "and sections hardly shear"
         )
     found, M = _read_inertia(inertia, doubts)
-    return SectionProperties(grid, K, _at_stations(grid, found, M), tuple(doubts))
+    return SectionProperties(grid, K, interpolate_matrices(grid, found, M), tuple(doubts))
 
 
 def read_damping(entry: Entry | None) -> tuple[float, ...]:
@@ -92,19 +93,5 @@ def _read_inertia(entry: Entry, doubts: list[str]) -> tuple[Array, Array]:
             f"{entry.file}: {entry.place}: i_flap is zero, though i_plr is not i_edge; "
             "i_plr - i_edge takes its place, and zero that of i_cp"
         )
-    M = np.zeros((len(grid), 6, 6))
-    M[:, 0, 0] = M[:, 1, 1] = M[:, 2, 2] = m
-    M[:, 0, 5] = M[:, 5, 0] = -m * y
-    M[:, 1, 5] = M[:, 5, 1] = m * x
-    M[:, 2, 3] = M[:, 3, 2] = m * y
-    M[:, 2, 4] = M[:, 4, 2] = -m * x
-    M[:, 3, 3], M[:, 4, 4], M[:, 5, 5] = edge, flap, polar
-    M[:, 3, 4] = M[:, 4, 3] = -cross
-    return grid, M
-
-
-def _at_stations(wanted: Array, grid: Array, values: Array) -> Array:
-    """Matrices at other stations, straight between their own."""
-    flat = values.reshape(len(grid), -1)
-    columns = [np.interp(wanted, grid, column) for column in flat.T]
-    return np.column_stack(columns).reshape(len(wanted), 6, 6)
+    centre, seconds = np.column_stack([x, y]), np.column_stack([flap, edge, cross])
+    return grid, make_inertia(m, centre, seconds)

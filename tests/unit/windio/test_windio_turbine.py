@@ -69,13 +69,13 @@ def test_section_matrices_are_symmetric_with_the_offsets_of_the_mass(small):
     sections = small.blade_sections
     assert sections.grid.tolist() == [0.0, 1.0]
     assert np.diagonal(sections.stiffness[0]).tolist() == [k * 1e10 for k in range(1, 7)]
-    inertia = sections.inertia[0]  # a mass of 100 at x = y = 2, all moments 2, the product 0.5
+    inertia = sections.inertia[0]  # a mass of 100 at x = y = 2, moments 2, their product 0.5
     assert inertia[:3, 3:].tolist() == [
         [0.0, 0.0, -200.0],
         [0.0, 0.0, 200.0],
         [200.0, -200.0, 0.0],
     ]
-    assert inertia[3:, 3:].tolist() == [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    assert inertia[3:, 3:].tolist() == [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.0], [0.0, 0.0, 4.0]]
     assert np.array_equal(inertia, inertia.T)
 
 

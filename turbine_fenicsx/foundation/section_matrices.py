@@ -40,7 +40,7 @@ def move_stiffness(K: Array, x: Array, y: Array, angle: Array) -> Array:
     return found
 
 
-def make_inertia(mass: Array, centre: Array, squares: Array, angle: Array) -> Array:
+def place_inertia(mass: Array, centre: Array, squares: Array, angle: Array) -> Array:
     """Mass matrices about the origin of sections, shape (m, 6, 6).
 
     Args:
@@ -55,6 +55,18 @@ def make_inertia(mass: Array, centre: Array, squares: Array, angle: Array) -> Ar
     E_xx = c * c * along_x + s * s * along_y + mass * x * x
     E_yy = s * s * along_x + c * c * along_y + mass * y * y
     E_xy = c * s * (along_x - along_y) + mass * x * y
+    return make_inertia(mass, centre, np.column_stack([E_xx, E_yy, E_xy]))
+
+
+def make_inertia(mass: Array, centre: Array, seconds: Array) -> Array:
+    """Mass matrices about the origin of sections, shape (m, 6, 6).
+
+    Args:
+        mass: Shape (m,) [kg/m].
+        centre: Centre of mass, shape (m, 2) [m].
+        seconds: Integrals of rho x^2, rho y^2 and rho x y, shape (m, 3) [kg m].
+    """
+    (x, y), (E_xx, E_yy, E_xy) = centre.T, seconds.T
     M = np.zeros((len(mass), 6, 6))
     M[:, 0, 0] = M[:, 1, 1] = M[:, 2, 2] = mass
     M[:, 0, 5] = M[:, 5, 0] = -mass * y
@@ -64,3 +76,10 @@ def make_inertia(mass: Array, centre: Array, squares: Array, angle: Array) -> Ar
     M[:, 3, 3], M[:, 4, 4], M[:, 5, 5] = E_yy, E_xx, E_xx + E_yy
     M[:, 3, 4] = M[:, 4, 3] = -E_xy
     return M
+
+
+def interpolate_matrices(s: Array, stations: Array, matrices: Array) -> Array:
+    """Matrices at other stations, straight between their own, shape (k, 6, 6)."""
+    flat = matrices.reshape(len(stations), -1).T
+    columns = [np.interp(s, stations, column) for column in flat]
+    return np.column_stack(columns).reshape(len(s), 6, 6)
