@@ -14,7 +14,7 @@ DEFAULT_FIELD = "default"
 """Stands for von Mises stress, or for the deflection where there is no stress, as of beams."""
 
 LABELS = {
-    "von_mises_stress": ("von Mises stress", "MPa", 1e-6),
+    STRESS: ("von Mises stress", "MPa", 1e-6),
     "cauchy_stress_norm": ("Cauchy stress norm", "MPa", 1e-6),
     "tsai_wu": ("failure index (Tsai-Wu)", "", 1.0),
     "displacement": ("displacement", "m", 1.0),

@@ -88,7 +88,7 @@ def find_deflections(
 
 def exaggerate(
     x: Points,
-    u: Points,
+    deflections: Points,
     coupling: NDArray[np.int32],
     points_of: Callable[[int], NDArray[np.bool_]],
     parts: Parts,
@@ -97,13 +97,14 @@ def exaggerate(
     """Points with the deformation of the flexible parts multiplied.
 
     Args:
-        x, u, coupling, points_of: As of `find_deflections`.
+        x, coupling, points_of: As of `find_deflections`.
+        deflections: What it found, shape (n, 3) [m].
         scale: Factor of the deformation; 1 shows it as it is, 0 none.
 
     Returns:
         Positions, shape (n, 3) [m].
     """
-    more = (scale - 1.0) * find_deflections(x, u, coupling, points_of, parts)
+    more = (scale - 1.0) * deflections
     moved = x.copy()
     rides: dict[int, RigidMotion] = {0: STILL}  # with the number of what one stands on
     flexible = [p.number for p in parts.parts if p.stands_on is None]
@@ -224,10 +225,11 @@ class FieldReader:
             found[grid.extract_cells(self._cells[number]).point_data[_POINTS]] = True
             return found
 
+        found = find_deflections(x, u, coupling, points_of, self._parts)
         if self.deflects:
-            grid.point_data[DEFLECTION] = find_deflections(x, u, coupling, points_of, self._parts)
+            grid.point_data[DEFLECTION] = found
         if self._scale != 1.0:
-            grid.points = exaggerate(x, u, coupling, points_of, self._parts, self._scale)
+            grid.points = exaggerate(x, found, coupling, points_of, self._parts, self._scale)
         return grid
 
     def cells(self, part: Part) -> NDArray[np.int64]:

@@ -12,7 +12,11 @@ CUBE = np.array([(x, y, z) for y in (0, 1, 2) for x in (-1, 1) for z in (-1, 1)]
 
 
 def exaggerated(x, X, coupling, part, parts, scale):
-    return exaggerate(x, x - X, coupling, lambda number: part == number, parts, scale)
+    def points_of(number):
+        return part == number
+
+    deflections = find_deflections(x, x - X, coupling, points_of, parts)
+    return exaggerate(x, deflections, coupling, points_of, parts, scale)
 
 
 def test_flat_points_are_turned_and_not_mirrored():
