@@ -26,6 +26,9 @@ class LinearSolver(Protocol):
     def update(self, x: PETSc.Vec) -> None:
         """Prepare for the tangent at the unknowns X."""
 
+    def turn(self, x: PETSc.Vec) -> bool:
+        """Take the last tangent to the unknowns X instead of a new one; whether that can be."""
+
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for one nested right-hand side."""
 
@@ -53,6 +56,10 @@ class DirectSolver:
 
     def start_iteration(self) -> None:
         """There is nothing to prepare."""
+
+    def turn(self, x: PETSc.Vec) -> bool:
+        """Each tangent is new."""
+        return False
 
     def end_iteration(self, converged: bool) -> bool:
         """There is nothing to learn from the iteration."""

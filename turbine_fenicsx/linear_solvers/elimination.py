@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.foundation.dense import ScaledFactor, count_negative
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.base import DirectSolver
 from turbine_fenicsx.linear_solvers.body_elimination import BodyElimination
@@ -125,6 +126,7 @@ class Elimination(DirectSolver):
                 system.flexible_models, blocks.tangents, system.coupling_blocks, strict=True
             )
         ]
+        self._small = [body for body in self._bodies if isinstance(body, DenseElimination)]
         self._reduced = ReducedEquations(blocks, self._bodies)
 
     def update(self, x: PETSc.Vec) -> None:
@@ -133,6 +135,22 @@ class Elimination(DirectSolver):
         for body in self._bodies:
             body.factorise()
         self._reduced.update()
+
+    def turn(self, x: PETSc.Vec) -> bool:
+        """Turn the factors to X where all bodies are small and keep their tangents."""
+        turned = self._blocks.turn_tangents(x) if len(self._small) == len(self._bodies) else None
+        if turned is None:
+            return False
+        for body, (Q, lacking) in zip(self._small, turned, strict=True):
+            body.turn(Q, lacking)
+        self._blocks.update_rigid_tangent(x)
+        self._reduced.update()
+        return True
+
+    def restore(self, data: RestartData) -> None:
+        """Forget the factors, which belong to other tangents."""
+        for body in self._small:
+            body.forget()
 
     def count_negative(self) -> int:
         """Number of negative eigenvalues of a symmetric tangent, without the couplings.

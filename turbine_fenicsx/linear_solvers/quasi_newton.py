@@ -92,6 +92,10 @@ class QuasiNewton:
         if not self._iterations or self._solver.has_small_bodies:
             self._solver.update(x)
 
+    def turn(self, x: PETSc.Vec) -> bool:
+        """The approximate solver turns by itself."""
+        return False
+
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """The quasi-Newton correction for the residual b; x is minus the step."""
         self._solver.solve(b, x)

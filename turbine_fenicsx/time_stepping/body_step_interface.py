@@ -43,6 +43,16 @@ class BodyStep(Protocol):
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of R_u into `tangent`."""
 
+    @property
+    def keeps_tangent(self) -> bool:
+        """Whether `turn_tangent` can take the last tangent to where the body is."""
+
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """Rotations of the last tangent, and what is added to R_u then; see `KeptTangent`."""
+
+    def forget_tangent(self) -> None:
+        """An iteration failed, perhaps as the tangent is old."""
+
     def term_scale(self, du: PETSc.Vec) -> float:
         """This rank's sum of the squares of the largest terms of R_u."""
 
@@ -57,7 +67,20 @@ class BodyStep(Protocol):
 
 
 class MemorylessStep:
-    """Base of body steps that depend on nothing but the state and the unknowns."""
+    """Base of body steps that depend on nothing but the state and the unknowns.
+
+    Attributes:
+        keeps_tangent: Each tangent is new.
+    """
+
+    keeps_tangent = False
+
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """No tangent is kept."""
+        raise NotImplementedError
+
+    def forget_tangent(self) -> None:
+        """There is nothing to forget."""
 
     def start_iteration(self) -> None:
         """There is nothing to forget."""

@@ -24,9 +24,9 @@ much noise: 2e-11 instead of 9e-13 over fifty steps of a hollow rotor. It would 
 iteration per step of the paper's stiff case.
 """
 
-CONTRACTION = 0.03
-"""Keep the tangent of a small body while the residual falls to this part or less per iteration. The
-tangent of the first guess is not kept."""
+WORTH = 2
+"""A new tangent of a small body costs as much as this number of iterations or more, so that the
+last one is kept where that many like the last iteration will do."""
 
 DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""
@@ -57,9 +57,12 @@ class BlockwiseConvergence:
         self.last_gain = LAST_GAIN["approximate" if approximate else "exact"]
 
     @property
-    def contracts(self) -> bool:
-        """Whether the last iteration, not the first, has made the residual much smaller."""
-        return len(self.history) > 2 and self.history[-1] < CONTRACTION * self.history[-2]
+    def keeps_tangent(self) -> bool:
+        """Whether the last tangent, of an earlier step perhaps, will do for this iteration."""
+        if len(self.history) < 2:
+            return True
+        before, now = self.history[-2:]
+        return now * (now / before) ** WORTH <= 1.0
 
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""

@@ -168,6 +168,18 @@ class NestedStep(StepBlocks):
             body.assemble_tangent(increment)
         self.update_rigid_tangent(x)
 
+    def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array, Array]] | None:
+        """As of `NestedBlocks`; none without bodies, or where one of them keeps no tangent."""
+        if not self._bodies or not all(body.keeps_tangent for body in self._bodies):
+            return None
+        du, _, _ = self.split(x)
+        return [body.turn_tangent(part) for body, part in zip(self._bodies, du, strict=True)]
+
+    def forget_tangents(self) -> None:
+        """The next tangents are new, as an iteration failed."""
+        for body in self._bodies:
+            body.forget_tangent()
+
     def raise_error(self) -> None:
         """Raise on all ranks what a force has raised in the last residual, if any. Collective."""
         error, self._error = self._error, None

@@ -217,14 +217,19 @@ class NewtonStepper:
                 works, dissipated = self._finish(attempt, out)
                 residual = self._convergence.history[-1] * self.options.tolerance
                 return StepReport(newton, krylov, works, dissipated, residual)
-            self._guess.forget()
-            self.step.raise_error()
+            self._forget()
             failures.append(Failure(attempt, reason, iterations))
         place = describe_largest_residual(self.step, self.snes.getFunction()[0])
         raise StepFailure(
             f"the step from t = {state.time:.6g} s by {dt:.3g} s did not converge: {tell(failures)}"
             + (f"; the residual is largest in {place}" if place and reason <= 0 else "")
         )
+
+    def _forget(self) -> None:
+        """An attempt has failed: forget what it began with; raise what a force raised."""
+        self._guess.forget()
+        self.step.forget_tangents()
+        self.step.raise_error()
 
     def _finish(self, attempt: Attempt, out: State) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Write the state at t_{n+1} and learn from the step; works and what dissipated [J]."""
@@ -317,12 +322,12 @@ def evaluate_tangent(
 ) -> None:
     """SNES Jacobian: the linear solver is prepared for the tangent at x.
 
-    With the convergence of small bodies it keeps the last one where the residual contracts well.
+    With the convergence of small bodies the last one, turned, serves as long as that is worth it.
     """
-    if convergence is not None and convergence.contracts:
-        return
     with timing.event("linear set-up"):
-        linear_solvers.current.update(x)
+        keeps = convergence is not None and convergence.keeps_tangent
+        if not (keeps and linear_solvers.current.turn(x)):
+            linear_solvers.current.update(x)
 
 
 class _LinearSolvers:

@@ -17,7 +17,8 @@ left. The derivative with respect to dz is
 A first guess strains stiff walls by terms of second order, and their stress would spoil the last
 term. There c is taken as it was expected: extrapolated from the last steps, then linear in the last
 increment, c + J ddz. The residual stays as it is (mixed integration points: Magisano, Leonetti and
-Garcea 2017). Loads on sections have the slopes of the first guess in all iterations of a step.
+Garcea 2017). Loads on sections have the slopes of the first new tangent in all iterations of a
+step. The tangent lasts for more than a step, see `KeptTangent`.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.gram_strain import add_to_components
 from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.time_stepping.kept_tangent import ExpectedStrain, KeptTangent
 
 EQUAL_STEPS = 1e-6
 """Maximum difference of two steps of equal length, relative to it."""
@@ -104,7 +106,8 @@ class ReducedStep:
         self._history = StrainHistory()
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (2, len(model.mass) - 1, 3))
         self._factors = 1.0 + np.finfo(float).eps * signs
-        self._expected: tuple[Array, Array, Array] | None = None
+        self._expected: ExpectedStrain | None = None
+        self._kept: KeptTangent | None = None
         self._J: Array | None = None
         self._changed: tuple[Array, tuple[Array, Array, Array]] | None = None
 
@@ -116,11 +119,10 @@ class ReducedStep:
     def start_step(self, u: PETSc.Vec, v: PETSc.Vec, times: StepTimes, gravity: Array) -> None:
         """Set the state at t_n, the step, and gravity [m/s^2]."""
         model = self.model
-        self._times = times
+        self._set_length(times)
         self._y, self._c = model.strain_at(u.array_r)
         self._history.start_step(times, self._c)
         self._J = self._changed = None
-        self._slope = 0.5 + 0.5 * self._chi + model.loss / times.dt
         self._dt_v = times.dt * model.split(v.array_r)
         self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
         M = np.abs(model.mass)
@@ -133,6 +135,11 @@ class ReducedStep:
         self._slopes: Array | None = None
         self._round_off = None
         self.start_iteration()
+
+    def _set_length(self, times: StepTimes) -> None:
+        """Set the times of a step, and D/(dt^2/2)."""
+        self._times = times
+        self._slope = 0.5 + 0.5 * self._chi + self.model.loss / times.dt
 
     def start_iteration(self) -> None:
         """A new iteration begins: forget the tangent of an earlier one."""
@@ -175,18 +182,49 @@ class ReducedStep:
             self._slopes = self.model.find_slopes(*self._move(du.array_r), self._times)
         _, dy, dc = self._change(dz)
         J = strain.jacobian(self._y + dy, single=True)
+        expected, one = self._expect(dz), np.broadcast_to(np.eye(3), (len(dz), 3, 3))
+        self._expected = ExpectedStrain(dz.copy(), dc, J, one)
+        loaded = self._load_mean(J)
+        z = self.model.vectors(self._u)
+        self._kept = KeptTangent(self._times.dt, J, loaded, np.array([z, z + dz]))
+        self._write(self.differentiate(J, loaded, expected))
+
+    def _expect(self, dz: Array) -> Array:
+        """Change of c expected at increments, shape (copies, r)."""
         if self._expected is None:
-            expected = self._history.expect() - self._c
-        else:
-            before, dc_before, J_before = self._expected
-            moved = (dz - before).reshape(len(dz), 3 * dz.shape[1], 1)
-            expected = dc_before + (J_before @ moved)[..., 0]
-        self._expected = dz.copy(), dc, J
-        self._write(self.differentiate(J, expected))
+            return np.asarray(self._history.expect() - self._c)
+        return self._expected.at(dz)
+
+    @property
+    def keeps_tangent(self) -> bool:
+        """Whether there is a tangent of this length of the step."""
+        return self._kept is not None and self._kept.dt == self._times.dt
+
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
+        """Take the kept tangent to the increment du, see `KeptTangent`.
+
+        Returns:
+            Q, shape (copies, 3, 3), and what the residual lacks, (J_m0 - J_m)^T D (c - c_e), shape
+            (3 n_owned,) [kg m].
+        """
+        assert self._kept is not None
+        dz, strain, kept = self.model.split(du.array_r), self.model.strain, self._kept
+        Q = kept.find_turn(self.model.vectors(self._u) + dz)
+        y, _, dc = self._change(dz)
+        lag = dc - self._expect(dz)
+        self._expected = ExpectedStrain(dz.copy(), dc, kept.J, Q)
+        forces = strain.forces(strain.stress(self._slope * lag, single=True), y)
+        return Q, (kept.find_forces(Q, lag) - self._times.half_dt2 * forces).ravel()
+
+    def forget_tangent(self) -> None:
+        """The next tangent is new."""
+        self._kept = None
 
     def assemble_at_rest(self) -> None:
         """Assemble the tangent for du = 0."""
-        self._write(self.differentiate(self._jacobian_at_start(), 0.0 * self._c))
+        J = self._jacobian_at_start()
+        self._kept = None
+        self._write(self.differentiate(J, self._load_mean(J), 0.0 * self._c))
 
     def _jacobian_at_start(self) -> Array:
         """J_n, made once in a step."""
@@ -194,17 +232,22 @@ class ReducedStep:
             self._J = self.model.strain.jacobian(self._y, single=True)
         return self._J
 
-    def differentiate(self, J: Array, dc: Array) -> Array:
+    def _load_mean(self, J: Array) -> Array:
+        """D J_m, with D = dt^2/2 (1/2 + chi/2 + Z/dt), for J_{n+1}; shapes (copies, r, 3 n)."""
+        J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
+        J_m *= (self._times.half_dt2 * self._slope[:, None]).astype(J_m.dtype)
+        return J_m
+
+    def differentiate(self, J: Array, loaded: Array, dc: Array) -> Array:
         """The tangent A, shape (copies, 3 n, 3 n) [kg].
 
         Args:
             J: J_{n+1}, shape (copies, r, 3 n).
+            loaded: D J_m, shape (copies, r, 3 n).
             dc: Change of c that makes the stress of the last term, shape (copies, r).
         """
         strain, half_dt2 = self.model.strain, self._times.half_dt2
-        J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
-        J_m *= (half_dt2 * self._slope[:, None]).astype(J_m.dtype)
-        A = (J_m.swapaxes(1, 2) @ J).astype(float)
+        A = (loaded.swapaxes(1, 2) @ J).astype(float)
         S = strain.stress(self._algorithmic(dc), single=True)
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
@@ -214,12 +257,21 @@ class ReducedStep:
 
     def _write(self, A: Array) -> None:
         """Set the diagonal blocks of `tangent`. Collective."""
-        k = A.shape[-1]
-        if len(A):
-            dense = self.tangent.getDenseArray()
-            for copy, block in enumerate(A):
-                dense[copy * k : copy * k + k, copy * k : copy * k + k] = block
+        for block, values in zip(self._blocks(), A, strict=True):
+            block[:] = values
         self.tangent.assemble()
+
+    def _read(self) -> Array:
+        """The diagonal blocks of `tangent`, a copy."""
+        return np.array(self._blocks())
+
+    def _blocks(self) -> list[Array]:
+        """Views of the diagonal blocks of `tangent` that this rank owns."""
+        if not self.model.n_owned:
+            return []
+        dense, k = self.tangent.getDenseArray(), self.model.dense_block
+        starts = range(0, len(dense), k)
+        return [dense[start : start + k, start : start + k] for start in starts]
 
     def term_scale(self, du: PETSc.Vec) -> float:
         """Sum of the squares of the inertia and gravity terms of the residual."""
@@ -264,14 +316,32 @@ class ReducedStep:
         return np.array(works), lost
 
     def save(self) -> RestartData:
-        """Strain coordinates at the starts of the last steps. Collective."""
+        """Strain coordinates at the starts of the last steps, and the tangent. Collective."""
         times, values = self._history.save()
         shape = (len(times), self.model.copies, self.model.strain.size)
         arrays = np.array(values).reshape(shape) if self.model.n_owned else np.zeros(shape)
-        return RestartData({"times": times}, {"strain": from_rank0(self.model.comm, arrays)})
+        data = RestartData({"times": times}, {"strain": from_rank0(self.model.comm, arrays)})
+        if self._kept is not None:
+            copies, k = self.model.copies, self.model.dense_block
+            A, ends = np.zeros((copies, k, k)), np.zeros((2, copies, k // 3, 3))
+            if self.model.n_owned:
+                A, ends = self._read(), self._kept.ends
+            data.numbers["dt"] = self._kept.dt
+            data.arrays["tangent"] = from_rank0(self.model.comm, A)
+            data.arrays["ends"] = from_rank0(self.model.comm, ends)
+        return data
 
     def restore(self, data: RestartData) -> None:
         """Restore it."""
-        if data:
-            strains = data.arrays["strain"][:, : self.model.copies if self.model.n_owned else 0]
-            self._history.restore(data.numbers["times"], list(strains))
+        self._kept = None
+        if not data:
+            return
+        mine = slice(self.model.copies if self.model.n_owned else 0)
+        self._history.restore(data.numbers["times"], list(data.arrays["strain"][:, mine]))
+        if "dt" in data.numbers:
+            ends, strain = data.arrays["ends"][:, mine], self.model.strain
+            times = StepTimes.from_start(0.0, data.numbers["dt"])
+            self._set_length(times)
+            self._J, J = (strain.jacobian(strain.vectors(z), single=True) for z in ends)
+            self._kept = KeptTangent(times.dt, J, self._load_mean(J), ends)
+            self._write(data.arrays["tangent"][mine])

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from reduced_beams import COMM, beam, facets_at, gusts, march, on_hub, rotor
+from scipy.linalg import block_diag
 
 from turbine_fenicsx import Coupling, EnergyMomentum, MultibodySystem, SolverOptions
+from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.linear_solvers import LINEAR_SOLVERS
 from turbine_fenicsx.time_stepping.energy_momentum import EnergyMomentumStep
 
@@ -25,15 +27,19 @@ def machine(mixed):
     )
 
 
-@pytest.mark.parametrize("mixed", [False, True])
-def test_corrections_solve_the_equations_of_the_step(mixed):
-    system = machine(mixed)
+def start(system):
+    """A step from its guess, and a direct solver for the tangent there."""
     step = EnergyMomentumStep(system)
     step.start_step(system.initial_state(), DT)
     step.guess(True)
-    rng = np.random.default_rng(COMM.rank)
     solver = LINEAR_SOLVERS["lu"](step, "test_dense_")
     solver.update(step.x)
+    return step, solver
+
+
+def check_solution(step, solver):
+    """A random right-hand side is solved for."""
+    rng = np.random.default_rng(COMM.rank)
     b, x, Ax = (step.new_nested_vector() for _ in range(3))
     for part in b.getNestSubVecs():
         part.array[:] = rng.standard_normal(part.getLocalSize())
@@ -43,6 +49,27 @@ def test_corrections_solve_the_equations_of_the_step(mixed):
     size = max(part.norm() for part in b.getNestSubVecs())
     assert max(part.norm() for part in Ax.getNestSubVecs()) < 1e-7 * size
     solver.destroy()
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_corrections_solve_the_equations_of_the_step(mixed):
+    check_solution(*start(machine(mixed)))
+
+
+def test_corrections_solve_the_equations_of_copies_that_have_turned():
+    """A_uu of the matrix is turned by hand."""
+    step, solver = start(machine(False))
+    Q = np.array([rotation_about((k, 1.0, -2.0), 0.5 + k) for k in range(3)])
+    Q = Q[: 3 if COMM.rank == 0 else 0]
+    step.turn_tangents = lambda x: [(Q, 0.0)]
+    assert solver.turn(step.x)
+    if COMM.rank == 0:
+        dense = step.tangents[0].getDenseArray()
+        size = len(dense) // 3
+        turns = block_diag(*(np.kron(np.eye(size // 3), R) for R in Q))
+        dense[:] = turns @ dense @ turns.T
+    step.tangents[0].assemble()
+    check_solution(step, solver)
 
 
 @pytest.mark.parametrize("mixed", [False, True])

@@ -56,6 +56,24 @@ def test_an_iteration_that_grows_is_given_up():
     assert ends([1.0, np.nan])[0] == NOT_A_NUMBER
 
 
+@pytest.mark.parametrize(
+    ("residuals", "keeps"),
+    [
+        ([1e4], True),  # of an earlier step
+        ([1e4, 1e3], False),
+        ([1e4, 10.0], True),
+        ([1e4, 1e3, 10.0], True),
+        ([1e4, 10.0, 9.0], False),
+        ([1e4, np.nan], False),
+    ],
+)
+def test_a_tangent_is_kept_where_two_iterations_like_the_last_will_do(residuals, keeps):
+    step = SimpleNamespace(system=SimpleNamespace(flexible_models=()))
+    convergence = BlockwiseConvergence(step, SolverOptions())
+    convergence.history[:] = residuals
+    assert convergence.keeps_tangent is keeps
+
+
 @pytest.mark.parametrize("tolerance", [0.0, 1.0, -1e-12, 2.0, float("nan")])
 def test_the_tolerance_must_lie_between_zero_and_one(tolerance):
     with pytest.raises(ValueError, match=f"tolerance must lie between 0 and 1, got {tolerance}"):

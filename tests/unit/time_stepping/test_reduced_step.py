@@ -82,7 +82,8 @@ def test_the_residual_is_a_projection_of_that_of_the_full_body(pair):
 def test_the_tangent_with_the_present_strain_is_a_projection_too(pair):
     step, strain = pair.step, pair.model.strain
     y, dy = step._middle(pair.du[None])
-    A = step.differentiate(strain.jacobian(step._y + dy), strain.change(y, dy))[0]
+    J = strain.jacobian(step._y + dy)
+    A = step.differentiate(J, step._load_mean(J), strain.change(y, dy))[0]
     pair.full_step.assemble_tangent(vector(pair.full, pair.on_mesh(pair.du)))
     starts, columns, entries = pair.full_step.tangent.getValuesCSR()
     P = np.kron(pair.basis.functions, np.eye(3))
@@ -93,7 +94,8 @@ def test_the_tangent_with_the_present_strain_is_a_projection_too(pair):
 def test_the_tangent_is_the_derivative_of_the_residual(pair):
     step, strain = pair.step, pair.model.strain
     y, dy = step._middle(pair.du[None])
-    A = step.differentiate(strain.jacobian(step._y + dy), strain.change(y, dy))[0]
+    J = strain.jacobian(step._y + dy)
+    A = step.differentiate(J, step._load_mean(J), strain.change(y, dy))[0]
     direction = np.random.default_rng(3).standard_normal(pair.du.shape)
     ends = []
     for sign in (1.0, -1.0):
@@ -166,3 +168,54 @@ def test_an_algorithmic_stress_of_ones_own_is_refused():
 
     with pytest.raises(ValueError, match="stress is an algorithmic stress of your own, and 'r' is"):
         EnergyMomentum(MultibodySystem(COMM, [body]), stress=lambda *a: a)
+
+
+def test_a_body_that_turns_takes_its_tangent_along(pair):
+    """Whatever c is expected: turned Jacobians lack nothing where shapes are the same."""
+    model, step = pair.model, pair.step
+    step.assemble_tangent(vector(model, pair.du))
+    A, u = dense(step), step._u.reshape(-1, 3)
+    Q = rotation_about((-1.0, 0.5, 2.0), 0.7)
+    times = StepTimes.from_start(T0, DT)
+    turned = vector(model, (pair.z + u) @ Q.T - pair.z)
+    step.start_step(turned, vector(model, 0.0 * u), times, GRAVITY)
+    assert step.keeps_tangent
+    found, lacking = step.turn_tangent(vector(model, pair.du @ Q.T))
+    assert np.allclose(found, Q, rtol=0.0, atol=1e-12)
+    forces = model.new_vector()
+    step.residual(vector(model, pair.du @ Q.T), forces)
+    assert np.max(np.abs(lacking)) < SINGLE * np.max(np.abs(forces.array_r))
+    step._history = type(step._history)()  # so that the same strain is expected
+    step.start_step(turned, vector(model, 0.0 * u), times, GRAVITY)
+    step.assemble_tangent(vector(model, pair.du @ Q.T))
+    of_all = np.kron(np.eye(len(pair.z)), Q)
+    assert np.max(np.abs(dense(step) - of_all @ A @ of_all.T)) < SINGLE * np.max(np.abs(A))
+
+
+def test_a_kept_tangent_lacks_what_walls_have_bent_since(pair):
+    """A c - c_e acts with the old J, as it does in the tangent."""
+    model, step = pair.model, pair.step
+    step.assemble_tangent(vector(model, pair.du))
+    J_m = step._kept.loaded[0]
+    rng = np.random.default_rng(5)
+    du = pair.du + 0.01 * rng.standard_normal(pair.du.shape)
+    lag = step._change(du[None])[2] - step._expect(du[None])
+    Q, lacking = step.turn_tangent(vector(model, du))
+    of_old = ((lag @ J_m).reshape(-1, 3) @ Q[0].T).ravel()
+    y, _ = step._middle(du[None])
+    S = model.strain.stress(step._slope * lag)
+    of_new = step._times.half_dt2 * model.strain.forces(S, y).ravel()
+    assert np.max(np.abs(of_old - of_new)) > 0.01 * np.max(np.abs(of_new))
+    assert np.allclose(lacking, of_old - of_new, rtol=0.0, atol=1e-5 * np.max(np.abs(of_new)))
+
+
+def test_a_step_of_another_length_or_a_failure_needs_a_new_tangent(pair):
+    step, zero = pair.step, vector(pair.model, 0.0 * pair.du)
+    assert not step.keeps_tangent
+    step.assemble_tangent(zero)
+    step.start_step(zero, zero, StepTimes.from_start(T0, 0.5 * DT), GRAVITY)
+    assert not step.keeps_tangent
+    step.start_step(zero, zero, StepTimes.from_start(T0, DT), GRAVITY)
+    assert step.keeps_tangent
+    step.forget_tangent()
+    assert not step.keeps_tangent
