@@ -32,20 +32,23 @@ class KeptTangent(NamedTuple):
         J: J_0 at its end, shape (copies, r, 3 n).
         loaded: D J_m0, shape (copies, r, 3 n).
         ends: Vectors z at its start and end, shape (2, copies, n, 3).
+        frames: Those of the copies at its end, shape (copies, 3, 3).
     """
 
     dt: float
     J: Array
     loaded: Array
     ends: Array
+    frames: Array
 
     def find_turn(self, z: Array) -> Array:
         """Q for vectors z now, shape (copies, 3, 3)."""
-        return find_frames(z) @ find_frames(self.ends[1]).swapaxes(1, 2)
+        return np.asarray(find_frames(z) @ self.frames.swapaxes(1, 2))
 
     def find_forces(self, Q: Array, lag: Array) -> Array:
         """J_m^T D (c - c_e) for c - c_e of shape (copies, r), shape (copies, n, 3)."""
-        forces = (lag[:, None] @ self.loaded).reshape(self.ends.shape[1:])
+        single = lag[:, None].astype(self.loaded.dtype)
+        forces = (single @ self.loaded).reshape(self.ends.shape[1:])
         return np.asarray(forces @ Q.swapaxes(1, 2))
 
 
@@ -67,7 +70,7 @@ class ExpectedStrain(NamedTuple):
     def at(self, dz: Array) -> Array:
         """Change of c expected at other increments, shape (copies, r)."""
         moved = ((dz - self.dz) @ self.Q).reshape(len(dz), self.J.shape[2], 1)
-        found: Array = self.change + (self.J @ moved)[..., 0]
+        found: Array = self.change + (self.J @ moved.astype(self.J.dtype))[..., 0]
         return found
 
 

@@ -35,7 +35,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.gram_strain import add_to_components
 from turbine_fenicsx.system.reduced_model import ReducedModel
-from turbine_fenicsx.time_stepping.kept_tangent import ExpectedStrain, KeptTangent
+from turbine_fenicsx.time_stepping.kept_tangent import ExpectedStrain, KeptTangent, find_frames
 
 EQUAL_STEPS = 1e-6
 """Maximum difference of two steps of equal length, relative to it."""
@@ -186,8 +186,12 @@ class ReducedStep:
         self._expected = ExpectedStrain(dz.copy(), dc, J, one)
         loaded = self._load_mean(J)
         z = self.model.vectors(self._u)
-        self._kept = KeptTangent(self._times.dt, J, loaded, np.array([z, z + dz]))
+        self._keep(J, loaded, np.array([z, z + dz]))
         self._write(self.differentiate(J, loaded, expected))
+
+    def _keep(self, J: Array, loaded: Array, ends: Array) -> None:
+        """Keep the tangent, see `KeptTangent`."""
+        self._kept = KeptTangent(self._times.dt, J, loaded, ends, find_frames(ends[1]))
 
     def _expect(self, dz: Array) -> Array:
         """Change of c expected at increments, shape (copies, r)."""
@@ -343,5 +347,5 @@ class ReducedStep:
             times = StepTimes.from_start(0.0, data.numbers["dt"])
             self._set_length(times)
             self._J, J = (strain.jacobian(strain.vectors(z), single=True) for z in ends)
-            self._kept = KeptTangent(times.dt, J, self._load_mean(J), ends)
+            self._keep(J, self._load_mean(J), ends)
             self._write(data.arrays["tangent"][mine])
