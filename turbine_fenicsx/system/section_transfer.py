@@ -34,10 +34,11 @@ from scipy import sparse
 from turbine_fenicsx.forces.section_loads import SectionLoads, SectionMotion, StationLine
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
-from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation, skew_rows
+from turbine_fenicsx.foundation.rotations import skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
 from turbine_fenicsx.system.mesh_areas import find_areas, positions_of
+from turbine_fenicsx.system.section_turns import compile_section_turns
 
 SLENDEREST = 1e-6
 """Smallest moment of inertia of a section, relative to the largest, below which it is a line."""
@@ -82,7 +83,7 @@ class SectionTransfer:
     """
 
     def __init__(self, model: BodyNodes, loads: SectionLoads) -> None:
-        self._comm = model.comm
+        self._comm, self._turns = model.comm, compile_section_turns(model.comm)
         found = [_find_rows(model, loads.name, line) for line in loads.lines]
         rows, *others = zip(*found, strict=True)
         counts, moments, self._initial = map(np.concatenate, others)
@@ -112,19 +113,9 @@ class SectionTransfer:
         for line in self._lines:
             sums[line.stations] = (line.rows @ both[line.nodes]).reshape(-1, 4, 6)
         sums = sum_over_ranks(self._comm, sums)
-        B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
-        self._axes = A = nearest_rotation(B)
-        A_T = A.swapaxes(1, 2)
-        J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A_T
-        self._inverse = np.linalg.inv(J)
-        D = A @ rates
-        spin = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        self._axes, self._inverse, omega = self._turns.find(sums)
         return SectionMotion(
-            sums[:, 0, :3],
-            A @ self._turn_back,
-            sums[:, 0, 3:],
-            (self._inverse @ spin[:, :, None])[:, :, 0],
-            self._initial,
+            sums[:, 0, :3], self._axes @ self._turn_back, sums[:, 0, 3:], omega, self._initial
         )
 
     def forces(self, F: Array, M: Array) -> Array:
@@ -134,10 +125,7 @@ class SectionTransfer:
             F: Forces, shape (n, 3) [N].
             M: Moments about the centres, shape (n, 3) [N m].
         """
-        turn, on_rows = (self._inverse @ M[:, :, None])[:, :, 0], np.empty((len(F), 4, 3))
-        on_rows[:, 0] = F
-        for j in range(3):
-            on_rows[:, 1 + j] = cross_rows(turn, self._axes[:, :, j])
+        on_rows = self._turns.find_rows(F, M, self._axes, self._inverse)
         f = np.zeros((len(self.nodes), 3))
         for line in self._lines:
             f[line.nodes] += line.back @ on_rows[line.stations].reshape(-1, 3)

@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.linear_solvers.frames import polar_rotation
 
 
 class KeptTangent(NamedTuple):
@@ -76,4 +76,4 @@ class ExpectedStrain(NamedTuple):
 
 def find_frames(z: Array) -> Array:
     """Rotation of the first interface of each copy, shape (copies, 3, 3)."""
-    return nearest_rotation(z[:, 1:4].swapaxes(1, 2))
+    return polar_rotation(z[:, 1:4].transpose(2, 1, 0)).transpose(2, 0, 1)

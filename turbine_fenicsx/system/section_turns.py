@@ -1,0 +1,104 @@
+"""Rotations and spins of sections from sums over their nodes, see `section_transfer`.
+
+With B_j = H_j x, the rotation A nearest to B, and J = tr(A^T B) 1 - B A^T,
+
+    omega = J^-1 sum_j A_j x H_j x',        H_j takes the forces (J^-1 M) x A_j.
+
+`compile_section_turns` makes the same of C code, in a tenth of the time.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any, Protocol
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.errors import CompilationError
+from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
+from turbine_fenicsx.foundation.types import Array
+
+log = logging.getLogger(__name__)
+
+DECLARATION = """
+void find_turns(int, const double *, double *, double *, double *);
+void find_rows(int, const double *, const double *, const double *, const double *, double *);
+"""
+
+
+class SectionTurns(Protocol):
+    """Rotations and spins of sections from the sums of their nodes."""
+
+    def find(self, sums: Array) -> tuple[Array, Array, Array]:
+        """A, J^-1 and omega of n sections, shapes (n, 3, 3), (n, 3, 3) and (n, 3).
+
+        Args:
+            sums: H_j x and H_j x', shape (n, 4, 6).
+        """
+
+    def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
+        """Forces that the rows H_j take for loads F and M of shape (n, 3), shape (n, 4, 3)."""
+
+
+class NumpyTurns:
+    """`SectionTurns` of NumPy."""
+
+    def find(self, sums: Array) -> tuple[Array, Array, Array]:
+        """As of `SectionTurns`."""
+        B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
+        A = nearest_rotation(B)
+        J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A.swapaxes(1, 2)
+        inverse = np.linalg.inv(J)
+        D = A @ rates
+        spin = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        return A, inverse, (inverse @ spin[:, :, None])[:, :, 0]
+
+    def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
+        """As of `SectionTurns`."""
+        turn, on_rows = (inverse @ M[:, :, None])[:, :, 0], np.empty((len(F), 4, 3))
+        on_rows[:, 0] = F
+        for j in range(3):
+            on_rows[:, 1 + j] = cross_rows(turn, A[:, :, j])
+        return on_rows
+
+
+class CompiledTurns:
+    """`SectionTurns` of C code.
+
+    Args:
+        module: Of `_compat.compile_c`.
+    """
+
+    def __init__(self, module: Any) -> None:
+        self._ffi, self._lib = module.ffi, module.lib
+
+    def find(self, sums: Array) -> tuple[Array, Array, Array]:
+        """As of `SectionTurns`."""
+        n = len(sums)
+        found = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3))
+        self._lib.find_turns(n, self._address(sums), *map(self._address, found))
+        return found
+
+    def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
+        """As of `SectionTurns`."""
+        on_rows = np.empty((len(F), 4, 3))
+        self._lib.find_rows(len(F), *map(self._address, (F, M, A, inverse, on_rows)))
+        return on_rows
+
+    def _address(self, values: Array) -> Any:
+        """Address of an array, of a copy of one that is not contiguous."""
+        return self._ffi.from_buffer("double[]", np.ascontiguousarray(values, dtype=float))
+
+
+def compile_section_turns(comm: MPI.Intracomm) -> SectionTurns:
+    """Compiled turns; those of NumPy where there is no compiler. Collective."""
+    source = Path(__file__).with_suffix(".c").read_text(encoding="utf-8")
+    try:
+        return CompiledTurns(_compat.compile_c(comm, DECLARATION, source))
+    except CompilationError as error:
+        log.info("rotations of sections are not compiled: %s", error)
+        return NumpyTurns()
