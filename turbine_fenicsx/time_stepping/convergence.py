@@ -24,10 +24,6 @@ much noise: 2e-11 instead of 9e-13 over fifty steps of a hollow rotor. It would 
 iteration per step of the paper's stiff case.
 """
 
-WORTH = 2
-"""A new tangent of a small body costs as much as this number of iterations or more, so that the
-last one is kept where that many like the last iteration will do."""
-
 DIVERGENCE = 1e4
 """An iteration whose residual grows by this factor is given up."""
 
@@ -58,11 +54,14 @@ class BlockwiseConvergence:
 
     @property
     def keeps_tangent(self) -> bool:
-        """Whether the last tangent, of an earlier step perhaps, will do for this iteration."""
+        """Whether the last tangent, of an earlier step perhaps, serves in this iteration too.
+
+        It does in the first of a step, and where one more like the last ends the step.
+        """
         if len(self.history) < 2:
             return True
         before, now = self.history[-2:]
-        return now * (now / before) ** WORTH <= 1.0
+        return now * now <= before
 
     def __call__(self, snes: PETSc.SNES, iteration: int, norms: Any) -> int:
         """SNES convergence test."""
