@@ -20,8 +20,7 @@ from turbine_fenicsx.forces.section_loads import SectionMotion
 from turbine_fenicsx.foundation.argument_checks import check_array, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
-from turbine_fenicsx.foundation.rotations import skew as cross_matrix
+from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind import plane_slopes
 from turbine_fenicsx.wind.aero_blade import AeroBlade
@@ -34,6 +33,16 @@ from turbine_fenicsx.wind.momentum import (
     solve_momentum,
 )
 from turbine_fenicsx.wind.pitch_rate import PitchRate
+from turbine_fenicsx.wind.section_air import (
+    Loads,
+    Places,
+    Properties,
+    Rotation,
+    compile_section_air,
+    dot,
+    find_flow,
+    find_plane_flow,
+)
 from turbine_fenicsx.wind.skew import SkewedWake
 from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
@@ -46,40 +55,18 @@ MIN_WIND = 0.1
 class _Sections(NamedTuple):
     """All sections at one moment; vectors have the shape (n, 3)."""
 
-    lever: Array  # from the centre of the section to the aerodynamic centre [m]
-    span: Array  # unit vector along the bent span, to the tip
-    chordwise: Array  # unit vector to the leading edge
-    suction: Array  # unit vector to the suction side
-    normal: Array  # unit vector through the rotor, downwind
-    way: Array  # unit vector along the way of the rotation
-    shaft: Array  # unit vector along the shaft, downwind, shape (3,)
-    outward: Array  # unit vector from the shaft to the section
+    places: Places
     radius: Array  # distance from the shaft, shape (n,) [m]
+    shaft: Array  # unit vector along the shaft, downwind, shape (3,)
     wind: Array  # relative to the section, without the wake [m/s]
     speed: float  # of the rotor about the shaft [rad/s]
     omega: Array  # of the sections [rad/s]
-    relative: Array  # the same without the rotation of the rotor [rad/s]
-
-    @property
-    def axes(self) -> tuple[Array, Array, Array]:
-        """Along the chord, to the suction side, and along the span."""
-        return self.chordwise, self.suction, self.span
 
     def find_inflow(self) -> tuple[npt.NDArray[np.bool_], Array, Array]:
         """Where there is a wake, V_x along the normals there, and V_y against the way [m/s]."""
-        V_x, V_y = _dot(self.wind, self.normal), -_dot(self.wind, self.way)
+        V_x, V_y = dot(self.wind, self.places.normal), -dot(self.wind, self.places.way)
         blown = V_x > MIN_WIND
         return blown, np.where(blown, V_x, 1.0), V_y
-
-
-class _Loads(NamedTuple):
-    """Loads on all sections at one moment, and what they follow from."""
-
-    force: Array  # shape (n, 3) [N]
-    moment: Array  # about the centre of the section, shape (n, 3) [N m]
-    line: Array  # forces for each length of the span, shape (n, 3) [N/m]
-    attached: Array  # attached part of the chord in balance, f_st, shape (n,) [-]
-    speed: Array  # of the flow across the section, W, shape (n,) [m/s]
 
 
 class RotorAerodynamics:
@@ -148,14 +135,16 @@ class RotorAerodynamics:
         self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
         self._lengths = np.tile(blade.parts, B) * stretch[:, 0]
         centre = np.tile(np.broadcast_to(blade.aerodynamic_centre, (n,)), B)
-        self._pitch_rate = PitchRate(blade.table, self._chord, centre) if pitch_rate else None
-        self._half_density = 0.5 * self._density * self._chord  # times the chord [kg/m^2]
+        turning = PitchRate(blade.table, self._chord, centre) if pitch_rate else None
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
         self._induction = induction
         polars = blade.table
-        self._coefficients = (
+        table = (
             polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
+        )
+        self._air = compile_section_air(
+            Properties(table, self._chord, self._lengths, self._density, stall, turning)
         )
         self._wake: Wake | None = None
         self._attached: Array | None = None
@@ -187,7 +176,7 @@ class RotorAerodynamics:
             self._wake = wake
             return
         balanced, a = self._balance(sections, wake.velocity, found.line)
-        speed = abs(float(np.mean(_dot(sections.wind, sections.normal))))
+        speed = abs(float(np.mean(dot(sections.wind, sections.places.normal))))
         R = self._blade.tip_radius
         self._wake = wake.advance(balanced, times.dt, a, sections.radius, R, speed)
 
@@ -222,90 +211,51 @@ class RotorAerodynamics:
         if self._local is None or self._local[0] is not motion.initial:
             levers = (self._points - motion.initial)[:, :, None]
             self._local = motion.initial, np.concatenate([levers, self._axes], axis=2)
-        turned = motion.axes @ self._local[1]
-        lever, span, chordwise, suction = turned.transpose(2, 0, 1)
-        place = motion.position + lever
-        arm = place - centre
-        arm = arm - (arm @ shaft)[:, None] * shaft
-        radius = _lengths(arm)
-        outward = arm / radius[:, None]
-        way = outward @ cross_matrix(shaft).T
-        normal = cross_rows(span, way)
-        normal /= _lengths(normal)[:, None]
-        velocity = motion.velocity + cross_rows(motion.angular_velocity, lever)
-        air = self._inflow.velocity(place, time)
-        wind = (air if self._tower is None else self._tower.disturb(air, place)) - velocity
         speed = float(_mean(motion.angular_velocity[self._roots]) @ shaft)
-        directions = (lever, span, chordwise, suction, normal, way, shaft, outward)
-        omega = motion.angular_velocity
-        return _Sections(*directions, radius, wind, speed, omega, omega - speed * shaft)
+        places, radius = self._air.place(motion, self._local[1], Rotation(centre, shaft, speed))
+        air = self._inflow.velocity(places.position, time)
+        air = air if self._tower is None else self._tower.disturb(air, places.position)
+        wind = air - places.velocity
+        return _Sections(places, radius, shaft, wind, speed, motion.angular_velocity)
 
     def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
         """Derivatives of the loads by an increment of a step; see `SlopedLoad.find_slopes`."""
         s = self._find_sections(motion, times.middle)
-        V = self._find_flow(s, self._find_wake(s).velocity)
-        a, slopes = plane_slopes.differentiate(
-            lambda p: self._find_plane_loads(p)[0], _find_plane_flow(s, V), self._chord
+        w, places = self._skew_wake(s, self._find_wake(s).velocity), s.places
+        V, state = find_flow(places, s.wind, w), (self._attached, self._half_step)
+        slopes = plane_slopes.differentiate(
+            lambda p: self._air.find_plane_loads(p, *state)[0],
+            find_plane_flow(places, V),
+            self._chord,
         )
-        changes = plane_slopes.find_changes(s.axes, V, s.lever, (s.omega, s.relative), times.dt)
-        loads = self._place_loads(s, a)
-        return plane_slopes.spread(
-            s.axes, self._lengths[:, None, None] * (slopes @ changes), s.lever, loads[:2]
-        )
+        axes, lever = (places.chordwise, places.suction, places.span), places.lever
+        spins = s.omega, places.relative
+        changes = plane_slopes.find_changes(axes, V, lever, spins, times.dt)
+        loads = self._air.find_loads(places, s.wind, w, *state)
+        of_lengths = self._lengths[:, None, None] * (slopes @ changes)
+        return plane_slopes.spread(axes, of_lengths, lever, (loads.force, loads.moment))
 
-    def _find_flow(self, s: _Sections, w: Array) -> Array:
-        """Flow relative to sections, with induced velocities w along normal and against way."""
-        axial = w[:, 0]
-        if self._skew is not None:
-            mean, part = _mean(s.wind), s.radius / self._blade.tip_radius
-            induced = float(_mean(axial))
-            axial = axial * self._skew.find_factors(mean, s.shaft, induced, s.outward, part)
-        return np.asarray(s.wind - axial[:, None] * s.normal - w[:, 1:] * s.way)
+    def _skew_wake(self, s: _Sections, w: Array) -> Array:
+        """Induced velocities along normal and against way, (n, 2), of the wake as it is skewed."""
+        if self._skew is None:
+            return w
+        mean, part = _mean(s.wind), s.radius / self._blade.tip_radius
+        induced = float(_mean(w[:, 0]))
+        factors = self._skew.find_factors(mean, s.shaft, induced, s.places.outward, part)
+        return np.stack([w[:, 0] * factors, w[:, 1]], axis=1)
 
-    def _find_loads(self, s: _Sections, w: Array) -> _Loads:
+    def _find_loads(self, s: _Sections, w: Array) -> Loads:
         """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
-        a, f_st, W = self._find_plane_loads(_find_plane_flow(s, self._find_flow(s, w)))
-        return _Loads(*self._place_loads(s, a), f_st, W)
-
-    def _place_loads(self, s: _Sections, a: Array) -> tuple[Array, Array, Array]:
-        """Forces, moments about the centres, and line loads of loads as of `_find_plane_loads`."""
-        line = a[0][:, None] * s.chordwise + a[1][:, None] * s.suction
-        force = self._lengths[:, None] * line
-        moment = cross_rows(s.lever, force) + (self._lengths * a[2])[:, None] * s.span
-        return force, moment, line
-
-    def _find_plane_loads(self, p: Array) -> tuple[Array, Array, Array]:
-        """Loads for each length along chord and suction side and about the span, f_st and W.
-
-        Args:
-            p: V_forward, V_up and the rate about the span, shape (3, n).
-        """
-        forward, up, rate = p
-        W = np.hypot(forward, up)
-        added = None if self._pitch_rate is None else self._pitch_rate.find(rate, forward, W)
-        washed, turned, turning = (np.zeros(1),) * 3 if added is None else added
-        C = self._coefficients(np.arctan2(up + washed, forward)).T
-        C_l, C_d, C_m = C[:3]
-        if self._stall is None:
-            f_st = np.ones_like(W)
-        else:  # C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep)
-            f_st, difference = C[3:]
-            before = f_st if self._attached is None else self._attached
-            f = self._stall.follow(before, f_st, self._half_step, self._chord, W)
-            C_l = C_l + (f - f_st) * difference
-        # q c W is the same for lift, along (up, forward) of the section, and drag, along V
-        q = self._half_density * W
-        along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
-        along_suction = along_suction + self._density * turned
-        pitching = q * W * self._chord * C_m + self._density * turning
-        return np.stack([along_chord, along_suction, pitching]), f_st, W
+        state = self._attached, self._half_step
+        return self._air.find_loads(s.places, s.wind, self._skew_wake(s, w), *state)
 
     def _find_wake(self, s: _Sections) -> Wake:
         """The wake as it is, or one in balance with the loads where there is none yet."""
         if self._wake is not None:
             return self._wake
         table, shape = self._blade.table, (self._B, -1)
-        setting = np.arctan2(-_dot(s.chordwise, s.normal), _dot(s.chordwise, s.way))
+        chordwise = s.places.chordwise
+        setting = np.arctan2(-dot(chordwise, s.places.normal), dot(chordwise, s.places.way))
 
         def lift_and_drag(phi: Array) -> tuple[Array, Array]:
             found = table((phi - setting).reshape(shape))
@@ -328,7 +278,7 @@ class RotorAerodynamics:
         """Induced velocities of a wake in balance with line loads, (n, 2), and a."""
         blown, V_x, V_y = s.find_inflow()
         share = self._find_share(s)
-        f_n, f_t = share * _dot(line, s.normal), share * _dot(line, s.way)
+        f_n, f_t = (share * dot(line, axis) for axis in (s.places.normal, s.places.way))
         phi = np.arctan2(V_x - w[:, 0], V_y + w[:, 1])
         F = self._annuli.loss(np.where(np.abs(np.sin(phi)) > 1e-6, phi, 1e-6))
         # B f_n = rho pi r V_x^2 C_T, and B f_t = 4 pi r rho F V_x (1 - a) w_t
@@ -346,21 +296,6 @@ def fit_rotation(before: Array, after: Array) -> Array:
     return nearest_rotation((after - _mean(after)).T @ (before - _mean(before)))
 
 
-def _find_plane_flow(s: _Sections, V: Array) -> Array:
-    """V_forward, V_up and the rate about the span, shape (3, n)."""
-    return np.stack([-_dot(V, s.chordwise), _dot(V, s.suction), _dot(s.relative, s.span)])
-
-
 def _mean(a: Array) -> Array:
     """Mean of rows; quicker for few rows than numpy's."""
     return np.asarray(np.add.reduce(a) / len(a))
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Scalar products of rows, shape (n,)."""
-    return np.asarray(np.einsum("ni,ni->n", a, b))
-
-
-def _lengths(a: Array) -> Array:
-    """Lengths of rows, shape (n,)."""
-    return np.sqrt(_dot(a, a))

@@ -38,14 +38,19 @@ class PitchRate:
         table: Polars of the stations of a blade.
         chord: c at the stations of all blades, shape (n,) [m].
         centre: x_ac, the aerodynamic centre as a fraction of the chord, shape (n,) [-].
+
+    Attributes:
+        area: sigma pi (c/2)^2, shape (n,) [m^2].
+        middle: From there to the middle of the chord, 1/2 - x_ac, shape (n,) [-].
     """
 
     def __init__(self, table: PolarTable, chord: Array, centre: npt.ArrayLike) -> None:
         found = [find_lift_slope(table.angles, lift) for lift in table.values[:, :, 0]]
         slopes = np.array([0.0 if x is None else x[1] for x in found])[table.rows]
         sigma = np.minimum(slopes / (2.0 * np.pi), 1.0)
-        self._area = 0.25 * np.pi * np.resize(sigma, len(chord)) * chord**2
-        self._chord, self._middle = chord, 0.5 - np.asarray(centre)
+        self.area = 0.25 * np.pi * np.resize(sigma, len(chord)) * chord**2
+        self._chord = chord
+        self.middle = np.broadcast_to(0.5 - np.asarray(centre), chord.shape)
 
     def find(self, rate: Array, forward: Array, W: Array) -> tuple[Array, Array, Array]:
         """Change of V_up [m/s], f/rho [m^3/s^2] and m/rho [m^4/s^2], shapes (n,).
@@ -55,6 +60,6 @@ class PitchRate:
             forward: V_forward, shape (n,) [m/s].
             W: Speed of the flow across the section, shape (n,) [m/s].
         """
-        lever = (self._middle + 0.25 * forward / np.maximum(W, MIN_SPEED)) * self._chord
-        f = self._area * forward * rate
+        lever = (self.middle + 0.25 * forward / np.maximum(W, MIN_SPEED)) * self._chord
+        f = self.area * forward * rate
         return lever * rate, f, -lever * f

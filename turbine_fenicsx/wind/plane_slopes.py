@@ -27,8 +27,8 @@ CHANGE = 1e-3
 """Relative changes of p in differences."""
 
 
-def differentiate(loads: PlaneLoads, p: Array, chord: Array) -> tuple[Array, Array]:
-    """Loads a, shape (3, n), and their derivatives da/dp, shape (n, 3, 3).
+def differentiate(loads: PlaneLoads, p: Array, chord: Array) -> Array:
+    """Derivatives da/dp of loads a, shape (n, 3, 3).
 
     Args:
         p: Where, shape (3, n) [m/s, rad/s].
@@ -40,7 +40,7 @@ def differentiate(loads: PlaneLoads, p: Array, chord: Array) -> tuple[Array, Arr
         moved = p.copy()
         moved[k] += size
         slopes[:, :, k] = ((loads(moved) - a) / size).T
-    return a, slopes
+    return slopes
 
 
 def find_changes(

@@ -109,16 +109,24 @@ class AngleTable:
         angles: Rising, shape (m,) [rad].
         values: Shape (k, m, c).
         rows: Which of the k each station has, shape (stations,).
+
+    Attributes:
+        columns: c.
+        starts: Where intervals start, shape (m - 1,) [rad].
+        widths: Their widths, shape (m - 1,) [rad].
+        first: Row of the first interval of each station in what follows, shape (stations,).
+        lower: Values at the starts of intervals, shape (k (m - 1), c).
+        change: Their changes over the intervals, of the same shape.
     """
 
     def __init__(self, angles: Array, values: Array, rows: npt.NDArray[np.intp]) -> None:
-        m, c = values.shape[1:]
-        self._starts, self._inner = angles[:-1], angles[1:-1]
-        self._widths = np.diff(angles)
-        self._first = rows * (m - 1)
+        m, self.columns = values.shape[1:]
+        self.starts, self._inner = angles[:-1], angles[1:-1]
+        self.widths = np.diff(angles)
+        self.first = rows * (m - 1)
         # what is at the start of an interval of a row, and how it changes over the interval
-        self._lower = values[:, :-1].reshape(-1, c)
-        self._change = np.diff(values, axis=1).reshape(-1, c)
+        self.lower = values[:, :-1].reshape(-1, self.columns)
+        self.change = np.diff(values, axis=1).reshape(-1, self.columns)
 
     def __call__(self, angle: Array) -> Array:
         """Values at angles within those of the table.
@@ -130,11 +138,11 @@ class AngleTable:
             Shape (..., stations, c).
         """
         i = self._inner.searchsorted(angle, side="right")
-        weight = (angle - self._starts.take(i)) / self._widths.take(i)
-        i = i + self._first
-        found = self._change.take(i, axis=0)
+        weight = (angle - self.starts.take(i)) / self.widths.take(i)
+        i = i + self.first
+        found = self.change.take(i, axis=0)
         found *= weight[..., None]
-        found += self._lower.take(i, axis=0)
+        found += self.lower.take(i, axis=0)
         return found
 
 
