@@ -33,6 +33,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.rotations import skew_rows
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.system.body_nodes import BodyNodes
+from turbine_fenicsx.system.section_turns import compile_section_turns
 
 LEAST_WIDTH = 1e-6
 """Least distance of the third node of a frame from the line through the others, relative to that of
@@ -81,6 +82,7 @@ class MassDamper:
 
     def __init__(self, model: BodyNodes, parts: Sequence[DampedPart]) -> None:
         self._comm, self._X = model.comm, model.positions
+        self._turns = compile_section_turns(model.comm)
         self._first = self._comm.scan(len(self._X)) - len(self._X)
         self._h = [model.is_point[part.nodes] for part in parts]
         self._parts = [_as_slice(part.nodes) for part in parts]
@@ -108,8 +110,7 @@ class MassDamper:
             sums[k, 0], sums[k, 1:] = self._h[k] @ f, d.T @ f
         sums = sum_over_ranks(self._comm, sums)
         F, T = sums[:, 0], _axial(sums[:, 1:])
-        turns = skew_rows((frames.inverse @ T[:, :, None])[:, :, 0])
-        on_rows = np.concatenate([F[:, None], frames.arms @ turns.transpose(0, 2, 1)], axis=1)
+        on_rows = self._turns.find_rows(F, T, frames.arms.swapaxes(1, 2), frames.inverse)
         forces[self._own] -= self._rows.T @ on_rows.reshape(-1, 3)
 
     def power(self, u: Array, v: Array) -> float:
@@ -215,13 +216,9 @@ class MassDamper:
         """How the surfaces move, for positions and velocities of the owned nodes."""
         motion = np.concatenate([x[self._own], v[self._own]], axis=1)
         motion = sum_over_ranks(self._comm, self._rows @ motion).reshape(-1, 4, 6)
-        r, rates = motion[:, 1:, :3], motion[:, 1:, 3:]
-        J = -r.transpose(0, 2, 1) @ r
-        J += np.einsum("nki,nki->n", r, r)[:, None, None] * np.eye(3)
-        inverse = np.linalg.inv(J)
-        moments = _axial(r.transpose(0, 2, 1) @ rates)
-        spin = skew_rows((inverse @ moments[:, :, None])[:, :, 0])
-        return Frames(motion[:, 0, :3], motion[:, 0, 3:], r, inverse, spin)
+        inverse, omega = self._turns.find_spins(motion)
+        r = motion[:, 1:, :3]
+        return Frames(motion[:, 0, :3], motion[:, 0, 3:], r, inverse, skew_rows(omega))
 
 
 def find_frame(

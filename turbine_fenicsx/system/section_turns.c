@@ -100,10 +100,43 @@ static void invert(const double J[3][3], double inverse[9])
       inverse[3 * i + j] = rows[j][i] / det;
 }
 
+/* omega = J^-1 sum_j a_j x rate_j; sums hold a_j and rate_j in the rows 1 to 3. */
+static void find_spin(const double J[3][3], const double a[3][3], const double *sums,
+                      double *inverse, double *spin)
+{
+  double w[3] = {0.0, 0.0, 0.0};
+  invert(J, inverse);
+  for (int j = 0; j < 3; j++) {
+    double c[3];
+    cross(a[j], sums + 6 * (1 + j) + 3, c);
+    for (int i = 0; i < 3; i++)
+      w[i] += c[i];
+  }
+  for (int i = 0; i < 3; i++)
+    spin[i] = dot(inverse + 3 * i, w);
+}
+
+static void find_spins(int n, const double *sums, double *inverses, double *spins)
+{
+  for (int k = 0; k < n; k++, sums += 24, inverses += 9, spins += 3) {
+    double r[3][3], J[3][3], trace = 0.0;
+    for (int j = 0; j < 3; j++) {
+      for (int i = 0; i < 3; i++)
+        r[j][i] = sums[6 * (1 + j) + i];
+      trace += dot(r[j], r[j]);
+    }
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        J[i][j] = (i == j ? trace : 0.0) - r[0][i] * r[0][j] - r[1][i] * r[1][j]
+                  - r[2][i] * r[2][j];
+    find_spin(J, r, sums, inverses, spins);
+  }
+}
+
 static void find_turns(int n, const double *sums, double *rotations, double *inverses, double *spins)
 {
   for (int k = 0; k < n; k++, sums += 24, rotations += 9, inverses += 9, spins += 3) {
-    double B[3][3], A[3][3], J[3][3], w[3] = {0.0, 0.0, 0.0};
+    double B[3][3], A[3][3], J[3][3];
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
         B[i][j] = sums[6 * (1 + j) + i];
@@ -117,17 +150,11 @@ static void find_turns(int n, const double *sums, double *rotations, double *inv
         J[i][j] = (i == j ? trace : 0.0) - dot(B[i], A[j]);
         rotations[3 * i + j] = A[i][j];
       }
-    invert(J, inverses);
-    /* omega = J^-1 sum_j A_j x H_j x' */
-    for (int j = 0; j < 3; j++) {
-      const double a[3] = {A[0][j], A[1][j], A[2][j]};
-      double c[3];
-      cross(a, sums + 6 * (1 + j) + 3, c);
+    double columns[3][3];
+    for (int j = 0; j < 3; j++)
       for (int i = 0; i < 3; i++)
-        w[i] += c[i];
-    }
-    for (int i = 0; i < 3; i++)
-      spins[i] = dot(inverses + 3 * i, w);
+        columns[j][i] = A[i][j];
+    find_spin(J, columns, sums, inverses, spins);
   }
 }
 

@@ -4,6 +4,8 @@ With B_j = H_j x, the rotation A nearest to B, and J = tr(A^T B) 1 - B A^T,
 
     omega = J^-1 sum_j A_j x H_j x',        H_j takes the forces (J^-1 M) x A_j.
 
+Frames of three arms r_j have r_j in place of A_j, and J = sum_j (|r_j|^2 1 - r_j r_j^T).
+
 `compile_section_turns` makes the same of C code, in a tenth of the time.
 """
 
@@ -26,6 +28,7 @@ log = logging.getLogger(__name__)
 
 DECLARATION = """
 void find_turns(int, const double *, double *, double *, double *);
+void find_spins(int, const double *, double *, double *);
 void find_rows(int, const double *, const double *, const double *, const double *, double *);
 """
 
@@ -40,6 +43,13 @@ class SectionTurns(Protocol):
             sums: H_j x and H_j x', shape (n, 4, 6).
         """
 
+    def find_spins(self, sums: Array) -> tuple[Array, Array]:
+        """J^-1 and omega of n frames, shapes (n, 3, 3) and (n, 3).
+
+        Args:
+            sums: r_j and r_j' in the last three rows of each, shape (n, 4, 6).
+        """
+
     def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
         """Forces that the rows H_j take for loads F and M of shape (n, 3), shape (n, 4, 3)."""
 
@@ -51,11 +61,12 @@ class NumpyTurns:
         """As of `SectionTurns`."""
         B, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
         A = nearest_rotation(B)
-        J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A.swapaxes(1, 2)
-        inverse = np.linalg.inv(J)
-        D = A @ rates
-        spin = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
-        return A, inverse, (inverse @ spin[:, :, None])[:, :, 0]
+        return A, *_find_spins(B, A, rates)
+
+    def find_spins(self, sums: Array) -> tuple[Array, Array]:
+        """As of `SectionTurns`."""
+        arms, rates = sums[:, 1:, :3].swapaxes(1, 2), sums[:, 1:, 3:]
+        return _find_spins(arms, arms, rates)
 
     def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
         """As of `SectionTurns`."""
@@ -83,6 +94,12 @@ class CompiledTurns:
         self._lib.find_turns(n, self._address(sums), *map(self._address, found))
         return found
 
+    def find_spins(self, sums: Array) -> tuple[Array, Array]:
+        """As of `SectionTurns`."""
+        found = np.empty((len(sums), 3, 3)), np.empty((len(sums), 3))
+        self._lib.find_spins(len(sums), self._address(sums), *map(self._address, found))
+        return found
+
     def find_rows(self, F: Array, M: Array, A: Array, inverse: Array) -> Array:
         """As of `SectionTurns`."""
         on_rows = np.empty((len(F), 4, 3))
@@ -102,3 +119,11 @@ def compile_section_turns(comm: MPI.Intracomm) -> SectionTurns:
     except CompilationError as error:
         log.info("rotations of sections are not compiled: %s", error)
         return NumpyTurns()
+
+
+def _find_spins(B: Array, A: Array, rates: Array) -> tuple[Array, Array]:
+    """J^-1 and omega for J = tr(A^T B) 1 - B A^T, of columns A_j and B_j, and rows of rates."""
+    J = np.einsum("nij,nij->n", A, B)[:, None, None] * np.eye(3) - B @ A.swapaxes(1, 2)
+    inverse, D = np.linalg.inv(J), A @ rates
+    moments = np.stack([D[:, i, j] - D[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+    return inverse, (inverse @ moments[:, :, None])[:, :, 0]

@@ -43,6 +43,14 @@ def test_rotations_and_spins_are_those_of_numpy(compiled, flatness):
         assert np.allclose(found, wanted, rtol=0.0, atol=1e-11 * np.max(np.abs(wanted)))
 
 
+def test_spins_of_frames_are_those_of_numpy_and_of_what_turns(compiled):
+    sums, w = sections(0.5), np.array([0.3, -1.0, 2.0])
+    for found, wanted in zip(compiled.find_spins(sums), NumpyTurns().find_spins(sums), strict=True):
+        assert np.allclose(found, wanted, rtol=0.0, atol=1e-11 * np.max(np.abs(wanted)))
+    sums[:, :, 3:] = np.cross(w, sums[:, :, :3])
+    assert np.allclose(compiled.find_spins(sums)[1], w, rtol=0.0, atol=1e-10)
+
+
 def test_rotations_are_orthonormal_and_not_reflections(compiled):
     sums = sections(0.1)
     sums[0, 1:, :3] *= np.array([1.0, -1.0, 1.0])
