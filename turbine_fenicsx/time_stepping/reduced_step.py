@@ -108,7 +108,6 @@ class ReducedStep:
         self._factors = 1.0 + np.finfo(float).eps * signs
         self._expected: ExpectedStrain | None = None
         self._kept: KeptTangent | None = None
-        self._J: Array | None = None
         self._changed: tuple[Array, tuple[Array, Array, Array]] | None = None
 
     @property
@@ -122,7 +121,7 @@ class ReducedStep:
         self._set_length(times)
         self._y, self._c = model.strain_at(u.array_r)
         self._history.start_step(times, self._c)
-        self._J = self._changed = None
+        self._changed = None
         self._dt_v = times.dt * model.split(v.array_r)
         self._impulse = times.half_dt2 * model.applied_forces(gravity, times.middle)
         M = np.abs(model.mass)
@@ -177,21 +176,24 @@ class ReducedStep:
 
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
-        dz, strain = self.model.split(du.array_r), self.model.strain
+        dz = self.model.split(du.array_r)
         if self._slopes is None and self.model.has_node_loads:
             self._slopes = self.model.find_slopes(*self._move(du.array_r), self._times)
-        _, dy, dc = self._change(dz)
-        J = strain.jacobian(self._y + dy, single=True)
         expected, one = self._expect(dz), np.broadcast_to(np.eye(3), (len(dz), 3, 3))
-        self._expected = ExpectedStrain(dz.copy(), dc, J, one)
-        loaded = self._load_mean(J)
         z = self.model.vectors(self._u)
-        self._keep(J, loaded, np.array([z, z + dz]))
-        self._write(self.differentiate(J, loaded, expected))
+        self._kept = kept = self._linearise(np.array([z, z + dz]))
+        self._expected = ExpectedStrain(dz.copy(), self._change(dz)[2], kept.J, one)
+        self._write(self.differentiate(kept.J, kept.loaded, expected))
 
-    def _keep(self, J: Array, loaded: Array, ends: Array) -> None:
-        """Keep the tangent, see `KeptTangent`."""
-        self._kept = KeptTangent(self._times.dt, J, loaded, ends, find_frames(ends[1]))
+    def _linearise(self, ends: Array) -> KeptTangent:
+        """Jacobians between vectors of the shape (2, copies, n, 3), see `KeptTangent`."""
+        y = self.model.strain.vectors(ends)
+        # one product for both: it reads a large matrix
+        both = self.model.strain.jacobian(y.reshape(-1, *y.shape[2:]), single=True)
+        J_m, J = np.split(both, 2)
+        J_m += J  # J is linear in the vectors
+        J_m *= (0.5 * self._times.half_dt2 * self._slope[:, None]).astype(J_m.dtype)
+        return KeptTangent(self._times.dt, J, J_m, ends, find_frames(ends[1]))
 
     def _expect(self, dz: Array) -> Array:
         """Change of c expected at increments, shape (copies, r)."""
@@ -226,21 +228,9 @@ class ReducedStep:
 
     def assemble_at_rest(self) -> None:
         """Assemble the tangent for du = 0."""
-        J = self._jacobian_at_start()
-        self._kept = None
-        self._write(self.differentiate(J, self._load_mean(J), 0.0 * self._c))
-
-    def _jacobian_at_start(self) -> Array:
-        """J_n, made once in a step."""
-        if self._J is None:
-            self._J = self.model.strain.jacobian(self._y, single=True)
-        return self._J
-
-    def _load_mean(self, J: Array) -> Array:
-        """D J_m, with D = dt^2/2 (1/2 + chi/2 + Z/dt), for J_{n+1}; shapes (copies, r, 3 n)."""
-        J_m = 0.5 * (self._jacobian_at_start() + J)  # J is linear in the vectors
-        J_m *= (self._times.half_dt2 * self._slope[:, None]).astype(J_m.dtype)
-        return J_m
+        z, self._kept = self.model.vectors(self._u), None
+        at_rest = self._linearise(np.array([z, z]))
+        self._write(self.differentiate(at_rest.J, at_rest.loaded, 0.0 * self._c))
 
     def differentiate(self, J: Array, loaded: Array, dc: Array) -> Array:
         """The tangent A, shape (copies, 3 n, 3 n) [kg].
@@ -343,9 +333,6 @@ class ReducedStep:
         mine = slice(self.model.copies if self.model.n_owned else 0)
         self._history.restore(data.numbers["times"], list(data.arrays["strain"][:, mine]))
         if "dt" in data.numbers:
-            ends, strain = data.arrays["ends"][:, mine], self.model.strain
-            times = StepTimes.from_start(0.0, data.numbers["dt"])
-            self._set_length(times)
-            self._J, J = (strain.jacobian(strain.vectors(z), single=True) for z in ends)
-            self._keep(J, self._load_mean(J), ends)
+            self._set_length(StepTimes.from_start(0.0, data.numbers["dt"]))
+            self._kept = self._linearise(data.arrays["ends"][:, mine])
             self._write(data.arrays["tangent"][mine])
