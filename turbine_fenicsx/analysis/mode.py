@@ -13,6 +13,9 @@ from turbine_fenicsx.system.state import State
 _MOST = 6
 """Modes that are printed at most."""
 
+LEAST_GROWTH = 1e-10
+"""Least part of an eigenvalue that is growth; a smaller one is round-off of undamped modes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -95,8 +98,9 @@ class Mode:
 
     @property
     def is_unstable(self) -> bool:
-        """Whether the motion grows."""
-        return not self.is_rigid and self.eigenvalue.real > 0.0
+        """Whether the motion grows, by more than the round-off of its frequency."""
+        growth = self.eigenvalue.real
+        return not self.is_rigid and growth > LEAST_GROWTH * abs(self.eigenvalue)
 
     def destroy(self) -> None:
         """Free the distributed vectors. Collective."""
