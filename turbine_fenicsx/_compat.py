@@ -28,6 +28,7 @@ from dolfinx import fem, geometry
 from dolfinx.io.utils import distribute_entity_data
 
 from turbine_fenicsx.foundation import c_code, form_cache
+from turbine_fenicsx.foundation.errors import CompilationError
 
 # FFCx 0.5 sets up the root logger at import; its compiler lines are noise to everyone else.
 for _handler in logging.getLogger().handlers:
@@ -292,6 +293,16 @@ def compile_c(comm: Any, declaration: str, source: str) -> Any:
     """C code with the flags and in the cache of forms, see `c_code.compile_c`. Collective."""
     folder = _jit_options()[1]({})["cache_dir"] / "turbine_fenicsx" / "forms"
     return c_code.compile_c(comm, folder, declaration, source, _compiler_flags())
+
+
+def load_c(comm: Any, path: Path, declaration: str) -> Any | None:
+    """Module of a file of C code and `c_code.VECTORS`; None without a compiler. Collective."""
+    source = "".join(file.read_text(encoding="utf-8") for file in (c_code.VECTORS, path))
+    try:
+        return compile_c(comm, declaration, source)
+    except CompilationError as error:
+        logging.getLogger(__name__).info("%s is not compiled: %s", path.name, error)
+        return None
 
 
 def coefficients_in_order(form: Any, compiled: Any) -> list[Any]:

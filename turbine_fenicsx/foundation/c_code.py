@@ -15,8 +15,13 @@ from typing import Any
 from mpi4py import MPI
 
 import cffi
+import numpy as np
 
 from turbine_fenicsx.foundation.form_cache import Claim, compile_on_all
+from turbine_fenicsx.foundation.types import Array
+
+VECTORS = Path(__file__).with_name("vectors.c")
+"""Functions of vectors before the code of other files."""
 
 
 def compile_c(
@@ -52,3 +57,18 @@ def compile_c(
         return None, module
 
     return compile_on_all(comm, folder, compile_here)[1]
+
+
+class CompiledCode:
+    """Functions of C code, for arrays.
+
+    Args:
+        module: Of `compile_c`.
+    """
+
+    def __init__(self, module: Any) -> None:
+        self._ffi, self._lib = module.ffi, module.lib
+
+    def _address(self, values: Array) -> Any:
+        """Address of an array, of a copy of one that is not contiguous."""
+        return self._ffi.from_buffer("double[]", np.ascontiguousarray(values, dtype=float))

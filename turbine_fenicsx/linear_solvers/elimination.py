@@ -143,7 +143,6 @@ class Elimination(DirectSolver):
             return False
         for body, (Q, lacking) in zip(self._small, turned, strict=True):
             body.turn(Q, lacking)
-        self._blocks.update_rigid_tangent(x)
         self._reduced.update()
         return True
 

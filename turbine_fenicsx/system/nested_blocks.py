@@ -56,17 +56,13 @@ class NestedBlocks(ABC):
         """Assemble all blocks at the unknowns X."""
 
     def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array, Array]] | None:
-        """Take the last tangent of each body to the unknowns X.
+        """Take the last tangent of each body to the unknowns X, and assemble K_r there.
 
         Returns:
             Rotations of its copies, shape (copies, 3, 3), and what is added to its right-hand side;
             None where a new tangent is needed, as by default.
         """
         return None
-
-    def update_rigid_tangent(self, x: PETSc.Vec) -> None:
-        """Assemble only K_r at the unknowns X."""
-        raise NotImplementedError
 
     def new_nested_vector(self) -> PETSc.Vec:
         """New nested vector with the layout of the unknowns, zero."""

@@ -11,20 +11,17 @@ Frames of three arms r_j have r_j in place of A_j, and J = sum_j (|r_j|^2 1 - r_
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from mpi4py import MPI
 
 import numpy as np
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.errors import CompilationError
+from turbine_fenicsx.foundation.c_code import CompiledCode
 from turbine_fenicsx.foundation.rotations import cross_rows, nearest_rotation
 from turbine_fenicsx.foundation.types import Array
-
-log = logging.getLogger(__name__)
 
 DECLARATION = """
 void find_turns(int, const double *, double *, double *, double *);
@@ -77,15 +74,8 @@ class NumpyTurns:
         return on_rows
 
 
-class CompiledTurns:
-    """`SectionTurns` of C code.
-
-    Args:
-        module: Of `_compat.compile_c`.
-    """
-
-    def __init__(self, module: Any) -> None:
-        self._ffi, self._lib = module.ffi, module.lib
+class CompiledTurns(CompiledCode):
+    """`SectionTurns` of C code."""
 
     def find(self, sums: Array) -> tuple[Array, Array, Array]:
         """As of `SectionTurns`."""
@@ -106,19 +96,11 @@ class CompiledTurns:
         self._lib.find_rows(len(F), *map(self._address, (F, M, A, inverse, on_rows)))
         return on_rows
 
-    def _address(self, values: Array) -> Any:
-        """Address of an array, of a copy of one that is not contiguous."""
-        return self._ffi.from_buffer("double[]", np.ascontiguousarray(values, dtype=float))
-
 
 def compile_section_turns(comm: MPI.Intracomm) -> SectionTurns:
     """Compiled turns; those of NumPy where there is no compiler. Collective."""
-    source = Path(__file__).with_suffix(".c").read_text(encoding="utf-8")
-    try:
-        return CompiledTurns(_compat.compile_c(comm, DECLARATION, source))
-    except CompilationError as error:
-        log.info("rotations of sections are not compiled: %s", error)
-        return NumpyTurns()
+    module = _compat.load_c(comm, Path(__file__).with_suffix(".c"), DECLARATION)
+    return NumpyTurns() if module is None else CompiledTurns(module)
 
 
 def _find_spins(B: Array, A: Array, rates: Array) -> tuple[Array, Array]:

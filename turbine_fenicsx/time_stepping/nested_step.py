@@ -172,6 +172,7 @@ class NestedStep(StepBlocks):
         """As of `NestedBlocks`; none without bodies, or where one of them keeps no tangent."""
         if not self._bodies or not all(body.keeps_tangent for body in self._bodies):
             return None
+        self.update_rigid_tangent(x)
         du, _, _ = self.split(x)
         return [body.turn_tangent(part) for body, part in zip(self._bodies, du, strict=True)]
 

@@ -10,8 +10,8 @@ To follow a step, read in this order:
 5. `NestedStep.residual`: R_u, Phi_c and R_r of X (``nested_step.py``, ``flexible_step.py``,
    ``rigid_step.py``).
 6. `BlockwiseConvergence`: whether each block is small beside its terms (``convergence.py``).
-7. `LinearSolver.update` and `solve`: the correction of X (``linear_solvers/elimination.py``); from
-   here back to 5, until all blocks have converged.
+7. `LinearSolver.turn` or `update`, and `solve`: the correction of X
+   (``linear_solvers/elimination.py``); from here back to 5, until all blocks have converged.
 8. `NestedStep.finish`: the state at t_{n+1}, works and what dissipated.
 """
 

@@ -1,6 +1,4 @@
 /* Places of sections in a rotor, and the loads on them; see section_air.py. */
-#include <math.h>
-#include <stddef.h>
 
 typedef struct {
   int sections, angles, columns;
@@ -9,18 +7,6 @@ typedef struct {
   const double *chord, *lengths, *area, *middle;
   double density, lag, slowest, least;
 } Air;
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void place(const Air *air, const double *axes, const double *local, const double *position,
                   const double *velocity, const double *omega, const double *centre,
@@ -122,7 +108,7 @@ static void find_plane_loads(const Air *air, const double *p, const double *atta
   }
 }
 
-static void find_loads(const Air *air, const double *block, const double *wind,
+static void find_loads(const Air *air, double **places, const double *wind,
                        const double *axial, const double *along, const double *attached,
                        double duration, double *force, double *moment, double *line, double *f_st,
                        double *W)
@@ -132,7 +118,7 @@ static void find_loads(const Air *air, const double *block, const double *wind,
     const double *at[10];
     double V[3], a[3], m[3];
     for (int b = 0; b < 10; b++)
-      at[b] = block + 3 * ((ptrdiff_t)n * b + k);
+      at[b] = places[b] + 3 * k;
     const double *lever = at[0], *span = at[1], *chordwise = at[2], *suction = at[3];
     const double *normal = at[4], *way = at[5], *relative = at[9];
     for (int i = 0; i < 3; i++)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -16,7 +15,7 @@ import numpy as np
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.forces.section_loads import SectionMotion
-from turbine_fenicsx.foundation.errors import CompilationError
+from turbine_fenicsx.foundation.c_code import CompiledCode
 from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.foundation.rotations import skew as cross_matrix
 from turbine_fenicsx.foundation.types import Array
@@ -24,8 +23,6 @@ from turbine_fenicsx.wind import pitch_rate, stall
 from turbine_fenicsx.wind.pitch_rate import PitchRate
 from turbine_fenicsx.wind.polar import AngleTable
 from turbine_fenicsx.wind.stall import OeyeStall
-
-log = logging.getLogger(__name__)
 
 DECLARATION = """
 typedef struct {
@@ -39,7 +36,7 @@ void place(const Air *, const double *, const double *, const double *, const do
            const double *, const double *, const double *, double, double *, double *);
 void find_plane_loads(const Air *, const double *, const double *, double, double *, double *,
                       double *);
-void find_loads(const Air *, const double *, const double *, const double *, const double *,
+void find_loads(const Air *, double **, const double *, const double *, const double *,
                 const double *, double, double *, double *, double *, double *, double *);
 """
 
@@ -193,15 +190,12 @@ class NumpyAir:
         return Loads(force, moment, line, f_st, W)
 
 
-class CompiledAir:
-    """`SectionAir` of C code.
-
-    Args:
-        module: Of `_compat.compile_c`.
-    """
+class CompiledAir(CompiledCode):
+    """`SectionAir` of C code; arguments as of `CompiledCode`."""
 
     def __init__(self, module: Any, properties: Properties) -> None:
-        self._ffi, self._lib, self._n = module.ffi, module.lib, len(properties.chord)
+        super().__init__(module)
+        self._n = len(properties.chord)
         turning, separating = properties.pitch_rate, properties.stall
         table = properties.table
         kept = {
@@ -250,28 +244,17 @@ class CompiledAir:
         """As of `SectionAir`."""
         found = Loads(*np.empty((3, self._n, 3)), *np.empty((2, self._n)))
         before = self._ffi.NULL if attached is None else self._address(attached)
-        places = s.lever.base
-        if not isinstance(places, np.ndarray) or places.shape != (10, self._n, 3):
-            places = np.stack(s)
-        given = map(self._address, (places, wind, *w.T))
+        places = [self._address(x) for x in s]
+        given = (self._ffi.new("double *[]", places), *map(self._address, (wind, *w.T)))
         ends = map(self._address, found)
         self._lib.find_loads(self._air, *given, before, duration, *ends)
         return found
 
-    def _address(self, values: Array) -> Any:
-        """Address of an array, of a copy of one that is not contiguous."""
-        return self._ffi.from_buffer("double[]", np.ascontiguousarray(values, dtype=float))
-
 
 def compile_section_air(properties: Properties) -> SectionAir:
     """Compiled air; that of NumPy where there is no compiler."""
-    source = Path(__file__).with_suffix(".c").read_text(encoding="utf-8")
-    try:
-        module = _compat.compile_c(MPI.COMM_SELF, DECLARATION, source)
-    except CompilationError as error:
-        log.info("loads of the air are not compiled: %s", error)
-        return NumpyAir(properties)
-    return CompiledAir(module, properties)
+    module = _compat.load_c(MPI.COMM_SELF, Path(__file__).with_suffix(".c"), DECLARATION)
+    return NumpyAir(properties) if module is None else CompiledAir(module, properties)
 
 
 def find_flow(s: Places, wind: Array, w: Array) -> Array:
