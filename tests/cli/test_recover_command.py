@@ -211,7 +211,7 @@ def test_a_run_without_reduced_blades_is_told_where_its_fields_are(out, capfd):
     case = json.loads((out / "case.json").read_text())
     case["blade"]["model"] = "full"
     (out / "case.json").write_text(json.dumps(case))
-    is_refused(["recover", str(out)], capfd, "are not reduced", "fields.xdmf")
+    is_refused(["recover", str(out)], capfd, "no part of", "fields.xdmf")
 
 
 @pytest.mark.parametrize("name", ["motion.bin", "motion.json"])

@@ -248,8 +248,8 @@ def _make_beams(assembly: Assembly) -> Made:
 
 
 def find_plies(turbine: Turbine) -> BladePlies | None:
-    """Plies of full blades; None for one material, and for reduced ones. Collective."""
-    if turbine.case.has_reduced_blades:
+    """Plies of full blades; None for one material, and for other blades. Collective."""
+    if not turbine.case.has_full_blades:
         return None
     return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
 

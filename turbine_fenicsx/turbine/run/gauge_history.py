@@ -16,8 +16,10 @@ def find_gauge_history(run: RecordedRun) -> dict[str, Array]:
     """Time and the strain of each gauge of the case, by the names of columns. Collective.
 
     Raises:
-        InputError: for a case without gauges.
+        InputError: for a case without gauges, or with rigid blades.
     """
+    if BODY not in run.reduced:
+        raise InputError("rigid blades have no strains for a gauge")
     gauges = make_gauges(run.turbine, run.turbine.part(BODY))
     if gauges is None:
         raise InputError(

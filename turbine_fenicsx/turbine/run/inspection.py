@@ -132,11 +132,14 @@ def describe_tower(case: Case) -> list[str]:
         ]
     mesh = mesh_tower(geometry, t.elements, t.degree)
     report = mesh.examine()
-    return [
+    lines = [
         str(report),
         _describe_unknowns(mesh, (BOTTOM, TOP), t.degree),
         f"mass of the tower {sum(report.volumes.values()) * t.density / 1e3:.6g} t",
     ]
+    if case.has_reduced_tower:
+        lines.append(f"reduced tower: {t.reduction.functions} functions in place of its mesh")
+    return lines
 
 
 def _describe_unknowns(mesh: MeshArrays, coupled: tuple[str, ...], degree: int) -> str:

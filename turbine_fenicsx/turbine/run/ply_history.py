@@ -62,15 +62,17 @@ class PlyRecovery:
         vectors: Vectors of the motion, shape (rows, blades, n, 3) [m].
 
     Raises:
-        InputError: for blades of one material, and for beams.
+        InputError: for rigid blades, beams, and blades of one material.
     """
 
     def __init__(self, run: RecordedRun) -> None:
-        turbine, system = run.turbine, run.turbine.system
-        plies = turbine.rotor.blades.make_plies(system, turbine.meshes[BODY])
+        turbine, plies = run.turbine, None
+        if BODY in run.reduced:
+            plies = turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
         if plies is None:
             raise InputError(
-                "blades of one material, and beams, have no plies that could be recovered"
+                "rigid blades, beams, and blades of one material have no plies that could be "
+                "recovered"
             )
         self.run, self.plies, self.vectors = run, plies, run.motion.vectors[BODY]
         self.recovered = RecoveredPlies(run.reduced[BODY], plies.stresses)

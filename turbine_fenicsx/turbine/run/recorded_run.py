@@ -98,13 +98,13 @@ def _read(folder: str | os.PathLike[str], overrides: Sequence[str]) -> tuple[Pat
         if not override.strip().startswith(GAUGES):
             raise InputError(f"--set {override}: only {GAUGES}NAME can be set for a recovery")
     case = read_case(path, overrides)
-    if not case.has_reduced_blades:
+    if not case.moves_by_vectors:
         raise InputError(
-            f"the blades of {str(path)!r} are not reduced: its history.csv and fields.xdmf have "
-            "what they have seen"
+            f"no part of {str(path)!r} is reduced: its history.csv and fields.xdmf have what the "
+            "blades have seen"
         )
     kept = {
-        "blade": not case.has_beam_blades,
+        "blade": case.has_reduced_blades and not case.has_beam_blades,
         "tower": case.has_reduced_tower and not case.has_beam_tower,
     }
     for table, basis in BASES.items():

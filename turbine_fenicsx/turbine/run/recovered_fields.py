@@ -34,12 +34,12 @@ class FieldRecovery:
     """
 
     def __init__(self, motion: FullMotion, wanted: Collection[str] | None = None) -> None:
-        plies = find_plies(motion.turbine)
+        plies, case = find_plies(motion.turbine), motion.turbine.case
         more: list[CellValues] = []
         if plies is not None:
             more = [failure_field(plies.stresses, name, plies.made_up) for name in CRITERIA]
         known, usual = list_fields(more), list_fields(more[:1])
-        if motion.turbine.case.has_beam_blades:
+        if case.has_beam_blades or case.has_beam_tower:
             known = usual = list(MOTIONS)
         for name in wanted or ():
             if name not in known:

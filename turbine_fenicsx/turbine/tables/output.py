@@ -9,15 +9,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
-from turbine_fenicsx.case.rules import AnyOf, Only
+from turbine_fenicsx.case.rules import AnyOf, If, Only
 from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
 
-_FIELDS = AnyOf(
-    Only("blade.model", "full"),
-    Only("turbine.model", "rigid"),
-    Only("fields_every", 0.0),
-    say='with blade.model = "reduced"',
+_FIELDS = If(
+    lambda case: not case.moves_by_vectors,
+    "beside reduced parts and beams, whose fields `turbine-fenicsx recover --fields` makes",
 )
 
 PLACES = ("trailing edge", "suction side", "leading edge", "pressure side")
@@ -97,14 +95,15 @@ class OutputCase(Section):
     one at the start and at the end.
     """
 
-    fields_every: Annotated[Seconds, NotNegative, _FIELDS] = 0.1
+    fields_every: Annotated[Seconds, NotNegative, AnyOf(_FIELDS, Only("fields_every", 0.0))] = 0.1
     """Simulated time between two outputs of fields; 0: no fields."""
-    format: Annotated[
-        Literal["xdmf", "vtkhdf"],
-        AnyOf(Only("blade.model", "full"), Only("turbine.model", "rigid")),
-    ] = "xdmf"
+    format: Annotated[Literal["xdmf", "vtkhdf"], _FIELDS] = "xdmf"
     """Files of the fields: ``fields.xdmf`` with ``fields.bin``, or ``fields.vtkhdf``."""
-    motion_every: Annotated[Seconds, NotNegative, Only("blade.model", "reduced")] = 0.1
+    motion_every: Annotated[
+        Seconds,
+        NotNegative,
+        If(lambda case: case.moves_by_vectors, "without reduced parts and beams"),
+    ] = 0.1
     """Simulated time between two rows of the motion of reduced bodies, from which fields and
     stresses can be recovered; 0: none."""
     checkpoint_every: Annotated[Seconds, NotNegative] = 0.0

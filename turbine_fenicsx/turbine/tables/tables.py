@@ -83,9 +83,14 @@ class Tables(Section):
         return self.turbine.model == "hybrid" and self.blade.model == "beam"
 
     @property
+    def has_full_blades(self) -> bool:
+        """Whether the blades are flexible and move on their whole mesh."""
+        return self.turbine.model == "hybrid" and self.blade.model == "full"
+
+    @property
     def has_reduced_tower(self) -> bool:
-        """Whether the tower is flexible and moves by few vectors, as beside such blades it can."""
-        return self.has_reduced_blades and self.tower.flexible and self.tower.model != "full"
+        """Whether the tower is flexible and moves by few vectors: never beside full blades."""
+        return not self.has_full_blades and self.tower.flexible and self.tower.model != "full"
 
     @property
     def has_beam_tower(self) -> bool:
@@ -93,14 +98,19 @@ class Tables(Section):
         return self.has_reduced_tower and self.tower.model == "beam"
 
     @property
+    def moves_by_vectors(self) -> bool:
+        """Whether the blades or the tower move by few vectors: a run writes these, no fields."""
+        return self.has_reduced_blades or self.has_reduced_tower
+
+    @property
     def fields_every(self) -> float:
         """Time between two outputs of fields; 0 for none [s]."""
-        return 0.0 if self.has_reduced_blades else self.output.fields_every
+        return 0.0 if self.moves_by_vectors else self.output.fields_every
 
     @property
     def motion_every(self) -> float:
-        """Time between two rows of the motion of reduced blades; 0 for none [s]."""
-        return self.output.motion_every if self.has_reduced_blades else 0.0
+        """Time between two rows of the motion of reduced bodies; 0 for none [s]."""
+        return self.output.motion_every if self.moves_by_vectors else 0.0
 
     @property
     def meshes_blades(self) -> bool:

@@ -27,7 +27,7 @@ from turbine_fenicsx.turbine.tables.beam import TowerBeamCase
 from turbine_fenicsx.turbine.tables.damping import TowerDamping, TowerDampingCase, check_damping
 from turbine_fenicsx.turbine.tables.reduction import TowerReductionCase
 
-_BESIDE_REDUCED = If(lambda case: case.has_reduced_blades, "without reduced blades")
+_NO_FULL_BLADES = If(lambda case: not case.has_full_blades, "beside blades on their whole mesh")
 _WIDTH, _WALL = Plausible(0.2, 30.0), Plausible(1e-3, 1.0)
 
 
@@ -70,11 +70,11 @@ class TowerCase(Section):
     """Poisson's ratio."""
     density: Annotated[Density, Positive, Plausible(200.0, 2e4)] = 7850.0
     """Density."""
-    model: Annotated[Literal["full", "reduced", "beam"], _BESIDE_REDUCED] = "full"
-    """Tower on its whole mesh; or beside reduced and beam blades as some functions of it move, see
-    howto/reduced_turbine, or as a beam of its tube, see howto/beam_turbine."""
-    beam: Annotated[TowerBeamCase, Only("model", "beam"), _BESIDE_REDUCED] = TowerBeamCase()
-    reduction: Annotated[TowerReductionCase, Only("model", "reduced"), _BESIDE_REDUCED] = (
+    model: Annotated[Literal["full", "reduced", "beam"], _NO_FULL_BLADES] = "full"
+    """Tower on its whole mesh; or beside rigid, reduced and beam blades as some functions of it
+    move, see howto/reduced_turbine, or as a beam of its tube, see howto/beam_turbine."""
+    beam: Annotated[TowerBeamCase, Only("model", "beam"), _NO_FULL_BLADES] = TowerBeamCase()
+    reduction: Annotated[TowerReductionCase, Only("model", "reduced"), _NO_FULL_BLADES] = (
         TowerReductionCase()
     )
     damping: TowerDamping = TowerDampingCase()

@@ -81,8 +81,7 @@ def test_rigid_blades_have_no_other_model_and_reduced_ones_no_fields():
     tables = {"blade": {"model": "reduced"}, "output": {"fields_every": 0.2}}
     case = Case.parse(tables)
     assert case.fields_every == 0.0
-    told = 'output.fields_every has no effect with blade.model = "reduced"'
-    assert told in case.warnings
+    assert any(text.startswith("output.fields_every has no effect") for text in case.warnings)
     full = Case.parse(tables | {"blade": {"reduction": {"modes": 3}}})
     assert full.fields_every == 0.2
     assert 'blade.reduction has no effect with blade.model = "full"' in full.warnings
