@@ -62,16 +62,20 @@ class DenseElimination:
         self._is_factorised = True
         self.turn(np.broadcast_to(np.eye(3), (len(self._copies), 3, 3)), 0.0)
 
-    def turn(self, Q: Array, lacking: Array | float) -> None:
+    def turn(self, Q: Array | None, lacking: Array | float) -> None:
         """Use the factors, made now if there are none, for copies that have turned since.
 
         Args:
-            Q: Rotation of each copy since its tangent was made, shape (copies or 0, 3, 3).
+            Q: Rotation of each copy since its tangent was made, shape (copies or 0, 3, 3); None
+                for the last one.
             lacking: What is added to each b_u that follows, shape (3 n_owned,).
         """
         if not self._is_factorised:
             self.factorise()
-        self._lacking, self.schur = lacking, np.zeros_like(self.schur)
+        self._lacking = lacking
+        if Q is None:
+            return
+        self.schur = np.zeros_like(self.schur)
         for copy, turn in zip(self._copies, Q, strict=True):
             copy.Q, k, n = turn, copy.columns, len(copy.schur)
             # Q S Q^T for the vectors of the parent bodies

@@ -143,7 +143,8 @@ class Elimination(DirectSolver):
             return False
         for body, (Q, lacking) in zip(self._small, turned, strict=True):
             body.turn(Q, lacking)
-        self._reduced.update()
+        if any(Q is not None for Q, _ in turned):
+            self._reduced.update()
         return True
 
     def restore(self, data: RestartData) -> None:

@@ -55,12 +55,13 @@ class NestedBlocks(ABC):
     def tangent(self, x: PETSc.Vec) -> None:
         """Assemble all blocks at the unknowns X."""
 
-    def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array, Array]] | None:
-        """Take the last tangent of each body to the unknowns X, and assemble K_r there.
+    def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array | None, Array]] | None:
+        """Take the last tangent of each body to the unknowns X.
 
         Returns:
-            Rotations of its copies, shape (copies, 3, 3), and what is added to its right-hand side;
-            None where a new tangent is needed, as by default.
+            Rotations of its copies, shape (copies, 3, 3), None where the last ones stay, and what
+            is added to its right-hand side. With rotations K_r is assembled, too. None in place of
+            all where a new tangent is needed, as by default.
         """
         return None
 

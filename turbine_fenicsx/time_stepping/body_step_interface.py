@@ -47,8 +47,8 @@ class BodyStep(Protocol):
     def keeps_tangent(self) -> bool:
         """Whether `turn_tangent` can take the last tangent to where the body is."""
 
-    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
-        """Rotations of the last tangent, and what is added to R_u then; see `KeptTangent`."""
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array | None, Array]:
+        """Rotations of the last tangent if new, and what is added to R_u; see `KeptTangent`."""
 
     def forget_tangent(self) -> None:
         """An iteration failed, perhaps as the tangent is old."""
@@ -75,7 +75,7 @@ class MemorylessStep:
 
     keeps_tangent = False
 
-    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array | None, Array]:
         """No tangent is kept."""
         raise NotImplementedError
 

@@ -168,13 +168,15 @@ class NestedStep(StepBlocks):
             body.assemble_tangent(increment)
         self.update_rigid_tangent(x)
 
-    def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array, Array]] | None:
+    def turn_tangents(self, x: PETSc.Vec) -> list[tuple[Array | None, Array]] | None:
         """As of `NestedBlocks`; none without bodies, or where one of them keeps no tangent."""
         if not self._bodies or not all(body.keeps_tangent for body in self._bodies):
             return None
-        self.update_rigid_tangent(x)
         du, _, _ = self.split(x)
-        return [body.turn_tangent(part) for body, part in zip(self._bodies, du, strict=True)]
+        found = [body.turn_tangent(part) for body, part in zip(self._bodies, du, strict=True)]
+        if any(Q is not None for Q, _ in found):
+            self.update_rigid_tangent(x)
+        return found
 
     def forget_tangents(self) -> None:
         """The next tangents are new, as an iteration failed."""

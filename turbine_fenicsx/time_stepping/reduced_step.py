@@ -206,21 +206,23 @@ class ReducedStep:
         """Whether there is a tangent of this length of the step."""
         return self._kept is not None and self._kept.dt == self._times.dt
 
-    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array, Array]:
+    def turn_tangent(self, du: PETSc.Vec) -> tuple[Array | None, Array]:
         """Take the kept tangent to the increment du, see `KeptTangent`.
 
         Returns:
-            Q, shape (copies, 3, 3), and what the residual lacks, (J_m0 - J_m)^T D (c - c_e), shape
-            (3 n_owned,) [kg m].
+            Q, shape (copies, 3, 3), or None where that of an earlier iteration of the step stays;
+            and what the residual lacks, (J_m0 - J_m)^T D (c - c_e), shape (3 n_owned,) [kg m].
         """
         assert self._kept is not None
         dz, strain, kept = self.model.split(du.array_r), self.model.strain, self._kept
-        Q = kept.find_turn(self.model.vectors(self._u) + dz)
+        stays = self._expected
+        Q = kept.find_turn(self.model.vectors(self._u) + dz) if stays is None else stays.Q
         y, _, dc = self._change(dz)
         lag = dc - self._expect(dz)
         self._expected = ExpectedStrain(dz.copy(), dc, kept.J, Q)
         forces = strain.forces(strain.stress(self._slope * lag, single=True), y)
-        return Q, (kept.find_forces(Q, lag) - self._times.half_dt2 * forces).ravel()
+        lacking = (kept.find_forces(Q, lag) - self._times.half_dt2 * forces).ravel()
+        return Q if stays is None else None, lacking
 
     def forget_tangent(self) -> None:
         """The next tangent is new."""

@@ -203,8 +203,10 @@ def test_a_kept_tangent_lacks_what_walls_have_bent_since(pair):
     J_m = step._kept.loaded[0]
     rng = np.random.default_rng(5)
     du = pair.du + 0.01 * rng.standard_normal(pair.du.shape)
+    step.start_iteration()
     lag = step._change(du[None])[2] - step._expect(du[None])
     Q, lacking = step.turn_tangent(vector(model, du))
+    assert step.turn_tangent(vector(model, du))[0] is None  # rotations last for all iterations
     of_old = ((lag @ J_m).reshape(-1, 3) @ Q[0].T).ravel()
     y, _ = step._middle(du[None])
     S = model.strain.stress(step._slope * lag)
