@@ -17,8 +17,8 @@ left. The derivative with respect to dz is
 A first guess strains stiff walls by terms of second order, and their stress would spoil the last
 term. There c is taken as it was expected: extrapolated from the last steps, then linear in the last
 increment, c + J ddz. The residual stays as it is (mixed integration points: Magisano, Leonetti and
-Garcea 2017). Loads on sections have the slopes of the first new tangent in all iterations of a
-step. The tangent lasts for more than a step, see `KeptTangent`.
+Garcea 2017). The tangent lasts for more than a step, see `KeptTangent`, and so do the slopes of
+loads on sections, see `KeptSlopes`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.system.gram_strain import add_to_components
 from turbine_fenicsx.system.reduced_model import ReducedModel
+from turbine_fenicsx.time_stepping.kept_slopes import KeptSlopes
 from turbine_fenicsx.time_stepping.kept_tangent import ExpectedStrain, KeptTangent, find_frames
 
 EQUAL_STEPS = 1e-6
@@ -108,6 +109,7 @@ class ReducedStep:
         self._factors = 1.0 + np.finfo(float).eps * signs
         self._expected: ExpectedStrain | None = None
         self._kept: KeptTangent | None = None
+        self._slopes: KeptSlopes | None = None
         self._changed: tuple[Array, tuple[Array, Array, Array]] | None = None
 
     @property
@@ -131,7 +133,6 @@ class ReducedStep:
         self._u = u.array_r.copy()
         for loads in model.section_loads:
             loads.start_step_at(times, self._u)
-        self._slopes: Array | None = None
         self._round_off = None
         self.start_iteration()
 
@@ -177,13 +178,23 @@ class ReducedStep:
     def assemble_tangent(self, du: PETSc.Vec) -> None:
         """Assemble the derivative of the residual [kg] into `tangent`, with the expected strain."""
         dz = self.model.split(du.array_r)
-        if self._slopes is None and self.model.has_node_loads:
-            self._slopes = self.model.find_slopes(*self._move(du.array_r), self._times)
         expected, one = self._expect(dz), np.broadcast_to(np.eye(3), (len(dz), 3, 3))
         z = self.model.vectors(self._u)
         self._kept = kept = self._linearise(np.array([z, z + dz]))
         self._expected = ExpectedStrain(dz.copy(), self._change(dz)[2], kept.J, one)
-        self._write(self.differentiate(kept.J, kept.loaded, expected))
+        A = self.differentiate(kept.J, kept.loaded, expected)
+        if self.model.has_node_loads:
+            A -= self._times.half_dt2 * self._find_slopes(du.array_r, kept.frames)
+        self._write(A)
+
+    def _find_slopes(self, du: Array, frames: Array) -> Array:
+        """Slopes of loads on nodes, shape (copies, 3 n, 3 n) [N/m]. Collective."""
+        kept, times = self._slopes, self._times
+        if kept is None or not kept.serve(times.dt):
+            found = self.model.find_slopes(*self._move(du), times)
+            kept = KeptSlopes(times.dt, found, frames)
+        self._slopes = kept._replace(age=kept.age + 1)
+        return kept.turn(frames)
 
     def _linearise(self, ends: Array) -> KeptTangent:
         """Jacobians between vectors of the shape (2, copies, n, 3), see `KeptTangent`."""
@@ -226,7 +237,7 @@ class ReducedStep:
 
     def forget_tangent(self) -> None:
         """The next tangent is new."""
-        self._kept = None
+        self._kept = self._slopes = None
 
     def assemble_at_rest(self) -> None:
         """Assemble the tangent for du = 0."""
@@ -235,7 +246,7 @@ class ReducedStep:
         self._write(self.differentiate(at_rest.J, at_rest.loaded, 0.0 * self._c))
 
     def differentiate(self, J: Array, loaded: Array, dc: Array) -> Array:
-        """The tangent A, shape (copies, 3 n, 3 n) [kg].
+        """The tangent A without loads on sections, shape (copies, 3 n, 3 n) [kg].
 
         Args:
             J: J_{n+1}, shape (copies, r, 3 n).
@@ -247,8 +258,6 @@ class ReducedStep:
         S = strain.stress(self._algorithmic(dc), single=True)
         add_to_components(A, strain.geometric(S), 0.5 * half_dt2)
         add_to_components(A, self.model.mass[None], 1.0)
-        if self._slopes is not None:
-            A -= half_dt2 * self._slopes
         return A
 
     def _write(self, A: Array) -> None:
@@ -325,11 +334,13 @@ class ReducedStep:
             data.numbers["dt"] = self._kept.dt
             data.arrays["tangent"] = from_rank0(self.model.comm, A)
             data.arrays["ends"] = from_rank0(self.model.comm, ends)
+        if self._slopes is not None:
+            data.add("slopes", self._slopes.save(self.model.comm, self.model.copies))
         return data
 
     def restore(self, data: RestartData) -> None:
         """Restore it."""
-        self._kept = None
+        self._kept = self._slopes = None
         if not data:
             return
         mine = slice(self.model.copies if self.model.n_owned else 0)
@@ -338,3 +349,5 @@ class ReducedStep:
             self._set_length(StepTimes.from_start(0.0, data.numbers["dt"]))
             self._kept = self._linearise(data.arrays["ends"][:, mine])
             self._write(data.arrays["tangent"][mine])
+        slopes = data.part("slopes")
+        self._slopes = KeptSlopes.restore(slopes, mine) if slopes else None

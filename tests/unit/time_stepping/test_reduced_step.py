@@ -11,6 +11,7 @@ from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.system.flexible_model import FlexibleModel
 from turbine_fenicsx.system.reduced_model import ReducedModel
 from turbine_fenicsx.time_stepping.flexible_step import FlexibleStep
+from turbine_fenicsx.time_stepping.kept_slopes import LASTING, KeptSlopes
 from turbine_fenicsx.time_stepping.reduced_step import ReducedStep
 
 DT, T0, CHI = 0.02, 0.3, 0.2
@@ -225,3 +226,15 @@ def test_a_step_of_another_length_or_a_failure_needs_a_new_tangent(pair):
     assert step.keeps_tangent
     step.forget_tangent()
     assert not step.keeps_tangent
+
+
+def test_slopes_of_loads_turn_with_the_body_and_serve_some_tangents():
+    rng = np.random.default_rng(2)
+    K, Q = rng.standard_normal((2, 6, 6)), rotation_about((1.0, 2.0, 3.0), 0.4)
+    frames = np.array([rotation_about((k, 1.0, 0.0), 1.0) for k in range(2)])
+    kept = KeptSlopes(DT, K, frames)
+    of_all = np.kron(np.eye(2), Q)
+    assert np.allclose(kept.turn(Q @ frames), of_all @ K @ of_all.T, rtol=0.0, atol=1e-14)
+    assert kept.serve(DT)
+    assert not kept.serve(0.5 * DT)
+    assert not kept._replace(age=LASTING).serve(DT)
