@@ -10,7 +10,9 @@ so sections that stand or move backwards have one balance too:
 
 with Prandtl's losses F at tip and hub, and Buhl's thrust coefficient where the momentum theory
 fails. Induced velocities never exceed the wind: |a| <= 1 and |w_t| <= |V_y|. All annuli are solved
-together.
+together, by a method that is never slower than bisection by more than a step: I. F. D. Oliveira,
+R. H. C. Takahashi, "An enhancement of the bisection method average performance preserving minmax
+optimality", ACM Transactions on Mathematical Software 47 (2021) 5.
 """
 
 from __future__ import annotations
@@ -25,8 +27,11 @@ from turbine_fenicsx.foundation.types import Array
 SMALLEST = 1e-6
 """Smallest distance of the inflow angle from 0 and pi [rad]."""
 
-HALVINGS = 50
-"""Number of halvings of the interval from 0 to pi: they leave 3e-15 rad."""
+ACCURACY = 2e-15
+"""Of the inflow angle [rad]."""
+
+HALVINGS = 51
+"""Number of halvings of the interval from 0 to pi that leave twice the accuracy, and one more."""
 
 MOMENTUM_FAILS = 2.0 / 3.0
 """kappa from which on Buhl's relation holds; the axial induction is 0.4 there."""
@@ -126,19 +131,45 @@ def solve_momentum(
     ratio = V_y / np.where(through, V_x, 1.0)
     annuli = annuli._replace(solidity=share * annuli.solidity)
 
-    low, high = np.full(shape, SMALLEST), np.full(shape, np.pi - SMALLEST)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        s, c = np.sin(middle), np.cos(middle)
-        # bisection of R(phi) in the head of this file
-        a, t = _find_induction(annuli, polars, middle, ratio)
-        beyond = s / np.maximum(1.0 - a, ROUND_OFF) * (ratio + t) > c  # R(phi) > 0
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    found = _find_induction(annuli, polars, 0.5 * (low + high), ratio)
+    def residual(phi: Array) -> Array:
+        a, t = _find_induction(annuli, polars, phi, ratio)
+        found = np.sin(phi) / np.maximum(1.0 - a, ROUND_OFF) * (ratio + t) - np.cos(phi)
+        return np.asarray(found)
+
+    phi = _find_root(residual, np.full(shape, SMALLEST), np.full(shape, np.pi - SMALLEST))
+    found = _find_induction(annuli, polars, phi, ratio)
     a, t = (np.where(through, x, 0.0) for x in found)
     w_t = t * V_x
     a_prime = w_t / np.where(V_y == 0.0, np.inf, V_y)
     return Induction(np.arctan2((1.0 - a) * V_x, V_y + w_t), a, a_prime)
+
+
+def _find_root(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
+    """Where functions rise through zero, with the middle, the secant and a step beyond its root.
+
+    Args:
+        low: Where they are not positive.
+        high: Where they are positive.
+    """
+    f_low, f_high = function(low), function(high)
+    shift = 0.2 / (high - low)
+    for halving in range(HALVINGS):
+        width = high - low
+        if np.all(width <= 2.0 * ACCURACY):
+            break
+        middle = 0.5 * (low + high)
+        root = (f_high * low - f_low * high) / (f_high - f_low)
+        side = np.sign(middle - root)
+        beyond = np.maximum(shift * width * width, ACCURACY)
+        near = np.where(beyond <= np.abs(middle - root), root + side * beyond, middle)
+        # as far from the middle as a bisection may still catch up with
+        far = np.maximum(ACCURACY * 2.0 ** (HALVINGS - halving) - 0.5 * width, 0.0)
+        guess = np.clip(near, middle - far, middle + far)
+        f = function(guess)
+        positive = f > 0.0
+        low, f_low = np.where(positive, low, guess), np.where(positive, f_low, f)
+        high, f_high = np.where(positive, guess, high), np.where(positive, f, f_high)
+    return 0.5 * (low + high)
 
 
 def _find_induction(
