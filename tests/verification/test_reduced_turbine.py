@@ -3,18 +3,22 @@
 import json
 import shutil
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from reduced_turbines import COMM, read, run, write_case
 
 from turbine_fenicsx.analysis import turning
+from turbine_fenicsx.analysis.damped_modes import damped_modes
 from turbine_fenicsx.foundation.errors import InputError, ModelWarning, StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.materials.laminate_theory import reduced_stiffness
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records.motion_file import read_motion
 from turbine_fenicsx.reduction.basis_file import read_sizes
+from turbine_fenicsx.system.system import MultibodySystem
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.flexible_blades import find_plies
 from turbine_fenicsx.turbine.components.gauges import make_gauges
@@ -301,16 +305,14 @@ def test_a_basis_of_other_blades_is_refused(path, runs):
     build_turbine(Case.load(path, [named]), COMM)
 
 
-def test_damping_has_the_coefficients_of_full_blades(path, runs):
-    found = []
-    for model in ("reduced", "full"):
-        turbine = build_turbine(Case.load(path, [f"blade.model={model}"]), COMM)
-        damping = turbine.part("damping_of_blades")
-        found.append((damping.stiffness, damping.mass))
-        assert damping.flexible is turbine.part("blades")
-        found.append(turbine.part("damping_of_tower").mass)
-    assert found[0] == pytest.approx(found[2], rel=1e-6)
-    assert found[1] == pytest.approx(found[3], rel=1e-6)
+def test_modes_of_clamped_reduced_blades_have_the_ratios(path, runs):
+    ratios = ["blade.damping.flap_1=0.005", "blade.damping.edge_1=0.006"]
+    turbine = build_turbine(Case.load(path, ratios), COMM)
+    blades, damping = turbine.part("blades"), turbine.part("damping_of_blades")
+    roots = [replace(turbine.part(name), rigid=None) for name in ROOTS]
+    found = damped_modes(MultibodySystem(COMM, [blades, damping, *roots]), count=6)
+    asked = np.repeat([0.005, 0.006], 3)
+    assert [mode.damping_ratio for mode in found.modes] == pytest.approx(asked, rel=1e-3)
 
 
 def test_summaries_have_the_masses_and_the_inertia_of_full_blades(path, runs):

@@ -145,10 +145,10 @@ def _name_blade_modes(assembly: Assembly, speed: float) -> dict[str, _HeldMode]:
 def _take_one_blade(assembly: Assembly) -> ClampedBlade[Any]:
     """The first blade in its own axes, clamped at its root. Collective."""
     mesh = assembly.meshes[BODY]
-    if assembly.case.has_beam_blades:
-        beams = assembly.find(BODY)
-        assert isinstance(beams, ReducedBody)
-        return clamp(replace(beams, name="blade", placements=(Placement(),)), mesh)
+    if assembly.case.has_reduced_blades:
+        blades = assembly.find(BODY)
+        assert isinstance(blades, ReducedBody)
+        return clamp(replace(blades, name="blade", placements=(Placement(),)), mesh)
     if BLADES[1] in mesh.cell_names:
         single = SingleMesh(assembly.rotor)
         mesh = load_arrays(assembly.comm, single.make, single.source)
@@ -180,11 +180,10 @@ def _damp_tower(
 def _name_tower_modes(assembly: Assembly, tower: DeformableBody) -> dict[str, _HeldMode]:
     """Modes of the tower with nacelle and rotor as one rigid body on top. Collective."""
     mesh, rider = assembly.meshes[TOWER], _join_riders(assembly)
-    body = tower if assembly.case.has_beam_tower else tower.full
     foot, head = mesh.facets(BOTTOM), mesh.facets(TOP)
-    ends = Coupling("foot", body, foot, None), Coupling("head", body, head, rider)
+    ends = Coupling("foot", tower, foot, None), Coupling("head", tower, head, rider)
     weight = Gravity(tuple((-assembly.case.loads.gravity * np.asarray(E2)).tolist()))
-    system = MultibodySystem(assembly.comm, [rider, body, *ends, weight])
+    system = MultibodySystem(assembly.comm, [rider, tower, *ends, weight])
     state = find_rest(system)
     found, sections, ways = _find_modes(system, state, foot), _cut(system, AXES), []
     state.destroy()
