@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mpi4py import MPI
 
 import numpy as np
@@ -12,6 +14,7 @@ from turbine_fenicsx.foundation.rotations import E1, E2, E3
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.turbine.tables.wind import BoxCase, WindCase
 from turbine_fenicsx.turbine.tables.wind_table import FALLBACKS, load_wind_table
+from turbine_fenicsx.wind.compiled_turbulence import compile_turbulence
 from turbine_fenicsx.wind.gusts import (
     CoherentGust,
     DirectionChange,
@@ -41,7 +44,7 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
     if w.table is not None:
         inflow: Inflow = on_rank0(comm, lambda: make_tabulated_wind(case))
     elif w.file is not None or w.box.files is not None:
-        inflow = on_rank0(comm, lambda: load_turbulence(case))
+        inflow = _compile(on_rank0(comm, lambda: load_turbulence(case)))
     else:
         inflow = _make_wind(case)
     if w.ramp:
@@ -67,6 +70,13 @@ def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
     assert w.speed is not None and w.box.files is not None
     mean = SteadyWind(w.speed, case.hub_height, w.shear)
     return _load_box(w.box.files, w.box, mean)
+
+
+def _compile(wind: TurbulenceField | TurbulentWind) -> TurbulenceField | TurbulentWind:
+    """A turbulence with C code to look it up, which a rank cannot send to others."""
+    if isinstance(wind, TurbulentWind):
+        return replace(wind, fluctuations=compile_turbulence(wind.fluctuations))
+    return compile_turbulence(wind)
 
 
 @read_if_changed(size=1)
