@@ -11,7 +11,6 @@ from turbine_fenicsx.turbine.run.full_motion import FullMotion
 from turbine_fenicsx.turbine.run.gauge_history import find_gauge_history
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
-from turbine_fenicsx.turbine.run.run import restart_case
 
 RIGID = ("turbine.model=rigid", "output.twists=[]", "tower.elements=[6,1,6]")
 TOP = "tower_top_displacement_x_[m]"
@@ -53,13 +52,3 @@ def test_their_motion_is_kept_and_gives_fields_but_no_plies(outs, model):
         find_gauge_history(recorded)
     pytest.importorskip("h5py")
     assert main(["recover", str(outs[model]), "--fields", "--times", "0.5", "--quiet"]) == 0
-
-
-def test_a_restart_continues_bit_for_bit(path):
-    changes = [*RIGID, "tower.model=reduced", "output.checkpoint_wall_time=0"]
-    whole, half = (run(path, f"to {t}", f"time.end={t}", *changes) for t in (0.3, 0.2))
-    restart_case(half, COMM, ["time.end=0.3"], progress="none")
-    mine, theirs = read(half), read(whole)
-    del mine["wall_time_[s]"], theirs["wall_time_[s]"]
-    for name in theirs:
-        assert np.array_equal(mine[name], theirs[name]), name

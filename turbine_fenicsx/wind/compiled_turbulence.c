@@ -21,7 +21,7 @@ static double clip(double place, double last)
   return place < 0.0 ? 0.0 : place > last ? last : place;
 }
 
-/* Velocities at n places, linear between the points; 1 where the field has begun not yet, or ended. */
+/* Velocities at n places, linear between the points; 1 where the field is over. */
 static int find_velocities(const Field *f, int n, const double *place, double time, double *out)
 {
   const double planes = f->planes;

@@ -147,9 +147,7 @@ def solve_momentum(
 def _find_root(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
     """Where functions rise through zero, with the middle, the secant and a step beyond its root.
 
-    Args:
-        low: Where they are not positive.
-        high: Where they are positive.
+    Functions that are positive all the way have theirs at `low`, others without a root at `high`.
     """
     f_low, f_high = function(low), function(high)
     shift = 0.2 / (high - low)
@@ -158,10 +156,12 @@ def _find_root(function: Callable[[Array], Array], low: Array, high: Array) -> A
         if np.all(width <= 2.0 * ACCURACY):
             break
         middle = 0.5 * (low + high)
-        root = (f_high * low - f_low * high) / (f_high - f_low)
+        with np.errstate(divide="ignore", invalid="ignore"):  # without a change of sign
+            root = (f_high * low - f_low * high) / (f_high - f_low)
         side = np.sign(middle - root)
         beyond = np.maximum(shift * width * width, ACCURACY)
-        near = np.where(beyond <= np.abs(middle - root), root + side * beyond, middle)
+        is_inside = (low <= root) & (root <= high) & (beyond <= np.abs(middle - root))
+        near = np.where(is_inside, root + side * beyond, middle)
         # as far from the middle as a bisection may still catch up with
         far = np.maximum(ACCURACY * 2.0 ** (HALVINGS - halving) - 0.5 * width, 0.0)
         guess = np.clip(near, middle - far, middle + far)

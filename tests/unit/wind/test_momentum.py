@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.wind.momentum import (
+    HALVINGS,
     Annuli,
+    _find_root,
     axial_induction,
     find_induction_share,
     induction_of_thrust,
@@ -99,3 +101,21 @@ def test_induction_fades_in_between_tip_speed_ratios_of_one_and_two():
     shares = [find_induction_share(30.0 * x, 30.0) for x in (0.0, 0.9, 1.0, 1.5, 2.0, 9.0, -2.0)]
     assert shares == pytest.approx([0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0], abs=1e-15)
     assert find_induction_share(0.0, 0.0) == 1.0  # calm: there is no wind that would be slowed
+
+
+@pytest.mark.parametrize(("size", "end"), [(1.0, 0.0), (-1.0, 3.0)])
+def test_without_a_change_of_sign_the_end_is_found(size, end):
+    found = _find_root(lambda x: np.full_like(x, size), np.zeros(2), np.full(2, 3.0))
+    assert found == pytest.approx([end, end], abs=1e-14)
+
+
+def test_a_root_at_a_jump_is_found_within_the_halvings():
+    calls = []
+
+    def jump(x):
+        calls.append(x)
+        return np.where(x > 1.1, 1e6, -1e-6)
+
+    found = _find_root(jump, np.zeros(1), np.full(1, np.pi))
+    assert found == pytest.approx(1.1, abs=1e-14)
+    assert len(calls) <= 2 + HALVINGS

@@ -71,7 +71,7 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
 
 def read_case(folder: Path, overrides: Iterable[str] = ()) -> Case:
     """The case of an output folder, with the bases in it, and with changes."""
-    return apply_overrides(_read_case(folder, "whose blades are reduced"), overrides)
+    return apply_overrides(_read_case(folder, "with reduced parts or beams"), overrides)
 
 
 def _read_case(folder: Path, purpose: str) -> dict[str, Any]:
