@@ -52,3 +52,5 @@ def test_their_motion_is_kept_and_gives_fields_but_no_plies(outs, model):
         find_gauge_history(recorded)
     pytest.importorskip("h5py")
     assert main(["recover", str(outs[model]), "--fields", "--times", "0.5", "--quiet"]) == 0
+    assert main(["report", str(outs[model]), "--no-pictures"]) == 0
+    assert "nearest to failure is not" not in (outs[model] / "report.html").read_text()

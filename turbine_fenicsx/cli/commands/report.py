@@ -67,11 +67,15 @@ def _find_worst(options: argparse.Namespace, comm: Any) -> str:
     try:
         need_dolfinx()
         from turbine_fenicsx.turbine.run import recovery_files as files
+        from turbine_fenicsx.turbine.run.ply_history import NoPlies
         from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
         from turbine_fenicsx.turbine.run.run_recovery import RunRecovery
 
         recovery = RunRecovery(RecordedRun.open(folder, comm))
-        files.write_plies(recovery, CRITERION)
+        try:
+            files.write_plies(recovery, CRITERION)
+        except NoPlies:
+            return ""
         worst, _ = files.write_worst(recovery, CRITERION)
         if not options.no_pictures:
             draw_worst(recovery, worst)

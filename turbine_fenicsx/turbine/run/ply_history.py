@@ -53,6 +53,10 @@ class PlyHistory:
         return found
 
 
+class NoPlies(InputError):
+    """The blades of a run have no plies that could be recovered."""
+
+
 class PlyRecovery:
     """The plies of a recorded run. Collective, also its methods.
 
@@ -62,7 +66,7 @@ class PlyRecovery:
         vectors: Vectors of the motion, shape (rows, blades, n, 3) [m].
 
     Raises:
-        InputError: for rigid blades, beams, and blades of one material.
+        NoPlies: for rigid blades, beams, and blades of one material.
     """
 
     def __init__(self, run: RecordedRun) -> None:
@@ -70,7 +74,7 @@ class PlyRecovery:
         if BODY in run.reduced:
             plies = turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
         if plies is None:
-            raise InputError(
+            raise NoPlies(
                 "rigid blades, beams, and blades of one material have no plies that could be "
                 "recovered"
             )
