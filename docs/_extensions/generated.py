@@ -1,8 +1,9 @@
 """Parts of pages that are made from the package; ``make reference`` writes them.
 
 Between ``<!-- generated: NAME -->`` and ``<!-- end -->`` stand tables that can be read without
-Sphinx: ``case-tables`` and ``case-units`` from the tables of a case, ``commands`` from the parsers
-of the command line, ``public-names`` from the package. ``<!-- room: NAME -->`` is where Sphinx
+Sphinx: ``case-tables`` and ``case-units`` from the tables of a case, ``channels`` from the table
+of OpenFAST's names, ``commands`` from the parsers of the command line, ``public-names`` from the
+package. ``<!-- room: NAME -->`` is where Sphinx
 lists the modules of a room with their docstrings.
 """
 
@@ -77,7 +78,7 @@ def _choices(text: str) -> str:
 def _links(text: str) -> str:
     """A docstring in Markdown; `howto/start` and the like become links."""
     text = re.sub(r"`{1,2}([^`]+)`{1,2}", r"`\1`", text)
-    return re.sub(r"\b((?:howto|theory)/\w+)\b", r"[](../\1.md)", text)
+    return re.sub(r"\b((?:howto|theory|reference)/\w+)\b", r"[](../\1.md)", text)
 
 
 def case_units(_: str) -> str:
@@ -88,6 +89,37 @@ def case_units(_: str) -> str:
     powers = {name: str(n).translate(SUPERSCRIPT) for name, n in quantities._PREFIXES.items()}
     prefixes = ", ".join(f"`{name}` 10{power}" for name, power in powers.items())
     return f"Units: {units}.\n\nPrefixes: {prefixes}.\n"
+
+
+# --- history.out
+
+
+def channels(_: str) -> str:
+    """All channels with their axes."""
+    from turbine_fenicsx.records.openfast_names import AXES, read_rows
+
+    rows = [
+        [
+            ", ".join(map(_name_channel, row.names)),
+            row.unit,
+            row.axes,
+            "yes" if row.default else "",
+            row.meaning,
+            row.source,
+        ]
+        for row in read_rows()
+    ]
+    axes = [[key, text] for key, text in AXES.items() if key]
+    head = ["channel", "unit", "axes", "default", "meaning", "made of"]
+    return f"{table(head, rows)}\n{table(['axes', 'of what, and where they point'], axes)}"
+
+
+def _name_channel(pattern: str) -> str:
+    """A pattern of names as a reader takes it."""
+    shown = {"axis": "x", "yz": "y", "Axis": "X", "blade": "1", "node": "1"}
+    others = {"axis": "y, z", "yz": "z", "Axis": "Y, Z"}
+    more = [others[field] for field in re.findall(r"{(\w+)}", pattern) if field in others]
+    return f"`{pattern.format(**shown)}`" + "".join(f" ({text})" for text in more)
 
 
 # --- command line
@@ -177,6 +209,7 @@ def _modules(name: str) -> list[ModuleType]:
 GENERATORS: dict[str, Callable[[str], str]] = {
     "case-tables": case_tables,
     "case-units": case_units,
+    "channels": channels,
     "commands": commands,
     "public-names": public_names,
 }

@@ -8,7 +8,7 @@ from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.run import make_stepper, turbine_channels
 

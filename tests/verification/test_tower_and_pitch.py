@@ -17,7 +17,7 @@ from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.model import assemble, build_turbine
 from turbine_fenicsx.turbine.components.tower import Tower
 from turbine_fenicsx.turbine.run.run import make_stepper, restart_case, run_case, turbine_channels

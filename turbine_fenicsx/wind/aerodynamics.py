@@ -38,6 +38,7 @@ from turbine_fenicsx.wind.section_air import (
     Places,
     Properties,
     Rotation,
+    SectionFlow,
     compile_section_air,
     dot,
     find_flow,
@@ -195,6 +196,32 @@ class RotorAerodynamics:
         self._wake = Wake.restore(wake) if wake else None
         self._attached = None if attached is None else attached.copy()
 
+    def find_flow(self, motion: SectionMotion, time: float) -> SectionFlow:
+        """Flow and line loads of all sections, as in `loads`."""
+        s = self._find_sections(motion, time)
+        w = self._skew_wake(s, self._find_wake(s).velocity)
+        line = self._air.find_loads(s.places, s.wind, w, self._attached, self._half_step).line
+        V = find_flow(s.places, s.wind, w)
+        forward, up, _ = find_plane_flow(s.places, V)
+        W = np.hypot(forward, up)
+        n, t = dot(line, s.places.suction), dot(line, s.places.chordwise)
+        # with q = rho c W/2: t = q (C_l up - C_d forward), n = q (C_l forward + C_d up)
+        pressure = 0.5 * self._density * self._chord * W**3
+        V_x, V_y = dot(s.wind, s.places.normal), -dot(s.wind, s.places.way)
+        return SectionFlow(
+            attack=np.arctan2(up, forward),
+            inflow=np.arctan2(dot(V, s.places.normal), -dot(V, s.places.way)),
+            speed=W,
+            lift=_divide(t * up + n * forward, pressure),
+            drag=_divide(n * up - t * forward, pressure),
+            normal=n,
+            tangential=t,
+            axial=dot(line, s.places.normal),
+            driving=dot(line, s.places.way),
+            induction=_divide(w[:, 0], V_x),
+            swirl=_divide(w[:, 1], V_y),
+        )
+
     def _find_sections(self, motion: SectionMotion, time: float) -> _Sections:
         """Geometry and wind of all sections; an accepted step asks as its last iteration did."""
         seen = self._seen
@@ -294,6 +321,11 @@ class RotorAerodynamics:
 def fit_rotation(before: Array, after: Array) -> Array:
     """The rotation that takes points to where they are now, in the mean, shape (3, 3)."""
     return nearest_rotation((after - _mean(after)).T @ (before - _mean(before)))
+
+
+def _divide(a: Array, b: Array) -> Array:
+    """Quotients; zero where nothing flows."""
+    return np.divide(a, b, out=np.zeros_like(a), where=b != 0.0)
 
 
 def _mean(a: Array) -> Array:

@@ -74,6 +74,22 @@ class Loads(NamedTuple):
     speed: Array  # of the flow across the section, W, shape (n,) [m/s]
 
 
+class SectionFlow(NamedTuple):
+    """Flow and line loads of all sections at one moment, each of shape (n,)."""
+
+    attack: Array  # angle of attack [rad]
+    inflow: Array  # angle of the flow with the plane of the rotor [rad]
+    speed: Array  # of the flow across the section, W [m/s]
+    lift: Array  # C_l, with dynamic stall and what turning adds [-]
+    drag: Array  # C_d [-]
+    normal: Array  # force for each length normal to the chord, to the suction side [N/m]
+    tangential: Array  # along the chord, to the leading edge [N/m]
+    axial: Array  # normal to the plane of the rotor, downwind [N/m]
+    driving: Array  # in this plane, along the way of the section [N/m]
+    induction: Array  # a [-]
+    swirl: Array  # a' [-]
+
+
 @dataclass(frozen=True)
 class Properties:
     """Properties of sections and air that loads depend on.

@@ -35,7 +35,7 @@ class TurningAtRest:
         centre: npt.ArrayLike,
         speed: float,
     ) -> None:
-        self._source, self._roots = source, np.asarray(roots, dtype=int)
+        self.source, self._roots = source, np.asarray(roots, dtype=int)
         self._shaft = check_array("shaft of the rotor", shaft, (3,), "three numbers")
         self._centre = check_array("centre of the rotor", centre, (3,), "three numbers")
         self._speed = check_number("speed of the rotor", speed)
@@ -44,27 +44,27 @@ class TurningAtRest:
     def start_step(self, times: StepTimes) -> None:
         """A step without end is no step: nothing moves in it."""
         self._at_rest = not np.isfinite(times.dt)
-        self._source.start_step(times)
+        self.source.start_step(times)
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
         """Loads of the source; see `LineLoad.loads`."""
-        return self._source.loads(self._turn(motion) if self._at_rest else motion, time)
+        return self.source.loads(self._turn(motion) if self._at_rest else motion, time)
 
     def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
         """Slopes of the source; see `SlopedLoad.find_slopes`."""
-        return find_slopes(self._source, motion, times)
+        return find_slopes(self.source, motion, times)
 
     def accept(self, motion: SectionMotion, times: StepTimes) -> None:
         """The source moves on."""
-        self._source.accept(motion, times)
+        self.source.accept(motion, times)
 
     def save(self) -> RestartData:
         """Data of the source."""
-        return self._source.save()
+        return self.source.save()
 
     def restore(self, data: RestartData) -> None:
         """Resume where the data of the source were saved."""
-        self._source.restore(data)
+        self.source.restore(data)
 
     def _turn(self, motion: SectionMotion) -> SectionMotion:
         """The motion with the velocities of the rotation."""

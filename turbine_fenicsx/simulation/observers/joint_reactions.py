@@ -19,18 +19,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from turbine_fenicsx.bodies.rigid_body import GROUND
+from turbine_fenicsx.bodies.rigid_body import GROUND, RigidBody
 from turbine_fenicsx.foundation.argument_checks import check_among_parts, check_array, check_vectors
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.step_loads import StepLoads
+from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -42,10 +43,11 @@ class JointReaction:
 
     Args:
         joint: The joint.
-        point: Point of the moment, fixed to the second partner; its initial position [m], shape
-            (3,). The joint's own point if None.
-        axes: Axes of the components, fixed to the second partner; their initial directions as rows,
-            shape (3, 3). The inertial axes e1, e2, e3 if None.
+        point: Point of the moment, fixed to the carrier; its initial position [m], shape (3,). The
+            joint's own point if None.
+        axes: Axes of the components, fixed to the carrier; their initial directions as rows, shape
+            (3, 3). The inertial axes e1, e2, e3 if None.
+        carrier: What carries point and axes: a body, None for the ground, or the second partner.
 
     Raises:
         ModelError: if point or axes have the wrong shape, or the joint defines no point.
@@ -54,6 +56,7 @@ class JointReaction:
     joint: Joint
     point: npt.ArrayLike | None = None
     axes: npt.ArrayLike | None = None
+    carrier: RigidBody | Literal["second partner"] | None = "second partner"
 
     def __post_init__(self) -> None:
         name = self.joint.name
@@ -68,6 +71,13 @@ class JointReaction:
         """Point of the moment in the initial configuration [m], shape (3,)."""
         own: npt.ArrayLike = getattr(self.joint, "point", ())
         return own if self.point is None else self.point
+
+    @property
+    def frame(self) -> RigidBody | None:
+        """The body that carries point and axes; None is the ground."""
+        if isinstance(self.carrier, str):
+            return self.joint.bodies[1]
+        return self.carrier
 
 
 class JointReactions(StepLoads):
@@ -90,23 +100,23 @@ class JointReactions(StepLoads):
 
     def __init__(self, system: MultibodySystem, reactions: Sequence[JointReaction]) -> None:
         self.reactions = tuple(reactions)
-        super().__init__([r.axes for r in reactions], [r.joint.bodies[1] for r in reactions])
+        super().__init__([r.axes for r in reactions], [r.frame for r in reactions])
         self._model, n = system.rigid_model, len(self.reactions)
-        self._rows = np.zeros((n, system.rigid_model.n_rows), dtype=bool)
-        self._signs, self._xi = np.ones((n, 1)), np.zeros((n, 3))
+        self._rows, self._xi = np.zeros((n, system.rigid_model.n_rows)), np.zeros((n, 3))
         self._slots = np.zeros((2, n), dtype=np.int64)  # the body that f acts on, that of the axes
         ground = len(system.rigid_bodies)
         for k, reaction in enumerate(self.reactions):
             check_among_parts("joint", reaction.joint, system.joints)
-            self._rows[k, system.joint_rows[reaction.joint.name]] = True
             first, second = reaction.joint.bodies
             place = np.asarray(reaction.place, dtype=float)
-            if second is None:  # what acts on the first, in the opposite sense
-                self._signs[k], self._xi[k] = -1.0, place
-                self._slots[:, k] = system.rigid_bodies.index(first), ground
-            else:
-                self._xi[k] = second.body_coordinates(place)
-                self._slots[:, k] = system.rigid_bodies.index(second)
+            # f = -G^T lambda; what acts on the first partner is in the opposite sense
+            self._rows[k, system.joint_rows[reaction.joint.name]] = 1.0 if second is None else -1.0
+            acted, frame = first if second is None else second, reaction.frame
+            self._xi[k] = place if frame is None else frame.body_coordinates(place)
+            self._slots[:, k] = [
+                ground if body is None else system.rigid_bodies.index(body)
+                for body in (acted, frame)
+            ]
 
     def at_rest(self, state: State) -> Array:
         """Loads in a static equilibrium, shape (n, 2, 3), as in `at`."""
@@ -120,14 +130,15 @@ class JointReactions(StepLoads):
 
     def _loads_of(self, lam: Array, G: Array, q: Array) -> tuple[Array, Array]:
         """Loads of the forces -lam_k G_k with the bodies at q, and the directors of the axes."""
-        f = -(self._signs * self._rows * lam) @ G
-        f = f.reshape(len(f), -1, 4, 3)[np.arange(len(f)), self._slots[0]]
-        q = np.concatenate([q, GROUND]).reshape(-1, 4, 3)
-        (phi, d), (origin, e) = ((x[:, 0], x[:, 1:]) for x in (q[s] for s in self._slots))
-        r = origin + np.einsum("ni,nij->nj", self._xi, e)
-        F = f[:, 0]
-        moments = np.cross(d, f[:, 1:]).sum(axis=1) + np.cross(phi - r, F)
-        return np.stack([F, moments], axis=1), e
+        f = ((self._rows * lam) @ G).reshape(len(self._rows), -1, 4, 3)
+        f = f[np.arange(len(f)), self._slots[0]]
+        acted, frames = np.concatenate([q, GROUND]).reshape(-1, 4, 3)[self._slots]
+        acted[:, 0] -= frames[:, 0] + (self._xi[:, None] @ frames[:, 1:])[:, 0]  # phi - r, d_i
+        loads = np.empty((len(f), 2, 3))
+        loads[:, 0] = f[:, 0]
+        dyads = acted.transpose(0, 2, 1) @ f
+        loads[:, 1] = dyads[:, NEXT, LAST] - dyads[:, LAST, NEXT]  # their skew part is x
+        return loads, frames[:, 1:]
 
 
 def joint_channel(reactions: JointReactions) -> Channel:

@@ -9,6 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from turbine_fenicsx._version import __version__
+from turbine_fenicsx.foundation.files import name_file_in_errors, read_regular
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.records.conventions import OPENFAST_HEAD
 from turbine_fenicsx.records.names import split_unit
@@ -115,6 +116,19 @@ def read_out_rows(path: str | os.PathLike[str], width: int) -> list[str]:
         width: Number of columns, that of the time included.
     """
     return read_rows(path, OPENFAST_HEAD, width, "\t")
+
+
+def read_out_columns(path: str | os.PathLike[str]) -> list[str]:
+    """Columns of a file of this format after the time; none if there is no such file."""
+    if not Path(path).exists():
+        return []
+    with name_file_in_errors("read", path):
+        lines = read_regular(path).decode("ascii", "replace").split("\n")[:OPENFAST_HEAD]
+    if len(lines) < OPENFAST_HEAD:
+        return []
+    names, units = (line.split("\t")[1:] for line in lines[-2:])
+    pairs = zip(names, units, strict=False)
+    return [f"{name.strip()}_[{unit.strip()[1:-1]}]" for name, unit in pairs]
 
 
 def _last_time(time: float) -> float:

@@ -29,11 +29,9 @@ from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.observers.step_loads import StepLoads
+from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
-
-_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,5 +91,5 @@ class Reactions(StepLoads):
         loads = np.empty((len(sums), 2, 3))
         loads[:, 0] = sums[:, 0]
         dyads = d.transpose(0, 2, 1) @ sums[:, 1:]  # sum (x_m - r_m) f^T; its skew part is x
-        loads[:, 1] = dyads[:, _NEXT, _LAST] - dyads[:, _LAST, _NEXT]
+        loads[:, 1] = dyads[:, NEXT, LAST] - dyads[:, LAST, NEXT]
         return loads, d

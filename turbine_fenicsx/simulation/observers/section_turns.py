@@ -26,6 +26,7 @@ from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.probe import Probe, find_model
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 MIN_NODES = 12
@@ -81,20 +82,26 @@ class SectionTurns:
 
     def at(self, snapshot: Snapshot) -> Array:
         """Angles about the axes at a snapshot, shape (n,) [rad], equal on all ranks. Collective."""
-        # B^T = sum w_a R_a x_a^T
-        B_T = self._probe.values(snapshot.state).reshape(-1, 3, 3)
-        turns = nearest_rotation(B_T.swapaxes(1, 2))
         angles = np.zeros(len(self.sections))
-        for k, (section, carrier) in enumerate(zip(self.sections, self._carriers, strict=True)):
-            turn, axis = turns[k], np.asarray(section.axis, dtype=float)
-            if carrier is not None:
-                assert section.carrier is not None
-                directors = snapshot.state.q[carrier].reshape(3, 3)
-                turn = np.asarray(section.carrier.directors) @ directors @ turn
+        turns = self.find_rotations(snapshot.state)
+        for k, (section, turn) in enumerate(zip(self.sections, turns, strict=True)):
+            axis = np.asarray(section.axis, dtype=float)
             *v, w = Rotation.from_matrix(turn).as_quat()
             angle = 2.0 * np.arctan2(v @ axis / np.linalg.norm(axis), w)
             angles[k] = (angle + np.pi) % (2.0 * np.pi) - np.pi
         return angles
+
+    def find_rotations(self, state: State) -> Array:
+        """Rotations seen from the carriers, in the initial directions of e1, e2, e3, (n, 3, 3)."""
+        # B^T = sum w_a R_a x_a^T
+        B_T = self._probe.values(state).reshape(-1, 3, 3)
+        turns = nearest_rotation(B_T.swapaxes(1, 2))
+        for k, (section, carrier) in enumerate(zip(self.sections, self._carriers, strict=True)):
+            if carrier is not None:
+                assert section.carrier is not None
+                directors = state.q[carrier].reshape(3, 3)
+                turns[k] = np.asarray(section.carrier.directors) @ directors @ turns[k]
+        return turns
 
 
 def _find_arms(section: Section, X: Array) -> tuple[npt.NDArray[np.int64], Array]:

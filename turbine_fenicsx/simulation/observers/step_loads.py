@@ -22,6 +22,9 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.snapshot import Snapshot
 
+NEXT, LAST = [1, 2, 0], [2, 0, 1]
+"""Places in a dyad A of the vector sum a x b for A = sum a b^T: A[NEXT, LAST] - A[LAST, NEXT]."""
+
 
 class StepLoads(ABC):
     """Loads on rigid bodies or the ground in the steps of a run.
@@ -44,7 +47,14 @@ class StepLoads(ABC):
             if rows is not None:
                 R = np.eye(3) if body is None else np.asarray(body.directors, dtype=float)
                 self._axes[k] = np.asarray(rows, dtype=float) @ R
-        self._turning = np.array([rows is not None for rows in axes], dtype=bool)
+        self._turning = np.array(
+            [
+                rows is not None and body is not None
+                for rows, body in zip(axes, carriers, strict=True)
+            ],
+            dtype=bool,
+        )
+        self._turns = bool(self._turning.any())
         self._start: tuple[Array, Array] | None = None
         self._next_index = 0
         self._snapshot: Snapshot | None = None
@@ -122,7 +132,7 @@ class StepLoads(ABC):
     def _in_axes(self, loads: Array, directors: Array) -> Array:
         """Components along the axes as they are in the middle of the step."""
         axes = self._axes
-        if np.any(self._turning):
+        if self._turns:
             U, _, V = np.linalg.svd(directors)  # U V is the rotation half way between the two ends
             axes = np.where(self._turning[:, None, None], axes @ U @ V, axes)
         return loads @ axes.transpose(0, 2, 1)

@@ -75,16 +75,21 @@ class Tips:
             rows.append((tip.body, row))
         self._probe = Probe(system, rows)
         self.starts: Array = self._probe.start
+        self._snapshot: Snapshot | None = None
+        self._found = self.starts
         self._frames = [
             _find_frame(system, tip, X) for tip, X in zip(self.tips, self.starts, strict=True)
         ]
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
+        if snapshot is self._snapshot:
+            return self._found
         x, found = self._probe.values(snapshot.state), np.empty_like(self.starts)
         for k, (coordinates, xi, axes) in enumerate(self._frames):
             q = GROUND if coordinates is None else snapshot.state.q[coordinates]
             found[k] = axes @ (q[3:].reshape(3, 3) @ (x[k] - q[:3]) - xi)
+        self._snapshot, self._found = snapshot, found
         return found
 
 

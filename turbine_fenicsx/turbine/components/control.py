@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from turbine_fenicsx.control.discon import Discon
 from turbine_fenicsx.control.drives import PitchDrive, YawDrive
 from turbine_fenicsx.control.fixed import FixedCommands
@@ -19,11 +17,11 @@ from turbine_fenicsx.control.pi import PIController
 from turbine_fenicsx.control.python_class import PythonClass
 from turbine_fenicsx.control.step_torques import HeldBrake, HeldTorque
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
-from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.drivetrain import SHAFT, fast_shaft
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.components.sensors import Sensors
 from turbine_fenicsx.turbine.tables.event import list_events
 
@@ -51,7 +49,7 @@ class Control(Component):
         return found
 
     def channels(self, turbine: Turbine) -> Channels:
-        """Torque, power and speed of the generator in the step, and the commands held from now."""
+        """Torque and power of the generator in the step, and the commands held from now."""
         actuators, d = list_actuators(turbine), turbine.case.drivetrain
         places = turbine.system.joint_coordinate_names
         factors = fast_shaft(turbine.system, d.ratio)
@@ -60,13 +58,11 @@ class Control(Component):
         def values(s: Snapshot) -> list[float]:
             speed = sum(factor * float(s.state.joint_rates[k]) for k, factor in terms)
             torque = -actuators.generator.last
-            pitch = [np.degrees(drive.target or 0.0) for drive in actuators.pitch]
-            power = d.efficiency * torque * speed
-            return [1e-3 * torque, 1e-3 * power, speed * 30.0 / np.pi, *map(float, pitch)]
+            pitch = [drive.target or 0.0 for drive in actuators.pitch]
+            return [torque, d.efficiency * torque * speed, *pitch]
 
-        commands = [f"BlPitchC{k + 1}_[deg]" for k in range(len(actuators.pitch))]
-        columns = ("GenTq_[kN-m]", "GenPwr_[kW]", "GenSpeed_[rpm]", *commands)
-        return Channels(openfast=[Channel(columns, values)])
+        commands = [f"BlPitchC{k + 1}" for k in range(len(actuators.pitch))]
+        return Channels(openfast=[in_openfast(("GenTq", "GenPwr", *commands), values)])
 
     def observers(self, turbine: Turbine, folder: Path) -> list[ControlLoop]:
         """The loop that asks the controller after each step. Collective."""

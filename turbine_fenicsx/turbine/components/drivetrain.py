@@ -21,11 +21,9 @@ from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.joints.rigid import Rigid
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.records.conventions import HUB
-from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.surfaces import tube
-from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.component import Assembly, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 
 GENERATOR, SHAFT = "generator_rotor", "shaft"
@@ -61,19 +59,6 @@ class Drivetrain(Component):
         if d.damping > 0.0:
             found.append(JointDamper("damping of the shaft", SHAFT, d.damping))
         return found
-
-    def channels(self, turbine: Turbine) -> Channels:
-        """Torque in a shaft that twists, positive if the rotor drives the generator."""
-        d, coordinates = turbine.case.drivetrain, turbine.system.joint_coordinate_names
-        if SHAFT not in coordinates:
-            return Channels()
-        k = coordinates.index(SHAFT)
-
-        def values(s: Snapshot) -> list[float]:
-            twist, rate = s.state.joint_coordinates[k], s.state.joint_rates[k]
-            return [-1e-3 * float(d.stiffness * twist + d.damping * rate)]
-
-        return Channels(openfast=[Channel(("LSShftTq_[kN-m]",), values)])
 
     def surfaces(self, turbine: Turbine) -> list[RigidSurface]:
         """A drum around the shaft."""

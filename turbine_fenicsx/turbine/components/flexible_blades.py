@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -25,7 +26,6 @@ from turbine_fenicsx.bodies.deformable_body import DeformableBody
 from turbine_fenicsx.bodies.frame_fields import frame_fields
 from turbine_fenicsx.bodies.reduced_body import ReducedBody
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.meshing.model import MeshArrays
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES, HUB, NACELLE
@@ -48,9 +48,12 @@ from turbine_fenicsx.turbine.blades.clamped_blade import (
 )
 from turbine_fenicsx.turbine.blades.station_check import check_stations
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.gauges import make_gauges
-from turbine_fenicsx.turbine.components.pitch import RINGS
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
+from turbine_fenicsx.turbine.components.pitch import RINGS, find_angles
+from turbine_fenicsx.turbine.components.root_channels import root_channels, unpitch
 from turbine_fenicsx.turbine.components.section_columns import make_section_channel
 
 
@@ -83,28 +86,52 @@ def make_twist_channel(turbine: Turbine) -> Channel | None:
 
     Twist is positive towards feather, as that of the shape of a blade.
     """
-    places, layout, blades = turbine.case.output.twists, turbine.rotor.layout, turbine.rotor.blades
+    places = turbine.case.output.twists
     if not places:
         return None
-    sections, columns = [], []
-    for k, root in enumerate(ROOTS[: len(BLADES)], start=1):
-        coupling = turbine.part(root)
-        for place in places:
-            columns.append(names.TWIST(blade=k, place=f"{place:g}"))
-            sections.append(
-                Section(
-                    columns[-1],
-                    coupling.flexible,
-                    origin=layout.centre,
-                    axis=-layout.frame(k)[0],
-                    distance=-(blades.hub_radius + place * blades.length),
-                    half_width=HALF_WIDTH * blades.length,
-                    carrier=coupling.rigid,
-                    copy=coupling.copy,
-                )
-            )
+    sections = [
+        _make_section(turbine, k, place, names.TWIST(blade=k, place=f"{place:g}"))
+        for k in range(1, len(BLADES) + 1)
+        for place in places
+    ]
     turns = SectionTurns(turbine.system, sections)
-    return Channel(tuple(columns), lambda s: turns.at(s).tolist())
+    return Channel(tuple(s.name for s in sections), lambda s: turns.at(s).tolist())
+
+
+def make_tip_turns(turbine: Turbine) -> Callable[[Snapshot], Array]:
+    """Function of the snapshot with the rotations of the outermost parts of all blades.
+
+    Vectors of rotations in axes that pitch with the blade, shape (blades, 3) [rad]. Collective.
+    """
+    numbers, layout = range(1, len(BLADES) + 1), turbine.rotor.layout
+    axes = np.array([blade_axes(layout, k) for k in numbers])
+    made: list[SectionTurns] = []  # where somebody asks for it
+
+    def find(snapshot: Snapshot) -> Array:
+        if not made:
+            place = 1.0 - HALF_WIDTH
+            sections = [_make_section(turbine, k, place, f"tip of blade {k}") for k in numbers]
+            made.append(SectionTurns(turbine.system, sections))
+        turns = Rotation.from_matrix(made[0].find_rotations(snapshot.state)).as_rotvec()
+        found: Array = np.einsum("kij,kj->ki", axes, turns)
+        return found
+
+    return find
+
+
+def _make_section(turbine: Turbine, blade: int, place: float, name: str) -> Section:
+    """The section of a blade at a fraction of its length."""
+    blades, coupling = turbine.rotor.blades, turbine.part(ROOTS[blade - 1])
+    return Section(
+        name,
+        coupling.flexible,
+        origin=turbine.rotor.layout.centre,
+        axis=-turbine.rotor.layout.frame(blade)[0],
+        distance=-(blades.hub_radius + place * blades.length),
+        half_width=HALF_WIDTH * blades.length,
+        carrier=coupling.rigid,
+        copy=coupling.copy,
+    )
 
 
 BODY = "blades"
@@ -112,22 +139,6 @@ BODY = "blades"
 
 Facets = npt.NDArray[np.int32]
 """Facets of a mesh, indices local to a rank."""
-
-ROOT_LOADS = tuple(
-    family(blade=k, axis=axis)
-    for k in range(1, len(ROOTS) + 1)
-    for family in (names.ROOT_FORCE, names.ROOT_MOMENT)
-    for axis in "xyz"
-)
-"""Columns of ``history.csv`` with the loads of the blades on what carries them."""
-
-OPENFAST_ROOTS = tuple(
-    f"Root{kind}{axis}b{k}_[{unit}]"
-    for k in range(1, len(ROOTS) + 1)
-    for kind, unit in (("F", "kN"), ("M", "kN-m"))
-    for axis in "xyz"
-)
-"""Columns of ``history.out`` with these."""
 
 
 @dataclass(frozen=True)
@@ -163,26 +174,27 @@ class FlexibleBlades(Component):
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
-        motions = [f"TipD{axis}b{k}_[m]" for k in numbers for axis in "xyz"]
+        motions = [f"TipD{axis}b{k}" for k in numbers for axis in "xyz"]
+        fixed = [f"TipD{axis}c{k}" for k in numbers for axis in "xyz"]
+        roots, angles = root_channels(turbine, loads.mean_at, loads), find_angles(turbine)
+        turns = make_tip_turns(turbine)
         return Channels(
             history=[
                 tip_channel(tips),
                 Channel(tuple(bends), lambda s: tips.at(s)[:, :2].ravel().tolist()),
                 Channel(clearances, lambda s: from_yaw.at(s).tolist()),
-                Channel(ROOT_LOADS, lambda s: loads.mean_at(s).ravel().tolist(), loads),
+                *roots.history,
                 *([twists] if twists else []),
                 *([sections] if sections else []),
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],
             openfast=[
-                Channel(tuple(motions), lambda s: tips.at(s).ravel().tolist()),
-                Channel(
-                    tuple(f"TipClrnc{k}_[m]" for k in numbers), lambda s: from_yaw.at(s).tolist()
-                ),
-                Channel(
-                    OPENFAST_ROOTS, lambda s: (1e-3 * loads.mean_at(s)).ravel().tolist(), loads
-                ),
+                in_openfast(motions, tips.at),
+                in_openfast(fixed, lambda s: unpitch(tips.at(s), angles(s.state))),
+                in_openfast([f"TipRD{axis}b{k}" for k in numbers for axis in "xyz"], turns),
+                in_openfast([f"TipClrnc{k}" for k in numbers], from_yaw.at),
+                *roots.openfast,
             ],
         )
 
@@ -252,13 +264,3 @@ def find_plies(turbine: Turbine) -> BladePlies | None:
     if not turbine.case.has_full_blades:
         return None
     return turbine.rotor.blades.make_plies(turbine.system, turbine.meshes[BODY])
-
-
-def blade_axes(layout: RotorLayout, blade: int) -> Array:
-    """Axes x, y, z of the frame of a blade as rows, shape (3, 3).
-
-    Args:
-        blade: Number of the blade, from 1.
-    """
-    a1, a2, a3 = layout.frame(blade)
-    return np.array([a3, -a2, a1])

@@ -16,11 +16,11 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.records.conventions import HUB, NACELLE, OPENFAST_SIGNS
-from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.blades.rotor_plan import AZIMUTHS
 from turbine_fenicsx.turbine.blades.surfaces import hub_surface, nacelle_surface
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.tables.rigid_parts import Inertia
 
 YAW, ROTOR = "yaw", "rotor"
@@ -49,22 +49,20 @@ class Nacelle(Component):
         """Azimuth [0, 360), rotor speed and yaw for OpenFAST's readers.
 
         The azimuth is that of blade 1, 0 where it points up. Azimuth and speed count positive about
-        the shaft, downwind; the nacelle's yaw about the
-        upward vertical, opposite to the paper's.
+        the shaft, downwind; the nacelle's yaw about the upward vertical, opposite to the paper's.
         """
         coordinates = turbine.system.joint_coordinate_names
         rotor, yaw = coordinates.index(ROTOR), coordinates.index(YAW)
 
         def values(s: Snapshot) -> list[float]:
             azimuth, heading = (
-                float(OPENFAST_SIGNS[name] * np.degrees(s.state.joint_coordinates[k]))
+                float(OPENFAST_SIGNS[name] * s.state.joint_coordinates[k])
                 for name, k in ((ROTOR, rotor), (YAW, yaw))
             )
-            azimuth += np.degrees(AZIMUTHS[0])
-            return [azimuth % 360.0, float(s.state.joint_rates[rotor]) * 30.0 / np.pi, heading]
+            azimuth = (azimuth + AZIMUTHS[0]) % (2.0 * np.pi)
+            return [azimuth, float(s.state.joint_rates[rotor]), heading]
 
-        columns = ("Azimuth_[deg]", "RotSpeed_[rpm]", "NacYaw_[deg]")
-        return Channels(openfast=[Channel(columns, values)])
+        return Channels(openfast=[in_openfast(("Azimuth", "RotSpeed", "NacYaw"), values)])
 
     def surfaces(self, turbine: Turbine) -> list[RigidSurface]:
         """A box, and a spinner that is as large as the blade roots need."""

@@ -9,13 +9,11 @@ span from tip to root. The coordinates of the bearings count like the paper's (`
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from mpi4py import MPI
-
-import numpy as np
 
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.control.drives import PitchDrive
@@ -28,12 +26,12 @@ from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.joints.revolute import Revolute
 from turbine_fenicsx.meshing import RotorLayout
 from turbine_fenicsx.records.conventions import BLADES, HUB, OPENFAST_SIGNS
-from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.blades.rotor_plan import PITCH_SIGNS
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.loads import make_hat, make_torque, read_torques
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.tables.pitch import PitchCase, load_pitch
 
 BEARINGS = ("pitch_1", "pitch_2", "pitch_3")
@@ -69,15 +67,22 @@ class Pitch(Component):
 
     def channels(self, turbine: Turbine) -> Channels:
         """``BldPitch1`` ..., positive to feather; 0 without pitch bearings."""
-        names = turbine.system.joint_coordinate_names
-        found = [(names.index(name), OPENFAST_SIGNS[name]) for name in BEARINGS if name in names]
+        angles = find_angles(turbine)
+        columns = [f"BldPitch{k}" for k in range(1, len(BEARINGS) + 1)]
+        return Channels(openfast=[in_openfast(columns, lambda s: angles(s.state))])
 
-        def values(s: Snapshot) -> list[float]:
-            angles = [sign * float(np.degrees(s.state.joint_coordinates[k])) for k, sign in found]
-            return angles or [0.0] * len(BEARINGS)
 
-        columns = tuple(f"BldPitch{k}_[deg]" for k in range(1, len(BEARINGS) + 1))
-        return Channels(openfast=[Channel(columns, values)])
+def find_angles(turbine: Turbine) -> Callable[[State], list[float]]:
+    """Function of the state with the pitch of all blades, 0 without bearings [rad]."""
+    names = turbine.system.joint_coordinate_names
+    found = [(names.index(name), OPENFAST_SIGNS[name]) for name in BEARINGS if name in names]
+
+    def angles(state: State) -> list[float]:
+        return [sign * float(state.joint_coordinates[k]) for k, sign in found] or [0.0] * len(
+            BEARINGS
+        )
+
+    return angles
 
 
 def _make_rings(layout: RotorLayout, pitch: PitchCase, radius: float) -> list[RigidBody]:

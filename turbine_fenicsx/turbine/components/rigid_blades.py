@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,17 +10,12 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import BLADES
-from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction, JointReactions
-from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.turbine.blades.surfaces import tube
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
-from turbine_fenicsx.turbine.components.flexible_blades import (
-    OPENFAST_ROOTS,
-    ROOT_LOADS,
-    blade_axes,
-)
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
+from turbine_fenicsx.turbine.components.root_channels import root_channels
 
 POINTS_AROUND, STATIONS = 24, 25
 """Points of the skin around a section and along the span, for pictures."""
@@ -73,14 +67,8 @@ class RigidBlades(Component):
             ],
         )
 
-        def values(factor: float) -> Callable[[Snapshot], list[float]]:
-            return lambda s: (factor * loads.mean_at(s)).ravel().tolist()
-
         # the joint has what the hub exerts on the blades
-        return Channels(
-            [Channel(ROOT_LOADS, values(-1.0), loads)],
-            [Channel(OPENFAST_ROOTS, values(-1e-3), loads)],
-        )
+        return root_channels(turbine, lambda s: -loads.mean_at(s), loads)
 
     def surfaces(self, turbine: Turbine) -> list[RigidSurface]:
         """Skins of the blades."""

@@ -13,14 +13,17 @@ from turbine_fenicsx.records.conventions import BLADES, HUB, NACELLE, OPENFAST_S
 from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction, JointReactions
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.step_loads import StepLoads
+from turbine_fenicsx.simulation.observers.step_rates import StepRates
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.rotor_plan import AZIMUTHS
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.drivetrain import fast_shaft
-from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, SUPPORT, YAW
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
+from turbine_fenicsx.turbine.components.root_channels import unpitch
 
 
 class RootMoments:
@@ -47,14 +50,11 @@ class RootMoments:
     def at(self, snapshot: Snapshot, pitch: Angles) -> tuple[Angles, Angles]:
         """Moments out of the plane of the rotor and in it [N m]. Collective.
 
-        The axes of the gauges pitch with the blade, about its span from tip to root:
-
-            M_y = cos(theta) M_y,b - sin(theta) M_x,b,    M_x = cos(theta) M_x,b + sin(theta) M_y,b.
+        The axes of the gauges pitch with the blade.
         """
-        x, y = (self._sign * self._loads.mean_at(snapshot)[:, 1, :2]).T
-        c, s = np.cos(pitch), np.sin(pitch)
-        flap, edge = (c * y - s * x, c * x + s * y) if self._pitches else (y, x)
-        return tuple(flap.tolist()), tuple(edge.tolist())  # type: ignore[return-value]
+        moments = self._sign * self._loads.mean_at(snapshot)[:, 1]
+        x, y, _ = unpitch(moments, pitch if self._pitches else (0.0,) * len(moments)).T
+        return tuple(y.tolist()), tuple(x.tolist())  # type: ignore[return-value]
 
     def save(self) -> RestartData:
         """Loads of the last step."""
@@ -66,53 +66,26 @@ class RootMoments:
 
 
 class TopAcceleration:
-    """Acceleration of the top of a flexible tower, from its places at the ends of steps.
-
-    Mean velocities of two steps belong to their middles; velocities at the ends of steps carry an
-    alternating part that no sensor would have.
-    """
+    """Acceleration of the top of a flexible tower, as of `StepRates`."""
 
     def __init__(self, turbine: Turbine) -> None:
         support = turbine.find(SUPPORT)
-        self._first = None if support is None else turbine.system.first_coordinate[support]
-        self._place: Array | None = None
-        self._before: tuple[Array, float] | None = None  # mean velocity of a step, its length
+        first = 0 if support is None else turbine.system.first_coordinate[support]
+        self._is_there = support is not None
+        self.rates = StepRates(lambda state: state.q[first : first + 3])
 
-    def at(self, q: Array, dt: float, forward: Array) -> tuple[float, float]:
+    def at(self, state: State, forward: Array) -> tuple[float, float]:
         """Acceleration downwind and to the left, as the nacelle looks [m/s^2].
 
         Args:
-            dt: Time since the last call [s].
             forward: Direction of the shaft of the nacelle, downwind, shape (3,).
         """
-        if self._first is None:
+        if not self._is_there:
             return 0.0, 0.0
-        place, found = q[self._first : self._first + 3].copy(), np.zeros(3)
-        if self._place is not None:
-            velocity = (place - self._place) / dt
-            if self._before is not None:
-                before, length = self._before
-                found = (velocity - before) / (0.5 * (dt + length))
-            self._before = velocity, dt
-        self._place = place
+        _, found = self.rates.follow(state)
         ahead = forward - (forward @ E2) * E2
         ahead /= np.linalg.norm(ahead)
         return float(found @ ahead), float(found @ np.cross(E2, ahead))
-
-    def resume(self, q: Array) -> None:
-        """A run resumes from these coordinates."""
-        if self._first is not None:
-            self._place = q[self._first : self._first + 3].copy()
-
-    def save(self) -> RestartData:
-        """Mean velocity and length of the last step, if there was one."""
-        if self._before is None:
-            return RestartData()
-        return RestartData({"length": self._before[1]}, {"velocity": self._before[0].copy()})
-
-    def restore(self, data: RestartData) -> None:
-        """Resume after the saved step."""
-        self._before = (data.arrays["velocity"].copy(), data.numbers["length"]) if data else None
 
 
 class Sensors:
@@ -139,13 +112,13 @@ class Sensors:
         if self._roots is not None:
             self._roots.at(snapshot, (0.0, 0.0, 0.0))
         if self._top is not None:
-            self._top.resume(snapshot.state.q)
+            self._top.rates.follow(snapshot.state)
 
     def save(self) -> RestartData:
         """State of the accelerometer and the gauges."""
         data = RestartData()
         if self._top is not None:
-            data.add("top", self._top.save())
+            data.add("top", self._top.rates.save())
         if self._roots is not None:
             data.add("roots", self._roots.save())
         return data
@@ -153,7 +126,7 @@ class Sensors:
     def restore(self, data: RestartData) -> None:
         """Restore the state of the sensors that saved this."""
         if self._top is not None:
-            self._top.restore(data.part("top"))
+            self._top.rates.restore(data.part("top"))
         if self._roots is not None:
             self._roots.restore(data.part("roots"))
 
@@ -169,7 +142,7 @@ class Sensors:
         wind, direction = self._see_wind(state.q, forward, state.time)
         none = (0.0, 0.0, 0.0)
         flap, edge = (none, none) if self._roots is None else self._roots.at(s, pitch)
-        top = (0.0, 0.0) if self._top is None else self._top.at(state.q, dt, forward)
+        top = (0.0, 0.0) if self._top is None else self._top.at(state, forward)
         return Measurements(
             time=state.time,
             dt=dt,

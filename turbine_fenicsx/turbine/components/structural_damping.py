@@ -49,14 +49,14 @@ from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.clamped_blade import ClampedBlade, SingleMesh, clamp
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.axes import TOWER_AXES, blade_axes
 from turbine_fenicsx.turbine.components.component import Assembly, Component
-from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
+from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.components.mode_names import (
     BLADE_WAYS,
     name_tower,
     sum_squares,
 )
-from turbine_fenicsx.turbine.components.tower import AXES
 from turbine_fenicsx.turbine.tables.damping import BladeDampingCase, DampingCase, TowerDampingCase
 
 log = logging.getLogger(__name__)
@@ -185,7 +185,7 @@ def _name_tower_modes(assembly: Assembly, tower: DeformableBody) -> dict[str, _H
     weight = Gravity(tuple((-assembly.case.loads.gravity * np.asarray(E2)).tolist()))
     system = MultibodySystem(assembly.comm, [rider, tower, *ends, weight])
     state = find_rest(system)
-    found, sections, ways = _find_modes(system, state, foot), _cut(system, AXES), []
+    found, sections, ways = _find_modes(system, state, foot), _cut(system, TOWER_AXES), []
     state.destroy()
     for mode in found:
         shape = sections.motion(mode.shape)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.bodies.coupling import Coupling
@@ -20,7 +21,7 @@ from turbine_fenicsx.bodies.flexible_body import FlexibleBody
 from turbine_fenicsx.bodies.reduced_body import ReducedBasis, ReducedBody
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.foundation.rotations import E1, E2, E3
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.lame import lame_constants
 from turbine_fenicsx.materials.st_venant_kirchhoff import StVenantKirchhoff
 from turbine_fenicsx.meshing import LoadedMesh, TowerGeometry, mesh_tower
@@ -32,12 +33,15 @@ from turbine_fenicsx.reduction.reduce_body import reduce_body
 from turbine_fenicsx.reduction.smooth_loads import smooth_loads
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
+from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.basis_store import name_file, take_basis
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.axes import TOWER_AXES
 from turbine_fenicsx.turbine.components.beam_tower import make_tower_basis
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import SUPPORT
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 
 log = logging.getLogger(__name__)
@@ -47,9 +51,6 @@ FOOT, HEAD = "tower_foot", "tower_head"
 
 LARGEST_DEFLECTION = 0.03
 """Deflection of the head over the height for which a reduced tower is made."""
-
-AXES = np.array([E3, E1, E2])
-"""Axes x, y, z of the frame of the tower as rows."""
 
 
 def tower_geometry(tower: TowerCase) -> TowerGeometry:
@@ -89,31 +90,35 @@ class Tower(Component):
         """Displacement of the yaw bearing, force and moment at the base, in the tower's frame."""
         system, top = turbine.system, turbine.part(SUPPORT)
         first, start = system.first_coordinate[top], np.asarray(top.position, dtype=float)
+        R = np.asarray(top.directors, dtype=float)
         centre = (0.0, -turbine.case.tower.height, 0.0)
-        base = Reactions(system, [Reaction(turbine.part(FOOT), centre, AXES)])
+        base = Reactions(system, [Reaction(turbine.part(FOOT), centre, TOWER_AXES)])
         loads = [
             family(axis=axis)
             for family in (names.TOWER_BASE_FORCE, names.TOWER_BASE_MOMENT)
             for axis in "xyz"
         ]
-        out = [
-            f"TwrBs{kind}{axis}t_[{unit}]"
-            for kind, unit in (("F", "kN"), ("M", "kN-m"))
-            for axis in "xyz"
-        ]
 
-        def channels(motions: list[str], loads: list[str], factor: float) -> list[Channel]:
-            return [
-                Channel(
-                    tuple(motions),
-                    lambda s: (AXES @ (s.state.q[first : first + 3] - start)).tolist(),
-                ),
-                Channel(tuple(loads), lambda s: (factor * base.mean_at(s)).ravel().tolist(), base),
-            ]
+        def move(s: Snapshot) -> Array:
+            return np.asarray(TOWER_AXES @ (s.state.q[first : first + 3] - start))
+
+        def turn(s: Snapshot) -> Array:
+            directors = s.state.q[first + 3 : first + 12].reshape(3, 3)
+            return np.asarray(TOWER_AXES @ Rotation.from_matrix(directors.T @ R.T).as_rotvec())
 
         motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
-        ways = [f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")]
-        return Channels(channels(motions, loads, 1.0), channels(ways, out, 1e-3))
+        out = [f"TwrBs{kind}{axis}t" for kind in "FM" for axis in "xyz"]
+        return Channels(
+            history=[
+                Channel(tuple(motions), lambda s: move(s).tolist()),
+                Channel(tuple(loads), lambda s: base.mean_at(s).ravel().tolist(), base),
+            ],
+            openfast=[
+                in_openfast(("TTDspFA", "TTDspSS", "TTDspAx"), move),
+                in_openfast(("TTDspRoll", "TTDspPtch", "TTDspTwst"), turn),
+                in_openfast(out, base.mean_at, base),
+            ],
+        )
 
 
 def _make_beam(t: TowerCase, geometry: TowerGeometry, mesh: LoadedMesh) -> list[Any]:

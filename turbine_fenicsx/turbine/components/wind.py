@@ -1,14 +1,5 @@
 """The wind on the blades: loads on their sections, and what the rotor takes out of the wind.
 
-Thrust and torque are those of the air on the blades along and about the shaft. They belong to the
-middle of the step that ends at the time of the row, at t = 0 to the first state. A turn by theta
-about a shaft with the unit vector e moves a point in the middle x_m of its chord by
-
-    x_1 - x_0 = 2 tan(theta/2) e x x_m,
-
-so forces with the moment M about the shaft there do the work 2 tan(theta/2) M: the torque in the
-step is M tan(theta/2)/(theta/2), and torque times mean speed is the power exactly.
-
 Forces F and moments M act on the sections of a blade, which move with v and turn with omega in the
 middle of a step. Their work dt sum (F.v + M.omega) is that blade's share of the work of the wind to
 round-off: loads go to nodes and directors by the transpose of how these move.
@@ -23,15 +14,14 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from turbine_fenicsx.forces.line_source import SAME_TIME, StepLoads
+from turbine_fenicsx.forces.line_source import StepLoads
 from turbine_fenicsx.forces.rigid_section_loads import RigidSectionLoads, RigidStations
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionLoads, StationLine
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.restart_data import RestartData
-from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.conventions import BLADES, HUB
+from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
@@ -39,10 +29,17 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.clamped_blade import SKIN
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
-from turbine_fenicsx.turbine.case.inflow import AXES
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
-from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
+from turbine_fenicsx.turbine.components.rotor_air import (
+    WIND,
+    HubWind,
+    RotorLoads,
+    air_channels,
+    find_loads,
+    node_channels,
+)
 from turbine_fenicsx.turbine.components.tower import tower_geometry
 from turbine_fenicsx.turbine.components.wind_fields import WindFields
 from turbine_fenicsx.turbine.tables.tables import Tables
@@ -117,10 +114,6 @@ def _make_tower(case: Tables) -> TowerShadow:
     return TowerShadow((0.0, -shape.height, 0.0), (0.0, 0.0, 0.0), heights, radii, drag=drag)
 
 
-WIND = "wind"
-"""Name under which the work of the wind is reported."""
-
-
 @dataclass(frozen=True)
 class Wind(Component):
     """Blade-element momentum theory on the sections of flexible or rigid blades.
@@ -177,38 +170,30 @@ class Wind(Component):
         return [SectionLoads(WIND, assembly.part(BODY), lines, source)]
 
     def channels(self, turbine: Turbine) -> Channels:
-        """Power, thrust and torque of the rotor, its speed, and the wind at rotor and hub."""
-        rotor, inflow = RotorLoads(turbine), turbine.inflow
-        assert inflow is not None
-        hub = np.asarray(turbine.rotor.layout.centre, dtype=float)
-        kept: list[tuple[float, list[float]]] = []  # both time series show the same wind
+        """Power, thrust and torque of the rotor, its speed, the wind, and the air on sections."""
+        rotor = RotorLoads(turbine)
+        hub = HubWind(turbine)
 
         def loads(s: Snapshot) -> list[float]:
-            thrust, torque, wind = rotor.at(s)
-            speed = rotor.speed(s.state)
-            return [torque * speed, thrust, torque, wind, speed * 30.0 / np.pi]
-
-        def wind(s: Snapshot) -> list[float]:
-            if not kept or kept[-1][0] != s.state.time:
-                x, y, z = AXES @ inflow.velocity(hub, s.state.time)
-                kept[:] = [(s.state.time, [float(x), float(y), float(z)])]
-            return kept[-1][1]
+            air, speed = rotor.at(s), rotor.speed(s.state)
+            thrust, torque = float(air.force[0]), float(air.moment[0])
+            return [torque * speed, thrust, torque, air.wind, speed * 30.0 / np.pi]
 
         columns = (
             *(names.AERO_POWER, names.AERO_THRUST, names.AERO_TORQUE),
             *(names.ROTOR_WIND, names.ROTOR_SPEED),
         )
-        openfast = ("RtAeroPwr_[W]", "RtAeroFxh_[N]", "RtAeroMxh_[N-m]", "RtVAvgxh_[m/s]")
         per_blade = Channel(
             tuple(names.BLADE_WORK(blade=k) for k in range(1, turbine.rotor.layout.n_blades + 1)),
             lambda s: self._works_of(turbine).works.tolist(),
         )
         at_hub = tuple(names.HUB_WIND(axis=axis) for axis in "xyz")
         return Channels(
-            history=[Channel(columns, loads), Channel(at_hub, wind), per_blade],
+            history=[Channel(columns, loads), Channel(at_hub, hub.at), per_blade],
             openfast=[
-                Channel(tuple(f"Wind1Vel{axis}_[m/s]" for axis in "XYZ"), wind),
-                Channel(openfast, lambda s: loads(s)[:4]),
+                in_openfast([f"Wind1Vel{axis}" for axis in "XYZ"], hub.at),
+                *air_channels(turbine, rotor),
+                *node_channels(turbine),
             ],
         )
 
@@ -233,61 +218,3 @@ class Wind(Component):
             works = BladeWorks(number, lambda s: find_loads(system, WIND, s.state))
             self.works[:] = [(system, works)]
         return self.works[0][1]
-
-
-class RotorLoads:
-    """Thrust and torque of the air on the blades of a turbine."""
-
-    def __init__(self, turbine: Turbine) -> None:
-        self._system = turbine.system
-        hub, layout = turbine.part(HUB), turbine.rotor.layout
-        first = turbine.system.first_coordinate[hub]
-        self._q = slice(first, first + 12)
-        # constant coordinates in the frame of the hub
-        self._centre = np.array([1.0, *hub.body_coordinates(layout.centre)])
-        self._shaft = np.array([0.0, *(layout.axes[2] @ np.asarray(hub.directors))])
-        self._inflow = turbine.inflow
-        self._rotor = turbine.system.joint_coordinate_names.index(ROTOR)
-        self._kept: tuple[float, tuple[float, float, float]] | None = None
-
-    def at(self, snapshot: Snapshot) -> tuple[float, float, float]:
-        """Thrust [N], torque [N m] and wind through the rotor [m/s]. Collective."""
-        time = snapshot.state.time
-        if self._kept is None or self._kept[0] != time:
-            self._kept = (time, self._evaluate(snapshot.state))
-        return self._kept[1]
-
-    def speed(self, state: State) -> float:
-        """Speed of the rotor, the mean of the last step [rad/s]."""
-        return float(state.joint_rates[self._rotor])
-
-    def _evaluate(self, state: State) -> tuple[float, float, float]:
-        """As `at`."""
-        loads, q = find_loads(self._system, WIND, state), state.q[self._q].reshape(4, 3)
-        centre, shaft = self._centre @ q, self._shaft @ q
-        motion, F = loads.motion, loads.force
-        moment = cross_rows(motion.position - centre, F) + loads.moment
-        half = 0.5 * loads.times.dt * self.speed(state)
-        factor = np.tan(half) / half if half else 1.0
-        assert self._inflow is not None
-        wind = self._inflow.velocity(motion.position, loads.times.middle) - motion.velocity
-        return (
-            float(F.sum(axis=0) @ shaft),
-            float(factor * (moment.sum(axis=0) @ shaft)),
-            float(wind.mean(axis=0) @ shaft),
-        )
-
-
-def find_loads(system: MultibodySystem, name: str, state: State) -> StepLoads:
-    """Loads on sections in the step that led to a state, or in the first state. Collective."""
-    last = system.section_loads[name].last
-    if last is not None and abs(last.times.end - state.time) <= SAME_TIME * last.times.dt:
-        return last
-    for model, u, v in zip(system.flexible_models, state.u, state.v, strict=True):
-        for loads in model.section_loads:
-            if loads.name == name:
-                return loads.loads_at(u.array_r, v.array_r, state.time)
-    rigid = next(x for x in system.rigid_section_loads if x.name == name)
-    y = np.concatenate([state.q, state.joint_coordinates])[rigid.index]
-    y_dot = np.concatenate([state.q_dot, state.joint_rates])[rigid.index]
-    return rigid.loads_at(y, y_dot, state.time)

@@ -16,9 +16,9 @@ from turbine_fenicsx.records.conventions import BLADES, TOWER
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.components.axes import TOWER_AXES, blade_axes
 from turbine_fenicsx.turbine.components.component import Turbine
-from turbine_fenicsx.turbine.components.flexible_blades import BODY, blade_axes
-from turbine_fenicsx.turbine.components.tower import AXES as TOWER_AXES
+from turbine_fenicsx.turbine.components.flexible_blades import BODY
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,7 +48,7 @@ from turbine_fenicsx.simulation.observers.history import (
     read_columns,
     work_channel,
 )
-from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput
+from turbine_fenicsx.simulation.observers.openfast import OpenFastOutput, read_out_columns
 from turbine_fenicsx.simulation.observers.progress import Progress
 from turbine_fenicsx.simulation.observers.reduced_motion import ReducedMotion
 from turbine_fenicsx.simulation.observers.run_log import StepLog, log_to_file
@@ -62,7 +62,9 @@ from turbine_fenicsx.time_stepping.solver_options import SolverOptions
 from turbine_fenicsx.time_stepping.stepper import Stepper
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.component import Channels, Component, Turbine
+from turbine_fenicsx.turbine.components.interface_loads import interface_channels
 from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.components.openfast_channel import choose_channels, choose_columns
 from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
@@ -76,13 +78,14 @@ CONVENTIONS = (
 
 
 def turbine_channels(turbine: Turbine, stepper: Stepper, stress: bool) -> Channels:
-    """Columns of both time series from left to right. Collective.
+    """All columns of both time series from left to right. Collective.
 
     Args:
         stress: Whether the largest stress has a column, if anything is flexible.
     """
     system = turbine.system
     found = [component.channels(turbine) for component in turbine.components]
+    found.insert(1, interface_channels(turbine))  # after those of the nacelle
     return Channels(
         history=[
             energy_channel(),
@@ -335,9 +338,15 @@ def _make_outputs(
     kept = on_rank0(comm, lambda: read_columns(history)) if resume else []
     stress = every > 0.0 or names.MAX_STRESS in kept
     channels = turbine_channels(turbine, stepper, stress)
+    columns = on_rank0(comm, lambda: read_out_columns(out)) if resume else []
+    openfast = (
+        choose_columns(channels.openfast, columns)
+        if columns
+        else choose_channels(channels.openfast, case.output.channels)
+    )
     found: list[Observer] = [
         History(comm, history, channels.history),
-        OpenFastOutput(comm, out, channels.openfast, case.title, CONVENTIONS),
+        OpenFastOutput(comm, out, openfast, case.title, CONVENTIONS),
     ]
     if case.motion_every > 0.0:
         path, between = folder / MOTION, case.motion_every

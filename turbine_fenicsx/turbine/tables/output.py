@@ -6,12 +6,13 @@ from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
 from turbine_fenicsx.case.rules import AnyOf, If, Only
 from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.records.openfast_names import find_unknown
 
 _FIELDS = If(
     lambda case: not case.moves_by_vectors,
@@ -33,6 +34,14 @@ def _check_around(value: Any) -> Any:
     if not 0.0 <= fraction <= 1.0:
         raise ValueError('expected a number from 0 to 1, or a place such as "suction side"')
     return fraction
+
+
+def _check_channels(patterns: tuple[str, ...]) -> tuple[str, ...]:
+    """Patterns that all fit some channel."""
+    unknown = find_unknown(patterns)
+    if unknown:
+        raise ValueError(unknown)
+    return patterns
 
 
 class GaugeCase(Section):
@@ -110,6 +119,11 @@ class OutputCase(Section):
     """Simulated time between two checkpoints; 0: by wall time alone."""
     checkpoint_wall_time: Annotated[Seconds, NotNegative] = 300.0
     """Wall time between two checkpoints; 0: only at start and end."""
+    channels: Annotated[tuple[str, ...], AfterValidator(_check_channels)] = ("default",)
+    """Channels of ``history.out``: ``"default"`` and patterns such as ``"RootM*"``, see
+    reference/channels."""
+    shaft_gauge: Metres = 0.0
+    """Distance of the strain gauge of the shaft behind the rotor centre, for ``LSSGagMys``."""
     twists: Annotated[
         tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Only("turbine.model", "hybrid")
     ] = ()

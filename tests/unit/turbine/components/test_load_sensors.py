@@ -109,21 +109,21 @@ def make_accelerometer():
 
 
 def test_the_accelerometer_differentiates_twice_and_goes_on_as_it_was():
-    def places(t):  # 0.6 m/s^2 downwind, 0.2 to the left
-        return np.concatenate([np.ones(3), [0.1 * t * t, 5.0, 0.3 * t * t + t]])
+    def state(t):  # 0.6 m/s^2 downwind, 0.2 to the left
+        place = [0.1 * t * t, 5.0, 0.3 * t * t + t]
+        return SimpleNamespace(q=np.concatenate([np.ones(3), place]), time=t)
 
     times, forward = [0.0, 0.1, 0.2, 0.25, 0.35], np.array([0.0, 0.1, 0.995])
     whole, half = make_accelerometer(), make_accelerometer()
-    steps = np.diff(times, prepend=-0.1)
-    found = [whole.at(places(t), dt, forward) for t, dt in zip(times, steps, strict=True)]
+    found = [whole.at(state(t), forward) for t in times]
     assert found[:2] == [(0.0, 0.0)] * 2
     assert found[2:] == [pytest.approx((0.6, 0.2))] * 3
-    for t, dt in zip(times[:3], steps, strict=False):
-        half.at(places(t), dt, forward)
+    for t in times[:3]:
+        half.at(state(t), forward)
     again = make_accelerometer()
-    again.restore(half.save())
-    again.resume(places(times[2]))
-    assert again.at(places(times[3]), steps[3], forward) == found[3]
+    again.rates.restore(half.rates.save())
+    again.rates.follow(state(times[2]))
+    assert again.at(state(times[3]), forward) == found[3]
 
 
 def test_discon_gets_them_in_the_records_of_bladed():

@@ -10,7 +10,7 @@ from turbine_fenicsx.foundation.rotations import E2, rotation_about
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.flexible_blades import blade_axes
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.run import make_stepper
 from turbine_fenicsx.turbine.run.start import make_start

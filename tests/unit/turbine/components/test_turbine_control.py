@@ -168,7 +168,7 @@ def test_columns_are_the_work_that_was_done(comm, shared_tmp_path):
     assert np.allclose(torque * speed, work / 0.05, rtol=1e-5)
     assert np.allclose(torque, 5.29661e6 / 122.9096, rtol=0.05)
     assert np.isclose(out["BldPitch1"][0], 20.0, atol=1e-3)
-    assert {"LSShftTq", "BlPitchC1", "BlPitchC3"} <= out.keys()
+    assert {"RotTorq", "BlPitchC1", "BlPitchC3"} <= out.keys()
 
 
 def test_sensors_see_wind_yaw_and_azimuth(comm, shared_tmp_path):

@@ -88,8 +88,9 @@ def test_columns_of_the_tower_follow_those_of_the_blades(turbine):
         "work_of_torque_on_rotor_[J]",
     ]
     out = [name for channel in channels.openfast for name in channel.columns]
-    assert out[-9:] == [
+    assert out[-12:] == [
         *(f"TTDsp{name}_[m]" for name in ("FA", "SS", "Ax")),
+        *(f"TTDsp{name}_[deg]" for name in ("Roll", "Ptch", "Twst")),
         *(f"TwrBsF{axis}t_[kN]" for axis in "xyz"),
         *(f"TwrBsM{axis}t_[kN-m]" for axis in "xyz"),
     ]

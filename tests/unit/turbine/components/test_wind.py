@@ -23,7 +23,7 @@ from turbine_fenicsx.turbine.components.wind import find_loads
 from turbine_fenicsx.turbine.run import start as start_module
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
 from turbine_fenicsx.turbine.run.start import make_start
-from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
+from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_section_loads
 
 RPM = np.pi / 30.0
 QUIET = {"output": {"fields_every": 0}, "pitch": {"drive": "prescribed"}}
@@ -58,7 +58,18 @@ def run(comm, tmp_path_factory, given, name="run", **options):
 
 @pytest.fixture(scope="module")
 def rigid(files, tmp_path_factory):
-    return run(MPI.COMM_WORLD, tmp_path_factory, case(files, loads={"gravity": 0}))
+    output = {"fields_every": 0, "channels": ["default", "B1N*", "B2N1Fx", "RtFld*"]}
+    given = case(files, loads={"gravity": 0}, output=output)
+    return run(MPI.COMM_WORLD, tmp_path_factory, given)
+
+
+def read_out(folder):
+    """Rows of ``history.out``."""
+    lines = (folder / "history.out").read_text().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.split()[:1] == ["Time"])
+    names = lines[head].split()
+    rows = [map(float, line.split()) for line in lines[head + 2 :]]
+    return [dict(zip(names, row, strict=True)) for row in rows]
 
 
 def test_rigid_blades_begin_with_power_and_thrust_of_the_steady_rotor(files, rigid):
@@ -156,16 +167,50 @@ def test_the_energy_balance_closes(comm, files, rigid, tmp_path_factory, model):
 
 
 def test_openfast_reads_the_same(files, rigid):
-    lines = (rigid[0] / "history.out").read_text().splitlines()
-    head = next(k for k, line in enumerate(lines) if line.split()[:1] == ["Time"])
-    names, values = lines[head].split(), lines[-1].split()
-    found = dict(zip(names, map(float, values), strict=True))
-    last = read_rows(rigid[0])[-1]
+    found, last = read_out(rigid[0])[-1], read_rows(rigid[0])[-1]
     assert found["RtAeroPwr"] == pytest.approx(last["aero_power_[W]"], rel=1e-5)
     assert found["RtAeroFxh"] == pytest.approx(last["aero_thrust_[N]"], rel=1e-5)
     assert found["RtAeroMxh"] == pytest.approx(last["aero_torque_[Nm]"], rel=1e-5)
     assert found["RtVAvgxh"] == pytest.approx(9.0, rel=1e-2)
     assert (found["Wind1VelX"], found["Wind1VelY"], found["Wind1VelZ"]) == (9.0, 0.0, 0.0)
+    assert found["RtFldPwr"] == found["RtAeroPwr"] and "RtAeroMzh" not in found
+    assert abs(found["RtFldMzh"]) < 1e-3 * found["RtFldMxh"]
+
+
+def test_nodes_have_the_flow_of_the_steady_rotor(files, rigid):
+    """In the first step, in which the speed changes by less than a thousandth."""
+    first, blade = read_out(rigid[0])[0], load_aero_blade(case(files))
+    rotor, operation = Rotor(blade, hub_height=90.0), Operation(9.0, 11.0 * RPM)
+    loads, n = find_section_loads(rotor, operation, np.zeros(1)), len(blade.radius)
+    assert first["B2N1Fx"] == pytest.approx(first["B1N1Fx"], rel=1e-6) and "B2N1Fy" not in first
+    at = {
+        end: np.array([first[f"B1N{k}{end}"] for k in range(1, n + 1)])
+        for end in ("Fx", "Fy", "Fn", "Ft", "Alpha", "Phi", "AxInd", "TnInd", "Vrel", "Cl", "Cd")
+    }
+    near = {"rtol": 3e-3, "atol": 1e-9}
+    assert np.allclose(at["Fx"], loads.normal[0], **near)
+    assert np.allclose(at["Fy"], -loads.tangential[0], rtol=6e-3, atol=5.0)
+    phi, a, swirl = (x[0] for x in loads.induction)
+    assert np.allclose(at["AxInd"], a, **near) and np.allclose(at["TnInd"], swirl, rtol=6e-3)
+    assert np.allclose(np.radians(at["Phi"]), phi, **near)
+    alpha = phi - blade.twist
+    assert np.allclose(np.radians(at["Alpha"]), alpha, atol=1e-3)
+    polar = blade.table(np.radians(at["Alpha"]))
+    assert np.allclose(at["Cl"], polar.lift, rtol=1e-3, atol=1e-4)
+    assert np.allclose(at["Cd"], polar.drag, rtol=1e-3, atol=1e-4)
+    W = np.hypot(9.0 * (1.0 - a), 11.0 * RPM * blade.radius * (1.0 + swirl))
+    assert np.allclose(at["Vrel"], W, **near)
+    q, c, s = 0.5 * 1.225 * blade.chord * W**2, np.cos(alpha), np.sin(alpha)
+    assert np.allclose(at["Fn"], q * (polar.lift * c + polar.drag * s), rtol=6e-3)
+    assert np.allclose(at["Ft"], q * (polar.lift * s - polar.drag * c), rtol=1e-2, atol=5.0)
+    steady = find_performance(rotor, operation, sectors=1)
+    for name, value in (
+        ("RtFldCp", steady.power_coefficient),
+        ("RtFldCt", steady.thrust_coefficient),
+        ("RtFldCq", steady.power_coefficient / (11.0 * RPM * rotor.tip_distance / 9.0)),
+        ("RtTSR", 11.0 * RPM * rotor.tip_distance / 9.0),
+    ):
+        assert first[name] == pytest.approx(value, rel=3e-3)
 
 
 @pytest.mark.parallel
