@@ -2,16 +2,21 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.campbell import plot_campbell
 from turbine_fenicsx.postprocessing.mode_pictures import LOOK, render_modes
-from turbine_fenicsx.postprocessing.page import embed_figure, fill_page, format_case, format_note
+from turbine_fenicsx.postprocessing.page import (
+    embed_figure,
+    fill_page,
+    format_case,
+    format_grid,
+    format_note,
+)
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.mode_tables import read_table
 from turbine_fenicsx.records.output_folder import need_folder, read_tables
@@ -62,27 +67,22 @@ def _format_modes(rows: Table) -> str:
     }
     shown = [c for c in percent if any(float(row[c]) >= 0.005 for row in rows)]
     damped = any(abs(float(row[names.DAMPING_RATIO])) > 5e-6 for row in rows)
-    head = ["", "name", "Hz", *(["damping"] if damped else [])]
+    head = ["", "mode", "Hz", *(["damping"] if damped else [])]
     head += [percent[column].replace("_", " ") for column in shown]
-    lines = [_format_line("th", head)]
+    lines = []
     for row in rows:
         growth = float(row.get(names.GROWTH_RATE, 0.0)) and not float(row[names.FREQUENCY])
-        cells = [f"{float(row[names.MODE]):g}", str(row[names.MODE_NAME])]
+        cells = [str(row[names.MODE_NAME]), f"{float(row[names.MODE]):g}"]
         cells.append("grows" if growth else f"{float(row[names.FREQUENCY]):.4f}")
         if damped:
             cells.append("" if growth else f"{100.0 * float(row[names.DAMPING_RATIO]):.2f} %")
         cells += [f"{100.0 * float(row[column]):.0f} %" for column in shown]
-        lines.append(_format_line("td", cells))
+        lines.append(cells)
     return (
         "<p>Of the modal mass: blades, tower, and nacelle with hub. Of the motion of all cross-"
         "sections, blades seen from what carries them: flap and so on.</p>\n"
-        f"<table class='wide'>\n{''.join(lines)}</table>\n"
+        f"{format_grid(head, lines)}"
     )
-
-
-def _format_line(kind: str, cells: Sequence[str]) -> str:
-    """A row of a table."""
-    return f"<tr>{''.join(f'<{kind}>{escape(cell)}</{kind}>' for cell in cells)}</tr>\n"
 
 
 def _draw_campbell(folder: Path) -> str:

@@ -1,7 +1,7 @@
 """The pieces of an HTML page that needs no other file: tables, figures, notes."""
 
 import base64
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
@@ -62,10 +62,10 @@ def format_tables(
     tables: Mapping[str, Mapping[str, Any]], label: Callable[[str], str] | None = None
 ) -> str:
     """Tables of two columns beside each other; empty ones are left out."""
-    label = label or _label
+    label = label or format_label
     texts = []
     for name, rows in tables.items():
-        caption = f"<caption>{escape(_label(name))}</caption>" if name else ""
+        caption = f"<caption>{escape(format_label(name))}</caption>" if name else ""
         lines = "\n".join(
             f"<tr><th scope='row'>{escape(label(key))}</th><td>{escape(text)}</td></tr>"
             for key, text in ((key, _format_value(value)) for key, value in rows.items())
@@ -75,7 +75,19 @@ def format_tables(
     return f"<div class='tables'>\n{''.join(texts)}\n</div>\n"
 
 
-def _label(key: str) -> str:
+def format_grid(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table of several columns, of which the first names the row."""
+    titles = "".join(f"<th scope='col'>{escape(text)}</th>" for text in head)
+    lines = "\n".join(
+        f"<tr><th scope='row'>{escape(str(name))}</th>"
+        + "".join(f"<td>{escape(_format_value(value))}</td>" for value in values)
+        + "</tr>"
+        for name, *values in rows
+    )
+    return f"<table class='wide'>\n<tr>{titles}</tr>\n{lines}\n</table>\n"
+
+
+def format_label(key: str) -> str:
     """A key in words, its unit in brackets."""
     name, unit = names.split_unit(key)
     symbol = unit.replace("^2", "²").replace("^3", "³")

@@ -7,6 +7,7 @@ and says so; only ``history.csv`` is needed.
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from turbine_fenicsx.postprocessing.page import (
     embed_figure,
     fill_page,
     format_case,
+    format_grid,
+    format_label,
     format_note,
     format_tables,
     group_tables,
@@ -50,6 +53,7 @@ from turbine_fenicsx.records.output_folder import (
     read_solver_tolerance,
     read_tables,
 )
+from turbine_fenicsx.records.statistics import read_statistics
 from turbine_fenicsx.records.worst_ply import find_worst_ply
 
 _CAPTIONS = {
@@ -103,6 +107,7 @@ def report(
         "Nearest to failure": note + format_worst(folder),
         "Case": format_case(case, describe),
         "Diagrams": _draw_diagrams(history, read_solver_tolerance(folder)),
+        "Statistics": _format_statistics(folder),
         "Fatigue": _format_fatigue(history),
         "Pictures": _draw_pictures(folder, times, Look(scale=scale, size=_SIZE))
         if pictures
@@ -174,6 +179,19 @@ def _draw_diagrams(history: TimeSeries, tolerance: float | None) -> str:
             kind = "narrow" if len(panels) == 1 else ""
             texts.append(embed_figure(path, _CAPTIONS[name], kind))
     return "".join(texts)
+
+
+def _format_statistics(folder: Path) -> str:
+    """Mean, deviation and extremes of the channels, if the run has come to its end."""
+    found = read_statistics(folder)
+    if not found:
+        return ""
+    head = ("", "mean", "deviation", "least", "at [s]", "largest", "at [s]")
+    rows = [(format_label(each.column), *astuple(each)[1:]) for each in found]
+    return (
+        "<p>Channels of history.out, then columns of history.csv.</p>\n"
+        f"<details><summary>{len(rows)} channels</summary>\n{format_grid(head, rows)}</details>\n"
+    )
 
 
 def _format_fatigue(history: TimeSeries) -> str:

@@ -26,7 +26,8 @@ from turbine_fenicsx.records.parts import Parts
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
 RESULTS = (
-    *("history.csv", "history.out", "history.png", "fatigue.csv", "summary.json", "case.json"),
+    *("history.csv", "history.out", "history.outb", "history.png"),
+    *("fatigue.csv", "statistics.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
@@ -110,11 +111,12 @@ def read_history(path: str | os.PathLike[str], name: str | None = None) -> TimeS
     return series
 
 
-def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeSeries:
+def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str] | None = None) -> TimeSeries:
     """A run with columns of its ``history.out``, without the initial state.
 
     Args:
         wanted: Names of columns of either file; those of ``history.out`` with or without the unit.
+            All of these with it if None.
     """
     try:
         with TextIOWrapper(open_regular(path), encoding="utf-8") as file:
@@ -136,9 +138,10 @@ def add_openfast(series: TimeSeries, path: Path, wanted: Sequence[str]) -> TimeS
     if n < 1 or len(units) != len(names) or not np.allclose(table[:n, 0], time, rtol=1e-6):
         raise InputError(f"{path} has not the times of history.csv")
     columns = {TIME: time}
-    for name in wanted:
-        for k, (short, unit) in enumerate(zip(names, units, strict=True)):
-            if name in (short, f"{short}_[{unit.strip('()')}]"):
+    full = [f"{name}_[{unit.strip('()')}]" for name, unit in zip(names, units, strict=True)]
+    for name in full[1:] if wanted is None else wanted:
+        for k, (short, long) in enumerate(zip(names, full, strict=True)):
+            if name in (short, long):
                 columns[name] = table[:n, k]
         if name in series.columns:
             columns[name] = series[name][1 : n + 1]

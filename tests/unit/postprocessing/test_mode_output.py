@@ -174,7 +174,7 @@ def test_page_shows_table_and_no_empty_columns(shapes):
     text = re.sub(r"<[^>]+>", "|", page)
     assert "a &lt;turbine&gt;" in page and "2 modes at rest" in text
     assert "|blade 1|" in text and "|flap|" in text and "|tower|" not in text
-    assert "|mode, 1||1.2500||75 %||100 %|" in text
+    assert "|mode, 1||1||1.2500||75 %||100 %|" in text
     assert "damping" not in text
 
 

@@ -58,7 +58,7 @@ def carry_out(
         return fail(comm, f"interrupted at t = {t:g} s; {resume}", INTERRUPTED)
     pictures = on_rank0(comm, lambda: _draw_history(out, case.title))
     if comm.rank == 0 and not options.quiet:
-        files = ["history.csv", "history.out", "summary.json", *pictures]
+        files = ["history.csv", "history.out", "statistics.csv", "summary.json", *pictures]
         if case.motion_every > 0.0:
             files.insert(1, "motion.bin")
         if case.fields_every > 0.0:

@@ -27,6 +27,7 @@ from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import MOTION
 from turbine_fenicsx.records.folder_lock import lock_folder
+from turbine_fenicsx.records.openfast_binary import write_openfast_binary
 from turbine_fenicsx.records.output_folder import (
     holds_modes,
     holds_run,
@@ -34,6 +35,7 @@ from turbine_fenicsx.records.output_folder import (
     read_history,
     remove_run,
 )
+from turbine_fenicsx.records.statistics import write_statistics
 from turbine_fenicsx.records.vtkhdf_layout import need_h5py
 from turbine_fenicsx.records.worst_ply import WorstPly, find_worst_ply
 from turbine_fenicsx.reduction.basis_file import write_basis
@@ -260,6 +262,9 @@ def _run(
     result = summarise(turbine, statistics, seconds, simulation)
     result[names.INTERRUPTED] = simulation.stopped
     _write_summary(result, folder, comm)
+    on_rank0(comm, lambda: write_statistics(folder, case.output.transient))
+    if case.output.binary:
+        on_rank0(comm, lambda: write_openfast_binary(folder / "history.out"))
     return result
 
 

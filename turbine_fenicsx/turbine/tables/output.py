@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
 from turbine_fenicsx.case.rules import AnyOf, If, Only
-from turbine_fenicsx.case.section import NotNegative, Positive, Section, check_names
+from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section, check_names
 from turbine_fenicsx.foundation.text_files import quote
 from turbine_fenicsx.records.openfast_names import find_unknown
 
@@ -122,6 +122,10 @@ class OutputCase(Section):
     channels: Annotated[tuple[str, ...], AfterValidator(_check_channels)] = ("default",)
     """Channels of ``history.out``: ``"default"`` and patterns such as ``"RootM*"``, see
     reference/channels."""
+    binary: Flag = False
+    """Whether the end of a run writes ``history.outb``, which programs read faster."""
+    transient: Annotated[Seconds, NotNegative] = 0.0
+    """Time from the start that ``statistics.csv`` leaves out."""
     shaft_gauge: Metres = 0.0
     """Distance of the strain gauge of the shaft behind the rotor centre, for ``LSSGagMys``."""
     twists: Annotated[
