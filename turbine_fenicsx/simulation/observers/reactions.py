@@ -31,6 +31,7 @@ from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -81,13 +82,20 @@ class Reactions(StepLoads):
             self._where.append((index, rows, np.ascontiguousarray(weights.T)))
         self._comm = system.comm
 
+    def at_rest(self, state: State) -> Array:
+        """Loads in a static equilibrium, shape (n, 2, 3), as in `at`."""
+        return self._in_axes(*self._loads_of(state, state.q))
+
     def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
-        """Loads on the parent bodies from the sums over all nodes, of f and (xi - xi_r)_i f."""
-        forces = [f.array_r.reshape(-1, 3) for f in snapshot.state.coupling]
+        """Loads on the parent bodies."""
+        return self._loads_of(snapshot.state, 0.5 * (q0 + snapshot.state.q))
+
+    def _loads_of(self, state: State, q: Array) -> tuple[Array, Array]:
+        """Loads from the sums over all nodes, of f and (xi - xi_r)_i f, with the bodies at q."""
+        forces = [f.array_r.reshape(-1, 3) for f in state.coupling]
         mine = [weights @ forces[index][rows] for index, rows, weights in self._where]
         sums = -sum_over_ranks(self._comm, np.array(mine).reshape(-1, 4, 3))
-        q = np.concatenate([0.5 * (q0 + snapshot.state.q), GROUND])
-        d = q.reshape(-1, 4, 3)[self._slots, 1:]
+        d = np.concatenate([q, GROUND]).reshape(-1, 4, 3)[self._slots, 1:]
         loads = np.empty((len(sums), 2, 3))
         loads[:, 0] = sums[:, 0]
         dyads = d.transpose(0, 2, 1) @ sums[:, 1:]  # sum (x_m - r_m) f^T; its skew part is x

@@ -33,7 +33,6 @@ from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.simulation.observers.gauges import gauge_channel
 from turbine_fenicsx.simulation.observers.history import Channel
 from turbine_fenicsx.simulation.observers.ply_failure import failure_channel, failure_field
-from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.observers.section_turns import Section, SectionTurns
 from turbine_fenicsx.simulation.observers.tips import Tip, Tips, tip_channel
 from turbine_fenicsx.simulation.snapshot import Snapshot
@@ -157,16 +156,14 @@ class FlexibleBlades(Component):
 
     def channels(self, turbine: Turbine) -> Channels:
         """Deflections and clearances of tips, root loads, strain gauges, failure of plies."""
-        system, layout, blades = turbine.system, turbine.rotor.layout, turbine.rotor.blades
+        layout = turbine.rotor.layout
         numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
-        reactions, followed = [], []
+        followed = []
         for k, name, point in zip(numbers, ROOTS, turbine.rotor.tips, strict=True):
             coupling = turbine.part(name)
             axes = blade_axes(layout, int(k))
-            root = layout.point_on_span(int(k), blades.hub_radius)
-            reactions.append(Reaction(coupling, root, axes))
             followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
-        loads, tips = Reactions(system, reactions), Tips(system, followed)
+        tips = Tips(turbine.system, followed)
         from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))
@@ -176,7 +173,7 @@ class FlexibleBlades(Component):
         clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
         motions = [f"TipD{axis}b{k}" for k in numbers for axis in "xyz"]
         fixed = [f"TipD{axis}c{k}" for k in numbers for axis in "xyz"]
-        roots, angles = root_channels(turbine, loads.mean_at, loads), find_angles(turbine)
+        roots, angles = root_channels(turbine), find_angles(turbine)
         turns = make_tip_turns(turbine)
         return Channels(
             history=[

@@ -10,11 +10,8 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.bodies.rigid_surface import RigidSurface
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import BLADES
-from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction, JointReactions
 from turbine_fenicsx.turbine.blades.surfaces import tube
-from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
-from turbine_fenicsx.turbine.components.pitch import BEARINGS
 from turbine_fenicsx.turbine.components.root_channels import root_channels
 
 POINTS_AROUND, STATIONS = 24, 25
@@ -57,18 +54,7 @@ class RigidBlades(Component):
 
     def channels(self, turbine: Turbine) -> Channels:
         """Root forces and moments: what the blades exert on the hub, as of flexible blades."""
-        layout, radius = turbine.rotor.layout, turbine.rotor.blades.hub_radius
-        loads = JointReactions(
-            turbine.system,
-            [
-                JointReaction(turbine.part(name), layout.point_on_span(k, radius), axes)
-                for k, name in enumerate(BEARINGS, start=1)
-                for axes in (blade_axes(layout, k),)
-            ],
-        )
-
-        # the joint has what the hub exerts on the blades
-        return root_channels(turbine, lambda s: -loads.mean_at(s), loads)
+        return root_channels(turbine)
 
     def surfaces(self, turbine: Turbine) -> list[RigidSurface]:
         """Skins of the blades."""

@@ -2,32 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES
-from turbine_fenicsx.simulation.observers.history import Channel, Restartable
+from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction, JointReactions
+from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
+from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Channels, Turbine
 from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
-from turbine_fenicsx.turbine.components.pitch import find_angles
+from turbine_fenicsx.turbine.components.pitch import BEARINGS, find_angles
 
 _NUMBERS = range(1, len(BLADES) + 1)
 
 
-def root_channels(
-    turbine: Turbine, loads: Callable[[Snapshot], Array], memory: Restartable
-) -> Channels:
-    """Forces and moments of the blades on what carries them.
+class RootLoads:
+    """Forces and moments of rigid or flexible blades on what carries them, about their roots.
 
-    Args:
-        loads: Function of the snapshot that returns them in axes that pitch, shape (blades, 2, 3).
-        memory: What the loads remember.
+    Axes are those of the blades, which pitch with them.
+
+    Attributes:
+        loads: What couplings or bearings have, with the memory of means.
     """
-    angles = find_angles(turbine)
+
+    def __init__(self, turbine: Turbine) -> None:
+        layout, radius = turbine.rotor.layout, turbine.rotor.blades.hub_radius
+        points = [layout.point_on_span(k, radius) for k in _NUMBERS]
+        axes = [blade_axes(layout, k) for k in _NUMBERS]
+        self.loads: Reactions | JointReactions
+        if turbine.case.turbine.model == "rigid":  # a bearing has what the hub exerts on the blade
+            bearings = [turbine.part(name) for name in BEARINGS]
+            joints = zip(bearings, points, axes, strict=True)
+            self.loads = JointReactions(turbine.system, [JointReaction(*x) for x in joints])
+            self._sign = -1.0
+        else:
+            roots = [turbine.part(name) for name in ROOTS]
+            couplings = zip(roots, points, axes, strict=True)
+            self.loads = Reactions(turbine.system, [Reaction(*x) for x in couplings])
+            self._sign = 1.0
+
+    def mean_at(self, snapshot: Snapshot) -> Array:
+        """Means of the last two steps, shape (blades, 2, 3). Collective."""
+        return self._sign * self.loads.mean_at(snapshot)
+
+    def at_rest(self, state: State) -> Array:
+        """Loads in an equilibrium, shape (blades, 2, 3). Collective."""
+        return self._sign * self.loads.at_rest(state)
+
+
+def root_channels(turbine: Turbine) -> Channels:
+    """Forces and moments of the blades on what carries them. Collective."""
+    angles, roots = find_angles(turbine), RootLoads(turbine)
+    loads, memory = roots.mean_at, roots.loads
     history = [
         family(blade=k, axis=axis)
         for k in _NUMBERS

@@ -10,59 +10,15 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import E2, E3
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.conventions import BLADES, HUB, NACELLE, OPENFAST_SIGNS
-from turbine_fenicsx.simulation.observers.joint_reactions import JointReaction, JointReactions
-from turbine_fenicsx.simulation.observers.reactions import Reaction, Reactions
-from turbine_fenicsx.simulation.observers.step_loads import StepLoads
 from turbine_fenicsx.simulation.observers.step_rates import StepRates
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.turbine.blades.blade_plan import ROOTS
 from turbine_fenicsx.turbine.blades.rotor_plan import AZIMUTHS
-from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.drivetrain import fast_shaft
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, SUPPORT, YAW
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
-from turbine_fenicsx.turbine.components.root_channels import unpitch
-
-
-class RootMoments:
-    """Moments that the blades exert on the hub at their roots, means of two steps."""
-
-    def __init__(self, turbine: Turbine) -> None:
-        layout, case = turbine.rotor.layout, turbine.case
-        numbers = range(1, layout.n_blades + 1)
-        points = [layout.point_on_span(k, case.blade.hub_radius) for k in numbers]
-        axes = [blade_axes(layout, k) for k in numbers]
-        self._sign, self._pitches = 1.0, case.has_pitch_bearings
-        self._loads: StepLoads
-        if case.turbine.model == "rigid":  # what the hub exerts on them, in the opposite sense
-            joints = [turbine.part(name) for name in BEARINGS]
-            given = zip(joints, points, axes, strict=True)
-            self._loads = JointReactions(turbine.system, [JointReaction(*x) for x in given])
-            self._sign = -1.0
-        else:
-            roots = [turbine.part(name) for name in ROOTS]
-            self._loads = Reactions(
-                turbine.system, [Reaction(*x) for x in zip(roots, points, axes, strict=True)]
-            )
-
-    def at(self, snapshot: Snapshot, pitch: Angles) -> tuple[Angles, Angles]:
-        """Moments out of the plane of the rotor and in it [N m]. Collective.
-
-        The axes of the gauges pitch with the blade.
-        """
-        moments = self._sign * self._loads.mean_at(snapshot)[:, 1]
-        x, y, _ = unpitch(moments, pitch if self._pitches else (0.0,) * len(moments)).T
-        return tuple(y.tolist()), tuple(x.tolist())  # type: ignore[return-value]
-
-    def save(self) -> RestartData:
-        """Loads of the last step."""
-        return self._loads.save()
-
-    def restore(self, data: RestartData) -> None:
-        """Resume after the saved step."""
-        self._loads.restore(data)
+from turbine_fenicsx.turbine.components.root_channels import RootLoads, unpitch
 
 
 class TopAcceleration:
@@ -104,13 +60,13 @@ class Sensors:
         self._forward = np.asarray(turbine.part(NACELLE).directors).T @ E3
         # controllers of others may want what takes time to find
         wanted = turbine.case.control.kind not in ("none", "pi")
-        self._roots = RootMoments(turbine) if wanted else None
+        self._roots = RootLoads(turbine) if wanted else None
         self._top = TopAcceleration(turbine) if wanted else None
 
     def resume(self, snapshot: Snapshot) -> None:
         """A run resumes from here."""
         if self._roots is not None:
-            self._roots.at(snapshot, (0.0, 0.0, 0.0))
+            self._roots.mean_at(snapshot)
         if self._top is not None:
             self._top.rates.follow(snapshot.state)
 
@@ -120,7 +76,7 @@ class Sensors:
         if self._top is not None:
             data.add("top", self._top.rates.save())
         if self._roots is not None:
-            data.add("roots", self._roots.save())
+            data.add("roots", self._roots.loads.save())
         return data
 
     def restore(self, data: RestartData) -> None:
@@ -128,7 +84,7 @@ class Sensors:
         if self._top is not None:
             self._top.rates.restore(data.part("top"))
         if self._roots is not None:
-            self._roots.restore(data.part("roots"))
+            self._roots.loads.restore(data.part("roots"))
 
     def __call__(self, s: Snapshot, dt: float, first: bool) -> Measurements:
         """Measure."""
@@ -141,7 +97,9 @@ class Sensors:
         forward = state.q[self._nacelle + 3 : self._nacelle + 12].reshape(3, 3).T @ self._forward
         wind, direction = self._see_wind(state.q, forward, state.time)
         none = (0.0, 0.0, 0.0)
-        flap, edge = (none, none) if self._roots is None else self._roots.at(s, pitch)
+        flap, edge = none, none
+        if self._roots is not None:  # out of the plane of the rotor and in it
+            edge, flap, _ = map(tuple, unpitch(self._roots.mean_at(s)[:, 1], pitch).T.tolist())
         top = (0.0, 0.0) if self._top is None else self._top.at(state, forward)
         return Measurements(
             time=state.time,
