@@ -42,6 +42,9 @@ MODE_RESULTS = (
 """Names of what belongs to modes."""
 
 
+STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png")
+"""Names of what belongs to steady states."""
+
 STUDY = "study.csv"
 """Table of a study in its output folder."""
 
@@ -310,6 +313,11 @@ def holds_modes(folder: str | os.PathLike[str]) -> bool:
 def remove_modes(folder: str | os.PathLike[str]) -> None:
     """Remove earlier modes."""
     _remove(folder, MODE_RESULTS)
+
+
+def remove_steady(folder: str | os.PathLike[str]) -> None:
+    """Remove earlier steady states."""
+    _remove(folder, STEADY_RESULTS)
 
 
 def _remove(folder: str | os.PathLike[str], patterns: Sequence[str]) -> None:

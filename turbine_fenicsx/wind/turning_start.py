@@ -25,6 +25,10 @@ class TurningAtRest:
         shaft: Direction of the shaft in the initial configuration, shape (3,).
         centre: Rotor centre there, shape (3,) [m].
         speed: Speed of the rotor about the shaft [rad/s].
+
+    Attributes:
+        source: The other load.
+        speed: The speed, which may be changed between equilibria.
     """
 
     def __init__(
@@ -38,7 +42,7 @@ class TurningAtRest:
         self.source, self._roots = source, np.asarray(roots, dtype=int)
         self._shaft = check_array("shaft of the rotor", shaft, (3,), "three numbers")
         self._centre = check_array("centre of the rotor", centre, (3,), "three numbers")
-        self._speed = check_number("speed of the rotor", speed)
+        self.speed = check_number("speed of the rotor", speed)
         self._at_rest = False
 
     def start_step(self, times: StepTimes) -> None:
@@ -71,7 +75,7 @@ class TurningAtRest:
         before, after = (x[self._roots] for x in (motion.initial, motion.position))
         turn = fit_rotation(before, after)
         centre = after.mean(axis=0) + turn @ (self._centre - before.mean(axis=0))
-        omega = self._speed * (turn @ self._shaft) / np.linalg.norm(self._shaft)
+        omega = self.speed * (turn @ self._shaft) / np.linalg.norm(self._shaft)
         return motion._replace(
             velocity=motion.velocity + np.cross(omega, motion.position - centre),
             angular_velocity=motion.angular_velocity + omega,

@@ -20,6 +20,7 @@ from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.cell_centres import CellCentres
 from turbine_fenicsx.system.make_model import on_mesh
 from turbine_fenicsx.system.nearest_node import find_nearest_node
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 
@@ -83,13 +84,16 @@ class Tips:
 
     def at(self, snapshot: Snapshot) -> Array:
         """Deflections at a snapshot [m], shape (n, 3), equal on all ranks. Collective."""
-        if snapshot is self._snapshot:
-            return self._found
-        x, found = self._probe.values(snapshot.state), np.empty_like(self.starts)
+        if snapshot is not self._snapshot:
+            self._snapshot, self._found = snapshot, self.find(snapshot.state)
+        return self._found
+
+    def find(self, state: State) -> Array:
+        """Deflections in a state [m], shape (n, 3), equal on all ranks. Collective."""
+        x, found = self._probe.values(state), np.empty_like(self.starts)
         for k, (coordinates, xi, axes) in enumerate(self._frames):
-            q = GROUND if coordinates is None else snapshot.state.q[coordinates]
+            q = GROUND if coordinates is None else state.q[coordinates]
             found[k] = axes @ (q[3:].reshape(3, 3) @ (x[k] - q[:3]) - xi)
-        self._snapshot, self._found = snapshot, found
         return found
 
 

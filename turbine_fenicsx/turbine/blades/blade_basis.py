@@ -99,7 +99,7 @@ def list_loads(
         None if no file says how the turbine is run; then `reduce_body` takes smooth loads.
     """
     comm = blade.body.mesh.comm
-    rated = on_rank0(comm, lambda: _find_rated(case))
+    rated = on_rank0(comm, lambda: find_rated(case))
     if rated is None:
         return None
     aero = on_rank0(comm, lambda: load_aero_blade(case, STATIONS))
@@ -113,7 +113,7 @@ def describe_training(loads: Sequence[LoadPath] | None) -> str:
     return f"from {len(loads)} operating points"
 
 
-def _find_rated(case: Case) -> RatedOperation | None:
+def find_rated(case: Case) -> RatedOperation | None:
     """How the turbine of a file is run; None if it does not say, or has no polars."""
     if case.turbine.file is None:
         return None

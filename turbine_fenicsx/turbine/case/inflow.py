@@ -49,6 +49,11 @@ def make_inflow(case: Tables, comm: MPI.Intracomm = MPI.COMM_SELF) -> PlacedInfl
         inflow = _make_wind(case)
     if w.ramp:
         inflow = RampedInflow(inflow, w.ramp)
+    return place_inflow(case, inflow)
+
+
+def place_inflow(case: Tables, inflow: Inflow) -> PlacedInflow:
+    """A wind over the ground in the axes of the turbine."""
     return PlacedInflow(inflow, AXES, (0.0, case.turbine.hub_rise - case.hub_height, 0.0))
 
 

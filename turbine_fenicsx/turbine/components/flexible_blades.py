@@ -76,6 +76,15 @@ class YawDistances:
         return distances
 
 
+def make_tips(turbine: Turbine) -> Tips:
+    """Deflections of the tips of flexible blades in axes that pitch with them. Collective."""
+    followed, layout = [], turbine.rotor.layout
+    for k, (name, point) in enumerate(zip(ROOTS, turbine.rotor.tips, strict=True), start=1):
+        coupling, axes = turbine.part(name), blade_axes(layout, k)
+        followed.append(Tip(str(k), coupling.flexible, point, coupling.rigid, axes))
+    return Tips(turbine.system, followed)
+
+
 HALF_WIDTH = 0.02
 """Half of the part of the span that a section is made of."""
 
@@ -156,14 +165,8 @@ class FlexibleBlades(Component):
 
     def channels(self, turbine: Turbine) -> Channels:
         """Deflections and clearances of tips, root loads, strain gauges, failure of plies."""
-        layout = turbine.rotor.layout
-        numbers = [str(k) for k in range(1, len(ROOTS) + 1)]
-        followed = []
-        for k, name, point in zip(numbers, ROOTS, turbine.rotor.tips, strict=True):
-            coupling = turbine.part(name)
-            axes = blade_axes(layout, int(k))
-            followed.append(Tip(k, coupling.flexible, point, coupling.rigid, axes))
-        tips = Tips(turbine.system, followed)
+        tips = make_tips(turbine)
+        followed, numbers = tips.tips, [tip.name for tip in tips.tips]
         from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))

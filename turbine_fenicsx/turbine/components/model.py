@@ -27,6 +27,7 @@ from turbine_fenicsx.turbine.components.rigid_blades import RigidBlades
 from turbine_fenicsx.turbine.components.structural_damping import StructuralDamping
 from turbine_fenicsx.turbine.components.tower import Tower
 from turbine_fenicsx.turbine.components.wind import Wind
+from turbine_fenicsx.wind.inflow import PlacedInflow
 
 
 def list_components(case: Case) -> list[Component]:
@@ -48,13 +49,19 @@ def list_components(case: Case) -> list[Component]:
     return [*tower, Nacelle(), Loads(), *rotor, *wind, *behind]
 
 
-def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -> Assembly:
+def assemble(
+    case: Case,
+    components: Iterable[Component],
+    comm: MPI.Intracomm,
+    inflow: PlacedInflow | None = None,
+) -> Assembly:
     """Build the parts of components, each on those before it. Collective.
 
     Args:
         case: The case.
         components: From the ground up.
         comm: Communicator.
+        inflow: The wind; that of the case if None.
 
     Raises:
         ModelError: with one sentence for every mistake that a component finds.
@@ -67,7 +74,8 @@ def assemble(case: Case, components: Iterable[Component], comm: MPI.Intracomm) -
     mistakes = on_rank0(comm, lambda: [*_find_mistakes(case, components)])
     if mistakes:
         raise ModelError("\n".join(mistakes))
-    assembly = Assembly(case, comm, plan_rotor(case, comm), inflow=make_inflow(case, comm))
+    inflow = make_inflow(case, comm) if inflow is None else inflow
+    assembly = Assembly(case, comm, plan_rotor(case, comm), inflow=inflow)
     for component in components:
         assembly.parts.extend(component.parts(assembly))
     return assembly
@@ -82,7 +90,10 @@ def _find_mistakes(case: Case, components: Iterable[Component]) -> Iterator[str]
 
 
 def build_turbine(
-    case: Case, comm: MPI.Intracomm, components: Iterable[Component] | None = None
+    case: Case,
+    comm: MPI.Intracomm,
+    components: Iterable[Component] | None = None,
+    inflow: PlacedInflow | None = None,
 ) -> Turbine:
     """Build the turbine of a case. Collective.
 
@@ -90,13 +101,14 @@ def build_turbine(
         case: The case.
         comm: Communicator.
         components: What it is made of from the ground up; `list_components` if None.
+        inflow: The wind; that of the case if None.
 
     Raises:
         ModelError: for parts, or a mesh, that do not fit together.
         InputError: if a file cannot be read or written.
     """
     components = list_components(case) if components is None else list(components)
-    assembly = assemble(case, components, comm)
+    assembly = assemble(case, components, comm, inflow)
     # the paper counts bodies from the nacelle on; what carries it comes last, also in the columns
     parts = _rotate(assembly.part(NACELLE), assembly.parts)
     nacelle = next((c for c in components if isinstance(c, Nacelle)), components[0])

@@ -91,8 +91,8 @@ class Tower(Component):
         system, top = turbine.system, turbine.part(SUPPORT)
         first, start = system.first_coordinate[top], np.asarray(top.position, dtype=float)
         R = np.asarray(top.directors, dtype=float)
-        centre = (0.0, -turbine.case.tower.height, 0.0)
-        base = Reactions(system, [Reaction(turbine.part(FOOT), centre, TOWER_AXES)])
+        base = find_tower_base(turbine)
+        assert base is not None
         loads = [
             family(axis=axis)
             for family in (names.TOWER_BASE_FORCE, names.TOWER_BASE_MOMENT)
@@ -119,6 +119,14 @@ class Tower(Component):
                 in_openfast(out, base.mean_at, base),
             ],
         )
+
+
+def find_tower_base(turbine: Turbine) -> Reactions | None:
+    """Loads of a flexible tower on the ground about the centre of its foot; None without one."""
+    if not turbine.case.tower.flexible:
+        return None
+    centre = (0.0, -turbine.case.tower.height, 0.0)
+    return Reactions(turbine.system, [Reaction(turbine.part(FOOT), centre, TOWER_AXES)])
 
 
 def _make_beam(t: TowerCase, geometry: TowerGeometry, mesh: LoadedMesh) -> list[Any]:

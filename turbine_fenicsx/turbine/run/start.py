@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.analysis.statics import equilibrium
 from turbine_fenicsx.analysis.turning import turning_equilibrium
@@ -75,39 +77,55 @@ def make_start(case: Case, system: MultibodySystem) -> State | None:
     return state
 
 
-def turn_blades(case: Case, system: MultibodySystem, state: State) -> None:
-    """Turn the blades of the initial state to the pitch at which they start, as if rigid."""
-    if not case.has_pitch_bearings or not any(case.pitch.initial):
+def turn_blades(
+    case: Case, system: MultibodySystem, state: State, pitch: Sequence[float] | None = None
+) -> None:
+    """Turn the blades of a state to a pitch, as if they were rigid.
+
+    Args:
+        state: The initial state, or another one in which the blades have been turned.
+        pitch: Of each blade [rad]; that at which the run of the case starts if None.
+    """
+    if not case.has_pitch_bearings:
         return
     layout, names = plan_layout(case.turbine), system.joint_coordinate_names
     joints = {joint.name: joint for joint in system.joints}
     spans = np.array([layout.frame(k)[0] for k in range(1, layout.n_blades + 1)])
-    centre = np.asarray(layout.centre, dtype=float)
-    for k, (name, pitch) in enumerate(zip(BEARINGS, case.pitch.initial, strict=True)):
-        state.joint_coordinates[names.index(name)] = OPENFAST_SIGNS[name] * pitch
-        # pitch counts about the span from tip to root
-        R = rotation_about(-spans[k], pitch)
+    angles = case.pitch.initial if pitch is None else pitch
+    for k, (name, angle) in enumerate(zip(BEARINGS, angles, strict=True)):
+        coordinate = OPENFAST_SIGNS[name] * angle
+        turn = OPENFAST_SIGNS[name] * (coordinate - state.joint_coordinates[names.index(name)])
+        if not turn:
+            continue
+        state.joint_coordinates[names.index(name)] = coordinate
         body = joints[name].bodies[1]
         assert body is not None
         first = system.first_coordinate[body]
         arms = state.q[first : first + 12].reshape(4, 3)
+        # the axis of the bearing turns with hub and blade; pitch counts about it from tip to root
+        turned = np.asarray(body.directors) @ arms[1:]
+        centre = arms[0] + (np.asarray(layout.centre) - body.position) @ turned
+        R = rotation_about(-spans[k] @ turned, turn)
         arms[0] -= centre
         arms[:] = arms @ R.T
         arms[0] += centre
         for model, u in zip(system.flexible_models, state.u, strict=True):
             if model.body.name == BLADES_BODY:
-                X = model.positions - model.is_point[:, None] * centre
-                mine = _find_blades(model, X, spans) == k
-                u.array.reshape(-1, 3)[mine] = (X @ R.T - X)[mine]
+                mine = _find_blades(model, layout.centre, spans) == k
+                x = (model.positions + u.array_r.reshape(-1, 3))[mine]
+                origin = model.is_point[mine, None] * centre
+                moved = (x - origin) @ R.T + origin
+                u.array.reshape(-1, 3)[mine] = moved - model.positions[mine]
 
 
-def _find_blades(model: BodyModel, X: Array, spans: Array) -> IntArray:
+def _find_blades(model: BodyModel, centre: npt.ArrayLike, spans: Array) -> IntArray:
     """Number of the blade that each node belongs to, from 0.
 
     Args:
-        X: Its nodes, points from the rotor centre, shape (n, 3) [m].
+        centre: Rotor centre in the initial configuration, shape (3,) [m].
         spans: Directions of the blades, shape (blades, 3).
     """
+    X = model.positions - model.is_point[:, None] * np.asarray(centre, dtype=float)
     if len(model.body.placements) > 1:  # nodes of one blade after another
         return np.arange(len(X)) * len(spans) // model.size_global
     blades: IntArray = np.argmax(X @ spans.T, axis=1)

@@ -1,0 +1,115 @@
+"""Diagrams of steady states: over the wind speed, and along the blade, beside published ones."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records.names import split_unit
+from turbine_fenicsx.records.steady_tables import BLADE, SPAN, STEADY, WIND, read_steady
+
+OVER_WIND = (
+    *("rotor_speed_[rpm]", "pitch_[deg]", "aero_power_[W]"),
+    *("aero_thrust_[N]", "aero_torque_[Nm]", "power_coefficient_[-]"),
+    *("thrust_coefficient_[-]", "tip_deflection_x_[m]", "tip_rotation_z_[deg]"),
+    *("root_moment_x_[Nm]", "root_moment_y_[Nm]", "tower_base_moment_y_[Nm]"),
+)
+"""Columns over the wind speed; those that are missing have no panel."""
+
+ALONG = (
+    *("force_x_[N/m]", "force_y_[N/m]", "angle_of_attack_[deg]"),
+    *("axial_induction_[-]", "deflection_x_[m]", "rotation_z_[deg]"),
+)
+"""Columns along the blade."""
+
+CURVES = 6
+"""Maximum number of wind speeds along the blade."""
+
+LINES = ("--", ":", "-.")
+"""Of published steady states."""
+
+Table = Mapping[str, Array]
+
+
+def plot_steady(
+    folder: str | os.PathLike[str], beside: Sequence[str | os.PathLike[str]] = ()
+) -> list[str]:
+    """Draw the steady states in a folder; the names of the pictures.
+
+    Args:
+        beside: Tables with columns of the same names; those with a column of the place along the
+            blade are drawn there.
+
+    Raises:
+        InputError: if a table cannot be read, or has no column that is drawn.
+    """
+    folder = Path(folder)
+    others = {Path(path).stem: read_steady(path) for path in beside}
+    at_wind = {name: table for name, table in others.items() if SPAN not in table}
+    along = {name: table for name, table in others.items() if SPAN in table}
+    own = read_steady(folder / STEADY)
+    _draw_over_wind(own, at_wind, folder / "steady.png")
+    _draw_along(read_steady(folder / BLADE), along, folder / "steady_blade.png")
+    return ["steady.png", "steady_blade.png"]
+
+
+def _draw_over_wind(own: Table, others: Mapping[str, Table], path: Path) -> None:
+    """Panels over the wind speed."""
+    figure, panels = _make_panels([name for name in OVER_WIND if name in own])
+    for name, axes in panels.items():
+        style = "o-" if len(own[WIND]) < 40 else "-"
+        label = "turbine_fenicsx"
+        axes.plot(own[WIND], own[name], style, color=PALETTE[0], ms=3.5, lw=1.3, label=label)
+        for k, (label, table) in enumerate(others.items()):
+            if name in table:
+                style, color = LINES[k % len(LINES)], PALETTE[1 + k % (len(PALETTE) - 1)]
+                axes.plot(table[WIND], table[name], style, color=color, lw=1.3, label=label)
+        axes.set_xlabel("wind speed [m/s]")
+    if others:
+        next(iter(panels.values())).legend(fontsize=8.0)
+    figure.savefig(path)
+
+
+def _draw_along(own: Table, others: Mapping[str, Table], path: Path) -> None:
+    """Panels along the blade, for some of the wind speeds."""
+    winds = np.unique(own[WIND])
+    shown = winds[np.unique(np.linspace(0, len(winds) - 1, CURVES).round().astype(int))]
+    figure, panels = _make_panels([name for name in ALONG if name in own])
+    for name, axes in panels.items():
+        for k, wind in enumerate(shown):
+            color = PALETTE[k % len(PALETTE)]
+            rows = own[WIND] == wind
+            label = f"{wind:g} m/s"
+            axes.plot(own[SPAN][rows], own[name][rows], color=color, lw=1.3, label=label)
+            for j, (other, table) in enumerate(others.items()):
+                rows = np.isclose(table[WIND], wind)
+                if name in table and rows.any():
+                    x, y, style = table[SPAN][rows], table[name][rows], LINES[j % len(LINES)]
+                    label = f"{wind:g} m/s, {other}"
+                    axes.plot(x, y, style, color=color, lw=1.1, label=label)
+        axes.set_xlabel("place along the blade [-]")
+    next(iter(panels.values())).legend(fontsize=7.0)
+    figure.savefig(path)
+
+
+def _make_panels(columns: Sequence[str]) -> tuple[Any, dict[str, Any]]:
+    """A figure with a panel for each column."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        rows = -(-len(columns) // 3)
+        figure = Figure(figsize=(12.0, 3.1 * rows), layout="constrained")
+        panels = {}
+        for k, column in enumerate(columns):
+            axes = figure.add_subplot(rows, 3, k + 1)
+            name, unit = split_unit(column)
+            axes.set_title(f"{name.replace('_', ' ')} [{unit.replace('Nm', 'N m')}]", fontsize=10.0)
+            panels[column] = axes
+    return figure, panels

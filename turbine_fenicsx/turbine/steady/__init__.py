@@ -1,0 +1,1 @@
+"""Steady states over the wind speed: operating points, equilibria, tables."""

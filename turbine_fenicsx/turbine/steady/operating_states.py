@@ -1,0 +1,211 @@
+"""Speed of the rotor and pitch at a wind speed: from a table, or found."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Protocol
+
+import numpy as np
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.foundation.text_files import read_text
+from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.turbine.blades.blade_basis import find_rated
+from turbine_fenicsx.turbine.blades.operating_points import EFFICIENCY, STEEPEST, RatedOperation
+from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.tables.drivetrain import DrivetrainCase
+from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_pitch
+
+RPM, DEGREE = pi / 30.0, pi / 180.0
+
+COLUMNS = {"wind_speed_[m/s]": 1.0, "rotor_speed_[rpm]": RPM, "pitch_[deg]": DEGREE}
+"""Columns of a schedule, and factors to SI units."""
+
+SECTORS = 12
+"""Azimuths over which loads of stiff blades are averaged."""
+
+
+@dataclass(frozen=True)
+class OperatingState:
+    """How a turbine is run in steady wind.
+
+    Args:
+        wind: Wind speed [m/s].
+        rotor_speed: Of the rotor [rad/s].
+        pitch: Of all blades [rad].
+        least_pitch: The pitch if power had no limit [rad].
+    """
+
+    wind: float
+    rotor_speed: float
+    pitch: float
+    least_pitch: float
+
+
+class Schedule(Protocol):
+    """Speed and pitch over the wind speed."""
+
+    @property
+    def power(self) -> float | None:
+        """Power of the air that the pitch keeps from above [W]; None where the pitch is given."""
+
+    def at(self, wind: float) -> OperatingState:
+        """The operating state of stiff blades at a wind speed; a ModelError if there is none."""
+
+    def find_slope(self, operating: OperatingState) -> float:
+        """Derivative of the power of stiff blades by the pitch [W/rad]."""
+
+
+class TableSchedule:
+    """A table of wind speeds, speeds and pitch angles, linear between its rows.
+
+    Args:
+        rows: One row per wind speed, which rises, shape (n, 3).
+        name: Of the table, for errors.
+    """
+
+    power = None
+
+    def __init__(self, rows: Array, name: str) -> None:
+        self._rows, self._name = rows, name
+
+    def at(self, wind: float) -> OperatingState:
+        """As `Schedule.at`."""
+        V, *columns = self._rows.T
+        slack = 1e-9 * V[-1]
+        if not V[0] - slack <= wind <= V[-1] + slack:
+            raise ModelError(f"{self._name} has no wind of {wind:g} m/s, but {V[0]:g} to {V[-1]:g}")
+        speed, pitch = (float(np.interp(wind, V, x)) for x in columns)
+        return OperatingState(wind, speed, pitch, pitch)
+
+    def find_slope(self, operating: OperatingState) -> float:
+        """Nothing asks for it where the pitch is given."""
+        raise NotImplementedError
+
+
+class FoundSchedule:
+    """The best tip-speed ratio within limits of the speed, and rated power above.
+
+    Where a limit of the speed keeps the best ratio away, the pitch above the fine one is that of
+    the largest power.
+
+    Args:
+        rotor: The rotor of stiff blades.
+        rated: How the turbine is run.
+        power: Largest power of the air [W].
+        shear: Exponent of the wind over height.
+        density: Of the air [kg/m^3].
+    """
+
+    def __init__(
+        self, rotor: Rotor, rated: RatedOperation, power: float, shear: float, density: float
+    ) -> None:
+        self._rotor, self._rated, self.power = rotor, rated, power
+        self._air = {"shear": shear, "density": density}
+
+    def at(self, wind: float) -> OperatingState:
+        """As `Schedule.at`."""
+        from scipy.optimize import minimize_scalar
+
+        rated, rotor = self._rated, self._rotor
+        best = rated.tip_speed_ratio * wind / rotor.tip_distance
+        speed = float(np.clip(best, rated.least_speed, rated.rated_speed))
+        operation = Operation(wind, speed, rated.fine_pitch, **self._air)
+        least = pitch = rated.fine_pitch
+        if speed != best:
+            found = minimize_scalar(
+                lambda x: -self._find_power(operation, x),
+                bounds=(pitch, pitch + 0.3 * STEEPEST),
+                method="bounded",
+            )
+            if -found.fun > self._find_power(operation, pitch):
+                least = pitch = float(found.x)
+        if self._find_power(operation, pitch) > self.power:
+            ends = pitch, pitch + STEEPEST
+            pitch = find_pitch(rotor, operation, self.power, ends, SECTORS, accuracy=1e-5)
+        return OperatingState(wind, speed, pitch, least)
+
+    def find_slope(self, operating: OperatingState) -> float:
+        """As `Schedule.find_slope`."""
+        operation = Operation(operating.wind, operating.rotor_speed, **self._air)
+        ends = (operating.pitch + x for x in (-0.5 * DEGREE, 0.5 * DEGREE))
+        low, high = (self._find_power(operation, x) for x in ends)
+        return (high - low) / DEGREE
+
+    def _find_power(self, operation: Operation, pitch: float) -> float:
+        """Power of the air at a pitch [W]."""
+        return find_performance(self._rotor, replace(operation, pitch=pitch), SECTORS).power
+
+
+def read_schedule(path: str) -> TableSchedule:
+    """A table of operating states from a CSV file with the columns `COLUMNS`.
+
+    Raises:
+        InputError: if it is something else.
+    """
+    lines = [x for x in read_text(path, "schedule").splitlines() if not x.startswith("#")]
+    head, *rows = list(csv.reader(lines)) or [[]]
+    missing = [name for name in COLUMNS if name not in head]
+    if missing or not rows:
+        raise InputError(
+            f"the schedule {path!r} needs the columns {', '.join(COLUMNS)} and rows with numbers"
+        )
+    places = [head.index(name) for name in COLUMNS]
+    try:
+        table = np.array([[float(row[k]) for k in places] for row in rows])
+    except (ValueError, IndexError):
+        raise InputError(f"the schedule {path!r} has a row that is not of numbers") from None
+    table *= list(COLUMNS.values())
+    wind, speed, pitch = table.T
+    if not np.isfinite(table).all() or np.any(np.diff(wind) <= 0.0) or np.any(speed < 0.0):
+        raise InputError(
+            f"the schedule {path!r} needs wind speeds that rise, speeds that are not negative, and "
+            "finite numbers"
+        )
+    if np.any(np.abs(pitch) > pi):
+        raise InputError(f"the schedule {path!r} has a pitch beyond 180 degrees")
+    return TableSchedule(table, f"the schedule {path!r}")
+
+
+def find_schedule(case: Case) -> FoundSchedule:
+    """The schedule that a windIO file or a controller of kind "pi" leads to.
+
+    Raises:
+        InputError: if neither says how the turbine is run.
+    """
+    t, d = case.turbine, case.drivetrain
+    rotor = Rotor(
+        load_aero_blade(case), precone=-t.precone, tilt=-t.tilt, hub_height=case.hub_height
+    )
+    rated = find_rated(case)
+    if rated is not None:
+        power = rated.rated_power / (d.efficiency if d.efficiency < 1.0 else EFFICIENCY)
+    elif case.control.kind == "pi":
+        rated, power = _find_rated_by_law(case, d, rotor)
+    else:
+        raise InputError(
+            "the case does not say how the turbine is run: give --schedule FILE, "
+            'control.kind = "pi", or a turbine.file with a controller'
+        )
+    return FoundSchedule(rotor, rated, power, case.wind.shear, case.wind.density)
+
+
+def _find_rated_by_law(case: Case, d: DrivetrainCase, rotor: Rotor) -> tuple[RatedOperation, float]:
+    """Limits of the speed and power of a controller of kind "pi", the ratio by the largest C_P."""
+    from scipy.optimize import minimize_scalar
+
+    law, fine = case.control.torque, case.control.pitch.fine
+    rated_speed = case.control.pitch.speed / d.ratio
+    radius = rotor.tip_distance
+
+    def lacking(ratio: float) -> float:
+        operation = Operation(8.0, ratio * 8.0 / radius, fine, density=case.wind.density)
+        return -find_performance(rotor, operation, SECTORS).power
+
+    best = float(minimize_scalar(lacking, bounds=(3.0, 15.0), method="bounded").x)
+    least = law.cut_in_speed / d.ratio
+    rated = RatedOperation(least, rated_speed, law.rated_power, best, fine)
+    return rated, law.rated_power
