@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.analysis.turning_frame import turning_frame
@@ -153,6 +154,15 @@ class SteadyReader:
             found: Array = values.reshape(len(BLADES), -1).mean(axis=0)
             return found
 
+        # sections are means over the skin around them, whose centres stand beside the stations
+        layout = turbine.rotor.layout
+        spans = np.repeat([layout.frame(k)[0] for k in (1, 2, 3)], len(blade.radius), axis=0)
+        centres = mean(((motion.initial - np.asarray(layout.centre)) * spans).sum(axis=1))
+
+        def at_stations(values: Array) -> Array:
+            found: Array = interp1d(centres, mean(values), fill_value="extrapolate")(blade.radius)
+            return found
+
         span = (blade.radius - blade.hub_radius) / (blade.tip_radius - blade.hub_radius)
         return {
             "radius_[m]": blade.radius,
@@ -168,8 +178,8 @@ class SteadyReader:
             "drag_coefficient_[-]": mean(flow.drag),
             "axial_induction_[-]": mean(flow.induction),
             "tangential_induction_[-]": mean(flow.swirl),
-            **{n: mean(x) for n, x in zip(_DEFLECTIONS, deflection.T, strict=True)},
-            **{n: mean(x) / DEGREE for n, x in zip(_ROTATIONS, turns.T, strict=True)},
+            **{n: at_stations(x) for n, x in zip(_DEFLECTIONS, deflection.T, strict=True)},
+            **{n: at_stations(x) / DEGREE for n, x in zip(_ROTATIONS, turns.T, strict=True)},
         }
 
 

@@ -11,6 +11,7 @@ import yaml
 from aero_files import write_aerodyn
 
 from turbine_fenicsx.cli.commands.steady import parse_winds
+from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.steady_plots import plot_steady
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
@@ -175,3 +176,31 @@ def test_wind_speeds_are_ranges_or_lists():
     for wrong in ("", "5:3:1", "3:5", "3:5:0", "0,1", "8,7", "nan", "1e9", "3:4:1e-9", "a:b:c"):
         with pytest.raises(InputError, match="--wind"):
             parse_winds(wrong)
+
+
+CASE = """
+[turbine]
+model = "rigid"
+[wind]
+speed = 9.0
+hub_height = 90.0
+[aero]
+file = "{file}"
+stations = 8
+"""
+
+
+def test_the_command_prints_a_table_and_refuses_what_it_cannot_do(tmp_path, capfd):
+    file, schedule = tmp_path / "case.toml", tmp_path / "s.csv"
+    file.write_text(CASE.format(file=write_aerodyn(tmp_path)))
+    schedule.write_text("wind_speed_[m/s],rotor_speed_[rpm],pitch_[deg]\n8,10,0\n12,12,3\n")
+    command = ["steady", str(file), "-o", str(tmp_path / "out"), "--schedule", str(schedule)]
+    assert main([*command, "--wind", "8,10"]) == 0
+    seen = capfd.readouterr()
+    assert "  10.00  11.000   1.500" in seen.out and "steady_blade.csv" in seen.out
+    assert main([*command, "--wind", "20", "--overwrite"]) == 3
+    assert "no steady state at 20 m/s" in capfd.readouterr().err
+    assert main([*command, "--wind", "8", "--overwrite", "--azimuths", "0"]) == 2
+    assert "--azimuths 0: must be from 1" in capfd.readouterr().err
+    assert main([*command, "--wind", "8", "--overwrite", "--beside", str(file)]) == 2
+    assert "needs a column 'wind_speed_[m/s]'" in capfd.readouterr().err
