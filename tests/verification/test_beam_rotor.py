@@ -1,5 +1,6 @@
 """Claims about the IEA 22 MW rotor with beam blades in steady wind, beside codes and solids."""
 
+import numpy as np
 import pytest
 from reduced_turbines import COMM
 from windio_files import find_turbine
@@ -19,6 +20,15 @@ OpenFAST power [MW], thrust [MN], moment My at the root [MN m] and flap of the t
 and weight; from IEAWindSystems/IEA-22-280-RWT, outputs/01_steady_states, Apache 2.0."""
 
 
+PLACES = (0.3, 0.5, 0.7, 0.9)
+ALONG = {
+    "force_x_[N/m]": (3398.1, 5467.8, 7309.3, 8110.8),
+    "force_y_[N/m]": (-710.1, -705.76, -688.96, -600.06),
+    "deflection_x_[m]": (0.60275, 2.2585, 5.8093, 12.279),
+}
+"""Of HAWC2 at 8 m/s, at fractions of the span."""
+
+
 OF_SOLIDS = 14.0, 7.0611, 9.01413, (25.83, 2.225, 64.73, 14.99)
 """Wind, speed and pitch, and the same numbers of full solids of 40 x 24 cells of this package."""
 
@@ -29,8 +39,8 @@ def rotors():
     return {}
 
 
-def find_steady_rotor(rotors, wind, speed, pitch, **beam):
-    """Power [MW], thrust [MN], moment at the root [MN m] and flap [m] of the IEA 22 MW rotor."""
+def read_steady_rotor(rotors, wind, speed, pitch, **beam):
+    """The IEA 22 MW rotor in steady wind."""
     tables = {
         "wind": {"speed": wind, "shear": 0.0},
         "turbine": {"file": str(find_turbine("IEA-22-280-RWT.yaml")), "tilt": 0.0},
@@ -45,8 +55,14 @@ def find_steady_rotor(rotors, wind, speed, pitch, **beam):
         rotors[key] = SteadyTurbine(Case.parse(tables), COMM)
     operating = OperatingState(wind, speed * RPM, pitch * DEGREE, pitch * DEGREE)
     state = rotors[key].solve(operating)
-    numbers = SteadyReader(rotors[key]).read(operating, [state]).numbers
+    found = SteadyReader(rotors[key]).read(operating, [state])
     state.destroy()
+    return found
+
+
+def find_steady_rotor(rotors, *operation, **beam):
+    """Its power [MW], thrust [MN], moment at the root [MN m] and flap [m]."""
+    numbers = read_steady_rotor(rotors, *operation, **beam).numbers
     columns = ("aero_power_[W]", "aero_thrust_[N]", "root_moment_y_[Nm]", "tip_deflection_x_[m]")
     units = (1e6, 1e6, 1e6, 1.0)
     return [numbers[name] / unit for name, unit in zip(columns, units, strict=True)]
@@ -58,6 +74,13 @@ def test_the_rotor_of_iea22_in_steady_wind_is_between_hawc2_and_openfast(wind, r
     found = find_steady_rotor(rotors, wind, speed, pitch)
     for x, (low, high) in zip(found, wanted, strict=True):
         assert 0.98 * low < x < 1.02 * high
+
+
+def test_loads_and_deflection_along_the_blade_are_those_of_hawc2(rotors):
+    along = read_steady_rotor(rotors, 8.0, *STEADY[8.0][:2]).along
+    for name, wanted in ALONG.items():
+        found = np.interp(PLACES, along["span_[-]"], along[name])
+        assert found == pytest.approx(wanted, rel=0.03)
 
 
 def test_with_inclined_walls_it_has_the_loads_of_solids(rotors):

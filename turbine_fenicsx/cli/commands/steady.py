@@ -27,7 +27,7 @@ from turbine_fenicsx.foundation.errors import InputError
 MOST = 200
 """Largest number of wind speeds, and of azimuths."""
 
-FASTEST = 100.0
+LARGEST_WIND = 100.0
 """Largest wind speed [m/s]."""
 
 
@@ -165,10 +165,10 @@ def parse_winds(text: str) -> list[float]:
     except (ValueError, OverflowError):
         found = []
     rising = all(a < b for a, b in pairwise(found))
-    if not found or not rising or not all(isfinite(x) and 0.0 < x <= FASTEST for x in found):
+    if not found or not rising or not all(isfinite(x) and 0.0 < x <= LARGEST_WIND for x in found):
         raise InputError(
             f"--wind {text}: give START:END:STEP or wind speeds that rise, above 0 and up to "
-            f"{FASTEST:g} m/s, for example 3:25:1 or 8,10,12"
+            f"{LARGEST_WIND:g} m/s, for example 3:25:1 or 8,10,12"
         )
     if len(found) > MOST:
         raise InputError(f"--wind {text}: up to {MOST} wind speeds are allowed")
