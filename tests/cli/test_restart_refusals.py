@@ -60,6 +60,7 @@ def test_another_version_is_refused(demo, tmp_path, capfd, monkeypatch):
         ("turbine.hub.mass=1e5", "turbine.hub cannot change"),
         ("mesh.elements=[1,1,2]", "mesh.elements cannot change"),
         ("time.stop=3", "time.stop"),
+        ("output.channels=[]", r"output\.channels cannot change in a resumed run; history\.out"),
         ("output.format=vtkhdf", r"output\.format cannot change in a resumed run"),
         ("time.end=-1", "time.end"),
     ],

@@ -62,10 +62,11 @@ def change_case(folder: Path, overrides: list[str]) -> Case:
             raise InputError(f"time.{key} cannot change in a resumed run; it is how it began")
     if new.output.format != old.output.format:
         raise InputError("output.format cannot change in a resumed run, whose fields go on")
-    if new.output.gauges != old.output.gauges:
-        raise InputError(
-            "output.gauges cannot change in a resumed run; history.csv keeps its columns"
-        )
+    for key, file in (("gauges", "history.csv"), ("channels", "history.out")):
+        if getattr(new.output, key) != getattr(old.output, key):
+            raise InputError(
+                f"output.{key} cannot change in a resumed run; {file} keeps its columns"
+            )
     return new
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.quantities import Metres, Number, Radians, Seconds, require_number
 from turbine_fenicsx.case.rules import AnyOf, If, Only
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section, check_names
@@ -141,6 +142,14 @@ class OutputCase(Section):
     gauges: Annotated[
         dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
     ] = Field(default_factory=dict)
+
+    @check("transient", "time.end")
+    def _check_transient(self, case: Any) -> str:
+        """Something is left for the statistics."""
+        if self.transient < case.time.end:
+            return ""
+        end = case.time.end
+        return f"output.transient = {self.transient:g}: expected less than time.end, {end:g} s"
 
     def name_file(self, folder: Path, name: str) -> Path:
         """A file of fields in an output folder."""

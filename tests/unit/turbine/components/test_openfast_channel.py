@@ -89,3 +89,8 @@ def test_patterns_choose_columns_and_what_is_left_is_never_evaluated():
 def test_names_that_no_turbine_has_are_refused_with_the_nearest_one():
     with pytest.raises(InputError, match=r"output\.channels.*'RotThrst'.*mean 'RotThrust'"):
         Case.parse({"output": {"channels": ["default", "RotThrst"]}})
+
+
+def test_statistics_need_a_time_after_the_transient():
+    with pytest.raises(InputError, match=r"output\.transient = 20: expected less than time\.end"):
+        Case.parse({"output": {"transient": 20.0}, "time": {"end": 10.0}})
