@@ -16,7 +16,6 @@ from turbine_fenicsx.turbine.blades.blade_basis import find_rated
 from turbine_fenicsx.turbine.blades.operating_points import EFFICIENCY, STEEPEST, RatedOperation
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.tables.drivetrain import DrivetrainCase
 from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_pitch
 
 RPM, DEGREE = pi / 30.0, pi / 180.0
@@ -171,41 +170,58 @@ def read_schedule(path: str) -> TableSchedule:
 
 
 def find_schedule(case: Case) -> FoundSchedule:
-    """The schedule that a windIO file or a controller of kind "pi" leads to.
+    """The schedule that a controller of kind "pi" or the controller of a windIO file leads to.
 
     Raises:
         InputError: if neither says how the turbine is run.
     """
-    t, d = case.turbine, case.drivetrain
+    t, rated = case.turbine, find_rated(case)
     rotor = Rotor(
         load_aero_blade(case), precone=-t.precone, tilt=-t.tilt, hub_height=case.hub_height
     )
-    rated = find_rated(case)
-    if rated is not None:
-        power = rated.rated_power / (d.efficiency if d.efficiency < 1.0 else EFFICIENCY)
-    elif case.control.kind == "pi":
-        rated, power = _find_rated_by_law(case, d, rotor)
+    if case.control.kind == "pi":
+        rated = _find_rated_by_law(case, rotor, rated)
+    elif rated is not None:
+        rated = replace(rated, rated_power=rated.rated_power / find_efficiency(case))
     else:
         raise InputError(
             "the case does not say how the turbine is run: give --schedule FILE, "
             'control.kind = "pi", or a turbine.file with a controller'
         )
-    return FoundSchedule(rotor, rated, power, case.wind.shear, case.wind.density)
+    return FoundSchedule(rotor, rated, rated.rated_power, case.wind.shear, case.wind.density)
 
 
-def _find_rated_by_law(case: Case, d: DrivetrainCase, rotor: Rotor) -> tuple[RatedOperation, float]:
-    """Limits of the speed and power of a controller of kind "pi", the ratio by the largest C_P."""
+def find_efficiency(case: Case) -> float:
+    """Electrical power over that of the air: of the case, or the usual one where it has none."""
+    given = case.drivetrain.efficiency
+    return EFFICIENCY if given == 1.0 and case.control.kind != "pi" else given
+
+
+def _find_rated_by_law(case: Case, rotor: Rotor, file: RatedOperation | None) -> RatedOperation:
+    """Limits of the speed and power of a controller of kind "pi".
+
+    Args:
+        file: How the file of the turbine runs it; without one the ratio is that of the largest C_P.
+    """
+    law, pitch, ratio = case.control.torque, case.control.pitch, case.drivetrain.ratio
+    return RatedOperation(
+        least_speed=law.cut_in_speed / ratio if file is None else file.least_speed,
+        rated_speed=pitch.speed / ratio,
+        rated_power=law.rated_power,
+        tip_speed_ratio=_find_best_ratio(case, rotor) if file is None else file.tip_speed_ratio,
+        fine_pitch=pitch.fine,
+    )
+
+
+def _find_best_ratio(case: Case, rotor: Rotor) -> float:
+    """The tip-speed ratio of the largest power at the fine pitch."""
     from scipy.optimize import minimize_scalar
 
-    law, fine = case.control.torque, case.control.pitch.fine
-    rated_speed = case.control.pitch.speed / d.ratio
-    radius = rotor.tip_distance
+    wind, fine = 8.0, case.control.pitch.fine
 
     def lacking(ratio: float) -> float:
-        operation = Operation(8.0, ratio * 8.0 / radius, fine, density=case.wind.density)
+        speed = ratio * wind / rotor.tip_distance
+        operation = Operation(wind, speed, fine, density=case.wind.density)
         return -find_performance(rotor, operation, SECTORS).power
 
-    best = float(minimize_scalar(lacking, bounds=(3.0, 15.0), method="bounded").x)
-    least = law.cut_in_speed / d.ratio
-    rated = RatedOperation(least, rated_speed, law.rated_power, best, fine)
-    return rated, law.rated_power
+    return float(minimize_scalar(lacking, bounds=(3.0, 15.0), method="bounded").x)

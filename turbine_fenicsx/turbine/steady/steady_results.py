@@ -73,7 +73,7 @@ class SteadyReader:
         self._radius = rotor.tip_distance
         self._air, self._roots = RotorLoads(turbine), RootLoads(turbine)
         self._interfaces = InterfaceLoads(turbine, turning=False)
-        self._base = find_tower_base(turbine)
+        self._base, self._efficiency = find_tower_base(turbine), steady.efficiency
         is_rigid = turbine.case.turbine.model == "rigid"
         self._tips = None if is_rigid else make_tips(turbine)
         joints = {joint.name: joint for joint in turbine.system.joints}
@@ -115,7 +115,7 @@ class SteadyReader:
         force, power = 0.5 * case.wind.density * V**2 * np.pi * R**2, torque * operating.rotor_speed
         return {
             "aero_power_[W]": power,
-            "electrical_power_[W]": case.drivetrain.efficiency * power,
+            "electrical_power_[W]": self._efficiency * power,
             "aero_thrust_[N]": thrust,
             "aero_torque_[Nm]": torque,
             "power_coefficient_[-]": power / (force * V),

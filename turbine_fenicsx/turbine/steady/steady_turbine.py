@@ -28,7 +28,11 @@ from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.rotor_air import WIND, RotorLoads
 from turbine_fenicsx.turbine.run.start import IN_WIND, list_held, turn_blades
-from turbine_fenicsx.turbine.steady.operating_states import OperatingState, Schedule
+from turbine_fenicsx.turbine.steady.operating_states import (
+    OperatingState,
+    Schedule,
+    find_efficiency,
+)
 from turbine_fenicsx.wind.inflow import SteadyWind
 from turbine_fenicsx.wind.settable_wind import SettableWind
 
@@ -84,13 +88,14 @@ class SteadyTurbine:
     Attributes:
         case: The case as it is built.
         turbine: Its turbine.
+        efficiency: Electrical power over that of the air.
 
     Note:
         Collective.
     """
 
     def __init__(self, case: Case, comm: MPI.Intracomm, azimuths: int = 2) -> None:
-        self.case = prepare(case)
+        self.case, self.efficiency = prepare(case), find_efficiency(case)
         w = self.case.wind
         height = self.case.hub_height
         self._wind = SettableWind(SteadyWind(10.0, height, w.shear, w.direction, w.inclination))
