@@ -47,11 +47,19 @@ ROOT_COLUMNS = [
     for load, unit in (("force", "N"), ("moment", "Nm"))
     for axis in "xyz"
 ]
-RIGID_COLUMNS = [*(f"angle_pitch_{k}_[rad]" for k in (1, 2, 3)), *ROOT_COLUMNS]
+INTERFACE_COLUMNS = [
+    f"{place}_{load}_{axis}_[{unit}]"
+    for place in ("yaw_bearing", "shaft")
+    for load, unit in (("force", "N"), ("moment", "Nm"))
+    for axis in "xyz"
+]
+PITCH_COLUMNS = [f"angle_pitch_{k}_[rad]" for k in (1, 2, 3)]
+RIGID_COLUMNS = [*PITCH_COLUMNS, *INTERFACE_COLUMNS, *ROOT_COLUMNS]
 TIP_COLUMNS = ["tip_deflection_1_[m]", "tip_deflection_2_[m]", "tip_deflection_3_[m]"]
 PART_COLUMNS = [f"tip_{way}_{k}_[m]" for k in (1, 2, 3) for way in ("flap", "edge")]
 CLEARANCE_COLUMNS = [f"tip_clearance_{k}_[m]" for k in (1, 2, 3)]
-HYBRID_COLUMNS = [*TIP_COLUMNS, *PART_COLUMNS, *CLEARANCE_COLUMNS, *ROOT_COLUMNS]
+BLADE_COLUMNS = [*TIP_COLUMNS, *PART_COLUMNS, *CLEARANCE_COLUMNS, *ROOT_COLUMNS]
+HYBRID_COLUMNS = [*INTERFACE_COLUMNS, *BLADE_COLUMNS]
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +84,8 @@ def shortened(command_line, demo, tmp_path_factory):
 @pytest.mark.parametrize("name", DEMOS)
 def test_demo_creates_exactly_the_promised_files(shortened, name):
     out, result = shortened(name)
-    promised = {"history.csv", "history.out", "summary.json", "fields.xdmf", "fields.bin"}
+    promised = {"history.csv", "history.out", "statistics.csv", "summary.json"}
+    promised |= {"fields.xdmf", "fields.bin"}
     beside = {"case.json", "checkpoints", "run.log", ".lock"}
     if importlib.util.find_spec("matplotlib"):
         promised.add("history.png")

@@ -39,6 +39,7 @@ IMPORTED = (
 )
 """Names that the package or its child processes import."""
 
+STEADY = RIGID.parents[1] / "iea15" / "iea15_rigid.toml"
 SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
 FEW = ["mesh.elements=[1,1,4]", "blade.reduction.modes=1", "blade.reduction.functions=6"]
 ARGUMENTS = {
@@ -56,6 +57,7 @@ ARGUMENTS = {
     "report": ["out", "--no-pictures"],
     "restart": ["out", "--quiet", "--set", "time.end=0.03"],
     "run": [str(RIGID), "-o", "other", *SHORT],
+    "steady": [str(STEADY), "--wind", "8", "-o", "steady", "--quiet"],
     "study": ["study.toml", "-o", "study"],
 }
 

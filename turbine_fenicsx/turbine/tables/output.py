@@ -146,7 +146,7 @@ class OutputCase(Section):
     @check("transient", "time.end")
     def _check_transient(self, case: Any) -> str:
         """Something is left for the statistics."""
-        if self.transient < case.time.end:
+        if not self.transient or self.transient < case.time.end:
             return ""
         end = case.time.end
         return f"output.transient = {self.transient:g}: expected less than time.end, {end:g} s"
