@@ -11,12 +11,13 @@ import numpy as np
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records import names
 from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.records.steady_tables import BLADE, SPAN, STEADY, WIND, read_steady
 
 OVER_WIND = (
-    *("rotor_speed_[rpm]", "pitch_[deg]", "aero_power_[W]"),
-    *("aero_thrust_[N]", "aero_torque_[Nm]", "power_coefficient_[-]"),
+    *(names.ROTOR_SPEED, "pitch_[deg]", names.AERO_POWER),
+    *(names.AERO_THRUST, names.AERO_TORQUE, "power_coefficient_[-]"),
     *("thrust_coefficient_[-]", "tip_deflection_x_[m]", "tip_rotation_z_[deg]"),
     *("root_moment_x_[Nm]", "root_moment_y_[Nm]", "tower_base_moment_y_[Nm]"),
 )

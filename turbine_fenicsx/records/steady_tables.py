@@ -17,6 +17,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records import names
 from turbine_fenicsx.records.row_file import join_columns
 
 WIND, SPAN = "wind_speed_[m/s]", "span_[-]"
@@ -26,11 +27,11 @@ STEADY, BLADE, LAYOUT = "steady.csv", "steady_blade.csv", "steady.yaml"
 """Names of the files."""
 
 _INTEGRATED = {
-    "mechanical_power": "aero_power_[W]",
+    "mechanical_power": names.AERO_POWER,
     "electrical_power": "electrical_power_[W]",
-    "generator_torque": "aero_torque_[Nm]",
-    "rotor_thrust": "aero_thrust_[N]",
-    "rotor_torque": "aero_torque_[Nm]",
+    "generator_torque": names.AERO_TORQUE,
+    "rotor_thrust": names.AERO_THRUST,
+    "rotor_torque": names.AERO_TORQUE,
 }
 _DISTRIBUTED = {
     "aero_force_axial": "force_x_[N/m]",
@@ -67,7 +68,7 @@ def _lay_out(numbers: Numbers, along: Along) -> dict[str, object]:
     return {
         "configuration": {
             "wind_speed": float(numbers[WIND]),
-            "rotor_speed": float(numbers["rotor_speed_[rpm]"]),
+            "rotor_speed": float(numbers[names.ROTOR_SPEED]),
             "pitch": float(numbers["pitch_[deg]"]),
             "tip_speed_ratio": float(numbers["tip_speed_ratio_[-]"]),
         },

@@ -23,6 +23,7 @@ from turbine_fenicsx.cli.commands._common import (
     need_dolfinx,
 )
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.records import names
 
 MOST = 200
 """Largest number of wind speeds, and of azimuths."""
@@ -124,8 +125,8 @@ class _Shown:
             print("    m/s     rpm     deg      MW      MN      -      -      m")
             self._headed = True
         print(
-            f"{n['wind_speed_[m/s]']:7.2f} {n['rotor_speed_[rpm]']:7.3f} {n['pitch_[deg]']:7.3f} "
-            f"{1e-6 * n['aero_power_[W]']:7.3f} {1e-6 * n['aero_thrust_[N]']:7.4f} "
+            f"{n['wind_speed_[m/s]']:7.2f} {n[names.ROTOR_SPEED]:7.3f} {n['pitch_[deg]']:7.3f} "
+            f"{1e-6 * n[names.AERO_POWER]:7.3f} {1e-6 * n[names.AERO_THRUST]:7.4f} "
             f"{n['power_coefficient_[-]']:6.3f} {n['thrust_coefficient_[-]']:6.3f} "
             f"{n['tip_deflection_x_[m]']:6.2f}",
             flush=True,

@@ -12,6 +12,7 @@ import numpy as np
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records import names
 from turbine_fenicsx.turbine.blades.blade_basis import find_rated
 from turbine_fenicsx.turbine.blades.operating_points import EFFICIENCY, STEEPEST, RatedOperation
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
@@ -20,7 +21,7 @@ from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_
 
 RPM, DEGREE = pi / 30.0, pi / 180.0
 
-COLUMNS = {"wind_speed_[m/s]": 1.0, "rotor_speed_[rpm]": RPM, "pitch_[deg]": DEGREE}
+COLUMNS = {"wind_speed_[m/s]": 1.0, names.ROTOR_SPEED: RPM, "pitch_[deg]": DEGREE}
 """Columns of a schedule, and factors to SI units."""
 
 SECTORS = 12

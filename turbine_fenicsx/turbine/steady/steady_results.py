@@ -24,6 +24,7 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.forces.section_loads import SectionMotion
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
@@ -92,7 +93,7 @@ class SteadyReader:
         along = self._read_along(state)
         numbers = {
             "wind_speed_[m/s]": operating.wind,
-            "rotor_speed_[rpm]": operating.rotor_speed / RPM,
+            names.ROTOR_SPEED: operating.rotor_speed / RPM,
             "pitch_[deg]": operating.pitch / DEGREE,
             **self._read_rotor(operating, state),
             **self._read_tip(state),
@@ -114,10 +115,10 @@ class SteadyReader:
         V, R = operating.wind, self._radius
         force, power = 0.5 * case.wind.density * V**2 * np.pi * R**2, torque * operating.rotor_speed
         return {
-            "aero_power_[W]": power,
+            names.AERO_POWER: power,
             "electrical_power_[W]": self._efficiency * power,
-            "aero_thrust_[N]": thrust,
-            "aero_torque_[Nm]": torque,
+            names.AERO_THRUST: thrust,
+            names.AERO_TORQUE: torque,
             "power_coefficient_[-]": power / (force * V),
             "thrust_coefficient_[-]": thrust / force,
             "tip_speed_ratio_[-]": operating.rotor_speed * R / V,
@@ -134,7 +135,7 @@ class SteadyReader:
             axes = TOWER_AXES @ np.asarray(top.directors) @ q[1:]
             point = q[0] + np.asarray(top.body_coordinates(np.zeros(3))) @ q[1:]
             way = TOWER_AXES @ (q[0] - np.asarray(top.position))
-            found = {f"tower_top_displacement_{x}_[m]": way[k] for k, x in enumerate("xyz")}
+            found = {names.TOWER_TOP_DISPLACEMENT(axis=x): way[k] for k, x in enumerate("xyz")}
             foot = np.array([0.0, -turbine.case.tower.height, 0.0])
             changes = _find_changes(turbine, operating.rotor_speed, state, foot)
             base = self._base.at_rest(state)[0] + changes @ TOWER_AXES.T
