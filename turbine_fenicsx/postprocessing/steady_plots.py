@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.names import split_unit
@@ -44,20 +45,33 @@ def plot_steady(
     """Draw the steady states in a folder; the names of the pictures.
 
     Args:
-        beside: Tables with columns of the same names; those with a column of the place along the
-            blade are drawn there.
-
-    Raises:
-        InputError: if a table cannot be read, or has no column that is drawn.
+        beside: As of `read_beside`; tables with a column of the place along the blade are drawn
+            there.
     """
     folder = Path(folder)
-    others = {Path(path).stem: read_steady(path) for path in beside}
+    others = read_beside(beside)
     at_wind = {name: table for name, table in others.items() if SPAN not in table}
     along = {name: table for name, table in others.items() if SPAN in table}
     own = read_steady(folder / STEADY)
     _draw_over_wind(own, at_wind, folder / "steady.png")
     _draw_along(read_steady(folder / BLADE), along, folder / "steady_blade.png")
     return ["steady.png", "steady_blade.png"]
+
+
+def read_beside(paths: Sequence[str | os.PathLike[str]]) -> dict[str, Table]:
+    """Tables of other steady states by the names of their files.
+
+    Raises:
+        InputError: if a table cannot be read, or has no column that is drawn.
+    """
+    found: dict[str, Table] = {Path(path).stem: read_steady(path) for path in paths}
+    for name, table in found.items():
+        drawn = ALONG if SPAN in table else OVER_WIND
+        if not any(column in table for column in drawn):
+            raise InputError(
+                f"the table {name!r} has no column that is drawn, such as {', '.join(drawn[:3])}"
+            )
+    return found
 
 
 def _draw_over_wind(own: Table, others: Mapping[str, Table], path: Path) -> None:

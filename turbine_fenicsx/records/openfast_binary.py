@@ -1,4 +1,4 @@
-"""``history.outb``: OpenFAST's binary output, which its readers load many times faster than text.
+"""``history.outb``: OpenFAST's binary output, a seventh as large as text.
 
 The times are whole numbers of 32 bits, the values of each channel whole numbers of 16 bits over its
 range, as OpenFAST itself writes them (format 1). Numbers without loss stand in ``history.out``.

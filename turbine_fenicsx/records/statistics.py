@@ -77,12 +77,11 @@ def write_statistics(folder: str | os.PathLike[str], begin: float = 0.0) -> None
     folder = Path(folder)
     history = read_history(folder / "history.csv")
     try:
-        found = find_statistics(history, begin)
-        if (folder / "history.out").exists():
-            out = add_openfast(history, folder / "history.out")
-            start = {TIME: history[TIME][:1], **{c: np.zeros(1) for c in out.columns if c != TIME}}
-            whole = {c: np.concatenate([start[c], x]) for c, x in out.columns.items()}
-            found = [*find_statistics(TimeSeries(history.name, whole), begin), *found]
+        out = add_openfast(history, folder / "history.out")
+        n = len(out[TIME]) + 1  # it lacks the initial state
+        columns = {c: np.append(0.0, x) for c, x in out.columns.items() if c != TIME}
+        columns |= {c: x[:n] for c, x in history.columns.items()}
+        found = find_statistics(TimeSeries(history.name, columns), begin)
     except InputError:  # a run of no step, or shorter than what is left out
         (folder / STATISTICS).unlink(missing_ok=True)
         return

@@ -77,10 +77,10 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import FileError
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
-    from turbine_fenicsx.records.steady_tables import read_steady
+    from turbine_fenicsx.postprocessing.steady_plots import read_beside
     from turbine_fenicsx.turbine.steady.find_steady import find_steady
 
-    on_rank0(comm, lambda: [read_steady(path) for path in options.beside])
+    on_rank0(comm, lambda: read_beside(options.beside))
     shown = _Shown(winds, options.quiet or comm.rank > 0)
     try:
         with show_reduction(comm, options.quiet), catch_signals() as interrupt:

@@ -16,7 +16,6 @@ import numpy as np
 
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 
 
@@ -34,36 +33,30 @@ class StepRates:
         subtract: Callable[[Array, Array], Array] = np.subtract,
     ) -> None:
         self._find, self._subtract = place, subtract
-        self._place: Array | None = None
-        self._time = 0.0
+        self._seen: tuple[float, Array] | None = None  # time and place of the last state
         self._last: tuple[Array, float] | None = None  # velocity and length of the last step
-        self._rates: tuple[Array, Array] | None = None
-
-    def at(self, snapshot: Snapshot) -> tuple[Array, Array]:
-        """Mean velocity of the last step, and the acceleration; zeros before there are any.
-
-        To be called for every snapshot of a run.
-        """
-        return self.follow(snapshot.state)
+        self._rates: tuple[Array, Array] = (np.zeros(0), np.zeros(0))
 
     def follow(self, state: State) -> tuple[Array, Array]:
-        """As `at`, for every state of a run."""
-        if self._place is not None and self._rates is not None and state.time == self._time:
+        """Mean velocity of the last step, and the acceleration; zeros before there are any.
+
+        To be called for every state of a run.
+        """
+        if self._seen is not None and state.time == self._seen[0]:
             return self._rates
         place = np.array(self._find(state))
-        start = self._place is None
-        way = self._subtract(place, place if self._place is None else self._place)
-        velocity = acceleration = np.zeros_like(way)
-        if start:
-            velocity = velocity if self._last is None else self._last[0]
+        if self._seen is None:
+            still = np.zeros_like(self._subtract(place, place))
+            self._rates = still if self._last is None else self._last[0], still
         else:
-            h = state.time - self._time
-            velocity = way / h
+            h = state.time - self._seen[0]
+            velocity = self._subtract(place, self._seen[1]) / h
+            acceleration = np.zeros_like(velocity)
             if self._last is not None:
                 before, length = self._last
                 acceleration = 2.0 * (velocity - before) / (h + length)
-            self._last = velocity, h
-        self._place, self._time, self._rates = place, state.time, (velocity, acceleration)
+            self._last, self._rates = (velocity, h), (velocity, acceleration)
+        self._seen = state.time, place
         return self._rates
 
     def save(self) -> RestartData:

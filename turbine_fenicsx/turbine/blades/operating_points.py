@@ -128,6 +128,12 @@ class RatedOperation:
     tip_speed_ratio: float
     fine_pitch: float = 0.0
 
+    def find_speed(self, rotor: Rotor, wind: float) -> tuple[float, bool]:
+        """Speed of the rotor in a wind [rad/s], and whether it has the best tip-speed ratio."""
+        best = self.tip_speed_ratio * wind / rotor.tip_distance
+        speed = float(np.clip(best, self.least_speed, self.rated_speed))
+        return speed, speed == best
+
     def find(self, rotor: Rotor, wind: float, shear: float = 0.0) -> Operation:
         """Speed and pitch of a rotor in a wind.
 
@@ -136,8 +142,7 @@ class RatedOperation:
             wind: Wind speed [m/s].
             shear: Exponent of the wind over height.
         """
-        best = self.tip_speed_ratio * wind / rotor.tip_distance
-        speed = float(np.clip(best, self.least_speed, self.rated_speed))
+        speed, _ = self.find_speed(rotor, wind)
         operation = Operation(wind, speed, self.fine_pitch, shear=shear)
         power = self.rated_power / EFFICIENCY
         if find_performance(rotor, operation, 1).power <= power:

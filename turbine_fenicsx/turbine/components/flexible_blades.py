@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -113,14 +114,15 @@ def make_tip_turns(turbine: Turbine) -> Callable[[Snapshot], Array]:
     """
     numbers, layout = range(1, len(BLADES) + 1), turbine.rotor.layout
     axes = np.array([blade_axes(layout, k) for k in numbers])
-    made: list[SectionTurns] = []  # where somebody asks for it
+
+    @cache
+    def make() -> SectionTurns:  # where somebody asks for it
+        place = 1.0 - HALF_WIDTH
+        sections = [_make_section(turbine, k, place, f"tip of blade {k}") for k in numbers]
+        return SectionTurns(turbine.system, sections)
 
     def find(snapshot: Snapshot) -> Array:
-        if not made:
-            place = 1.0 - HALF_WIDTH
-            sections = [_make_section(turbine, k, place, f"tip of blade {k}") for k in numbers]
-            made.append(SectionTurns(turbine.system, sections))
-        turns = Rotation.from_matrix(made[0].find_rotations(snapshot.state)).as_rotvec()
+        turns = Rotation.from_matrix(make().find_rotations(snapshot.state)).as_rotvec()
         found: Array = np.einsum("kij,kj->ki", axes, turns)
         return found
 

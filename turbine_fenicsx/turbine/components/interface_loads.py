@@ -162,8 +162,11 @@ def _motion_channels(turbine: Turbine) -> list[Channel]:
     def in_nacelle(s: Snapshot, vector: Array) -> Array:
         return np.asarray(axes @ place(s.state, nacelle)[1:] @ vector)
 
+    def of_bearing(s: Snapshot) -> Array:
+        return in_nacelle(s, way.follow(s.state)[1])
+
     def on_top(s: Snapshot) -> Array:
-        _, a = way.at(s)
+        _, a = way.follow(s.state)
         if support is None:
             return np.asarray(TOWER_AXES @ a)
         directors = np.asarray(support.directors) @ place(s.state, support)[1:]
@@ -171,14 +174,12 @@ def _motion_channels(turbine: Turbine) -> list[Channel]:
 
     return [
         in_openfast(("YawVzn",), lambda s: [OPENFAST_SIGNS[YAW] * s.state.joint_rates[yaw]]),
-        in_openfast(("RotAccel",), lambda s: spin.at(s)[1], spin),
+        in_openfast(("RotAccel",), lambda s: spin.follow(s.state)[1], spin),
         in_openfast([f"YawBrTA{axis}p" for axis in "xyz"], on_top, way),
-        in_openfast(
-            [f"NcIMUTA{axis}s" for axis in "xyz"], lambda s: in_nacelle(s, way.at(s)[1]), way
-        ),
+        in_openfast([f"NcIMUTA{axis}s" for axis in "xyz"], of_bearing, way),
         in_openfast(
             [f"NcIMU{kind}{axis}s" for kind in ("RV", "RA") for axis in "xyz"],
-            lambda s: np.array([in_nacelle(s, vector) for vector in turn.at(s)]),
+            lambda s: np.array([in_nacelle(s, vector) for vector in turn.follow(s.state)]),
             turn,
         ),
     ]

@@ -38,7 +38,7 @@ def in_openfast(
     return Channel(named, lambda s: (factors * np.ravel(values(s))).tolist(), memory)
 
 
-def choose_channels(channels: Iterable[Channel], patterns: Sequence[str]) -> list[Channel]:
+def choose_channels(channels: Sequence[Channel], patterns: Sequence[str]) -> list[Channel]:
     """The channels that patterns choose; the others are never evaluated.
 
     Channels that the table does not have are those of components of users, and stay.
@@ -49,34 +49,36 @@ def choose_channels(channels: Iterable[Channel], patterns: Sequence[str]) -> lis
     Raises:
         InputError: for a pattern that chooses nothing.
     """
-    found, idle = [], [p for p in patterns if p != DEFAULT]
-    for channel in channels:
-        chosen: list[tuple[int, str]] = []
-        for place, column in enumerate(channel.columns):
-            name, unit = split_unit(column)
-            for other in list_equal(name):
-                if find_row(name) is None or matches(other, patterns):
-                    chosen.append((place, f"{other}_[{unit}]"))
-                    idle = [p for p in idle if not matches(other, [p])]
-        if chosen:
-            found.append(_pick(channel, chosen))
-    if idle:
-        raise InputError(
-            f"output.channels: this turbine has no channel {idle[0]!r}, of a part or a load that "
-            "it lacks"
-        )
-    return found
+    known = {name for c in channels for column in c.columns for name in list_names(column)}
+    for pattern in patterns:
+        if pattern != DEFAULT and not any(matches(name, [pattern]) for name in known):
+            raise InputError(
+                f"output.channels: this turbine has no channel {pattern!r}, of a part or a load "
+                "that it lacks"
+            )
+    return _choose(channels, lambda name, _: find_row(name) is None or matches(name, patterns))
 
 
-def choose_columns(channels: Iterable[Channel], columns: Sequence[str]) -> list[Channel]:
+def choose_columns(channels: Sequence[Channel], columns: Sequence[str]) -> list[Channel]:
     """The channels of the columns that a file already has."""
+    return _choose(channels, lambda _, column: column in columns)
+
+
+def list_names(column: str) -> tuple[str, ...]:
+    """All names of a column, without the unit."""
+    return list_equal(split_unit(column)[0])
+
+
+def _choose(channels: Iterable[Channel], takes: Callable[[str, str], bool]) -> list[Channel]:
+    """Channels with the columns, under any of their names, that a function of both takes."""
     found = []
     for channel in channels:
         chosen = [
-            (place, f"{other}_[{unit}]")
-            for place, (name, unit) in enumerate(map(split_unit, channel.columns))
-            for other in list_equal(name)
-            if f"{other}_[{unit}]" in columns
+            (place, named)
+            for place, column in enumerate(channel.columns)
+            for name in list_names(column)
+            for named in (f"{name}_[{split_unit(column)[1]}]",)
+            if takes(name, named)
         ]
         if chosen:
             found.append(_pick(channel, chosen))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Protocol
@@ -10,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
+from turbine_fenicsx.records.steady_tables import WIND, read_steady
 from turbine_fenicsx.turbine.blades.blade_basis import find_rated
 from turbine_fenicsx.turbine.blades.operating_points import EFFICIENCY, STEEPEST, RatedOperation
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
@@ -21,7 +20,7 @@ from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_
 
 RPM, DEGREE = pi / 30.0, pi / 180.0
 
-COLUMNS = {"wind_speed_[m/s]": 1.0, names.ROTOR_SPEED: RPM, "pitch_[deg]": DEGREE}
+COLUMNS = {WIND: 1.0, names.ROTOR_SPEED: RPM, "pitch_[deg]": DEGREE}
 """Columns of a schedule, and factors to SI units."""
 
 SECTORS = 12
@@ -111,11 +110,10 @@ class FoundSchedule:
         from scipy.optimize import minimize_scalar
 
         rated, rotor = self._rated, self._rotor
-        best = rated.tip_speed_ratio * wind / rotor.tip_distance
-        speed = float(np.clip(best, rated.least_speed, rated.rated_speed))
+        speed, is_best = rated.find_speed(rotor, wind)
         operation = Operation(wind, speed, rated.fine_pitch, **self._air)
         least = pitch = rated.fine_pitch
-        if speed != best:
+        if not is_best:
             found = minimize_scalar(
                 lambda x: -self._find_power(operation, x),
                 bounds=(pitch, pitch + 0.3 * STEEPEST),
@@ -146,19 +144,10 @@ def read_schedule(path: str) -> TableSchedule:
     Raises:
         InputError: if it is something else.
     """
-    lines = [x for x in read_text(path, "schedule").splitlines() if not x.startswith("#")]
-    head, *rows = list(csv.reader(lines)) or [[]]
-    missing = [name for name in COLUMNS if name not in head]
-    if missing or not rows:
-        raise InputError(
-            f"the schedule {path!r} needs the columns {', '.join(COLUMNS)} and rows with numbers"
-        )
-    places = [head.index(name) for name in COLUMNS]
-    try:
-        table = np.array([[float(row[k]) for k in places] for row in rows])
-    except (ValueError, IndexError):
-        raise InputError(f"the schedule {path!r} has a row that is not of numbers") from None
-    table *= list(COLUMNS.values())
+    found = read_steady(path)
+    if not COLUMNS.keys() <= found.keys():
+        raise InputError(f"the schedule {path!r} needs the columns {', '.join(COLUMNS)}")
+    table = np.array([factor * found[name] for name, factor in COLUMNS.items()]).T
     wind, speed, pitch = table.T
     if not np.isfinite(table).all() or np.any(np.diff(wind) <= 0.0) or np.any(speed < 0.0):
         raise InputError(

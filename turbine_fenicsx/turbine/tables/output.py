@@ -124,7 +124,7 @@ class OutputCase(Section):
     """Channels of ``history.out``: ``"default"`` and patterns such as ``"RootM*"``, see
     reference/channels."""
     binary: Flag = False
-    """Whether the end of a run writes ``history.outb``, which programs read faster."""
+    """Whether the end of a run also writes ``history.outb``, OpenFAST's binary output."""
     transient: Annotated[Seconds, NotNegative] = 0.0
     """Time from the start that ``statistics.csv`` leaves out."""
     shaft_gauge: Metres = 0.0

@@ -99,6 +99,10 @@ def test_tables_hold_the_steady_states_and_serve_as_schedule(rigid, tmp_path):
     other = tmp_path / "other.csv"
     other.write_text("wind_speed_[m/s],aero_power_[W]\n6,1e6\n9,2e6\n")
     pytest.importorskip("matplotlib")
+    bare = tmp_path / "bare.csv"
+    bare.write_text("wind_speed_[m/s],mass_[kg]\n7,1\n")
+    with pytest.raises(InputError, match="the table 'bare' has no column that is drawn"):
+        plot_steady(folder, [bare])
     assert plot_steady(folder, [other]) == ["steady.png", "steady_blade.png"]
 
 
@@ -159,7 +163,7 @@ def test_cases_that_do_not_say_how_they_are_run_are_refused(tmp_path):
     ("text", "reason"),
     [
         ("wind_speed_[m/s],pitch_[deg]\n3,0\n", "needs the columns"),
-        ("wind_speed_[m/s],rotor_speed_[rpm],pitch_[deg]\n3,x,0\n", "row that is not of numbers"),
+        ("wind_speed_[m/s],rotor_speed_[rpm],pitch_[deg]\n3,x,0\n", "a number in each column"),
         ("wind_speed_[m/s],rotor_speed_[rpm],pitch_[deg]\n3,1,0\n3,1,0\n", "speeds that rise"),
         ("wind_speed_[m/s],rotor_speed_[rpm],pitch_[deg]\n3,1,200\n", "beyond 180 degrees"),
     ],
