@@ -1,5 +1,7 @@
 """Blades with a layup on a mesh that was written to a file and read again."""
 
+import re
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +32,7 @@ NOISE = (
     "wall_time_[s]",
 )
 """Columns of round-off, of what it decides (residuals of 1.3e-10 to 1e-10) and of the clock."""
+AXIS = re.compile("_[xyz](?=_)")
 BLADES = ("blade_1", "blade_2", "blade_3")
 
 
@@ -104,9 +107,12 @@ def test_a_run_on_a_mesh_that_was_written_has_the_same_seven_digits(arrays, comm
     made, read = rows
     assert list(made) == list(read)
     assert "strain_cap_[-]" in made and "spar_cap_suction_side_tsai_wu_[-]" in made
+    sizes = defaultdict(float)  # of whole vectors: no torque holds this shaft, but for round-off
+    for name, values in made.items():
+        sizes[AXIS.sub("", name)] = max(sizes[AXIS.sub("", name)], np.abs(values).max())
     for name, values in made.items():
         if name not in NOISE:
-            size = 1e-7 * np.abs(values).max() + 1e-20  # locked bearings turn by round-off
+            size = 1e-7 * sizes[AXIS.sub("", name)] + 1e-20  # locked bearings turn by round-off
             np.testing.assert_allclose(read[name], values, rtol=0.0, atol=size, err_msg=name)
 
 
