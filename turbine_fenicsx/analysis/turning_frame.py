@@ -129,6 +129,21 @@ class TurningFrame:
         ):
             v.array[:] = (self.body_arms(body, u) @ S_T).ravel() if turns else 0.0
 
+    def momentum_rates(self, p: Array, L: Array) -> tuple[Array, Array]:
+        """Changes of the momenta of something that turns, shape (..., 3) [N, N m].
+
+        With the moment L - a x p about the axis they are
+
+            p' = S p,    L' = S (L - a x p) + a x S p.
+
+        Args:
+            p: Linear momenta, shape (..., 3) [kg m/s].
+            L: Angular momenta about the origin, shape (..., 3) [kg m^2/s].
+        """
+        force = p @ self.spin.T
+        moment = (L - np.cross(self.point, p)) @ self.spin.T + np.cross(self.point, force)
+        return force, moment
+
     def turn(self, state: State, angle: float) -> None:
         """Turn the second side of a state by an angle [rad], as if rigid, with joint forces.
 

@@ -31,7 +31,7 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.joints.base import Joint
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.history import Channel
-from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, StepLoads
+from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, Coordinates, StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -123,10 +123,12 @@ class JointReactions(StepLoads):
         forces = self._model.constraint_forces(state.q, state.joint_coordinates, state.multipliers)
         return self._in_axes(*self._loads_of(*forces, state.q))
 
-    def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
+    def _evaluate(
+        self, start: Coordinates, end: Coordinates, snapshot: Snapshot
+    ) -> tuple[Array, Array]:
         """Loads on the second partners."""
-        forces = snapshot.stepper.constraint_forces(q0, T0, snapshot.state)
-        return self._loads_of(*forces, 0.5 * (q0 + snapshot.state.q))
+        forces = snapshot.stepper.constraint_forces(*start, snapshot.state)
+        return self._loads_of(*forces, 0.5 * (start[0] + end[0]))
 
     def _loads_of(self, lam: Array, G: Array, q: Array) -> tuple[Array, Array]:
         """Loads of the forces -lam_k G_k with the bodies at q, and the directors of the axes."""

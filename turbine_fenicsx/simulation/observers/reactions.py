@@ -29,7 +29,7 @@ from turbine_fenicsx.bodies.rigid_body import GROUND
 from turbine_fenicsx.foundation.argument_checks import check_among_parts
 from turbine_fenicsx.foundation.parallel import sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, StepLoads
+from turbine_fenicsx.simulation.observers.step_loads import LAST, NEXT, Coordinates, StepLoads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -86,9 +86,11 @@ class Reactions(StepLoads):
         """Loads in a static equilibrium, shape (n, 2, 3), as in `at`."""
         return self._in_axes(*self._loads_of(state, state.q))
 
-    def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
+    def _evaluate(
+        self, start: Coordinates, end: Coordinates, snapshot: Snapshot
+    ) -> tuple[Array, Array]:
         """Loads on the parent bodies."""
-        return self._loads_of(snapshot.state, 0.5 * (q0 + snapshot.state.q))
+        return self._loads_of(snapshot.state, 0.5 * (start[0] + end[0]))
 
     def _loads_of(self, state: State, q: Array) -> tuple[Array, Array]:
         """Loads from the sums over all nodes, of f and (xi - xi_r)_i f, with the bodies at q."""

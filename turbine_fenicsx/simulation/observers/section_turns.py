@@ -76,7 +76,7 @@ class SectionTurns:
             self._carriers.append(None if first is None else slice(first + 3, first + 12))
             space, (R, t) = model.space, section.body.placements[section.copy].frame()
             X = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-            nodes, arms = _find_arms(section, t + np.concatenate(system.comm.allgather(X)) @ R.T)
+            nodes, _, arms = find_arms(section, t + np.concatenate(system.comm.allgather(X)) @ R.T)
             sums.append((section.body, model.rows(section.copy, nodes, arms.T)))
         self._probe = Probe(system, sums)
 
@@ -104,8 +104,12 @@ class SectionTurns:
         return turns
 
 
-def _find_arms(section: Section, X: Array) -> tuple[npt.NDArray[np.int64], Array]:
-    """Nodes of a section, and their arms times their weights, shape (k, 3)."""
+def find_arms(section: Section, X: Array) -> tuple[npt.NDArray[np.int64], Array, Array]:
+    """Nodes of a section, their weights, which add up to 1, and these times arms, (k, 3).
+
+    Args:
+        X: Positions of all nodes of the mesh, where the copy stands, shape (n, 3) [m].
+    """
     if len(X) <= MIN_NODES:
         raise ModelError(f"section {section.name!r}: {section.body.name!r} has too few nodes")
     axis = np.asarray(section.axis, dtype=float)
@@ -115,4 +119,4 @@ def _find_arms(section: Section, X: Array) -> tuple[npt.NDArray[np.int64], Array
     weights = np.maximum(1.0 - distances / width, 0.0)
     nodes = np.flatnonzero(weights)
     w = weights[nodes, None] / weights.sum()
-    return nodes, w * (X[nodes] - np.sum(w * X[nodes], axis=0))
+    return nodes, w[:, 0], w * (X[nodes] - np.sum(w * X[nodes], axis=0))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +22,16 @@ from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.snapshot import Snapshot
+from turbine_fenicsx.system.state import State
+
+if TYPE_CHECKING:
+    from turbine_fenicsx.simulation.observers.section_turns import Section
 
 NEXT, LAST = [1, 2, 0], [2, 0, 1]
 """Places in a dyad A of the vector sum a x b for A = sum a b^T: A[NEXT, LAST] - A[LAST, NEXT]."""
+
+Coordinates: TypeAlias = tuple[Array, Array]
+"""Those of all rigid bodies, and of all joints, in a state."""
 
 
 class StepLoads(ABC):
@@ -35,17 +43,18 @@ class StepLoads(ABC):
     Args:
         axes: Axes of the components of each load, their initial directions as rows, shape (3, 3);
             e1, e2, e3 if None.
-        carriers: The body that the axes of each load are fixed to; None is the ground.
+        carriers: What the axes of each load turn with, a rigid body or a section; None is the
+            ground.
     """
 
     def __init__(
-        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[RigidBody | None]
+        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[RigidBody | Section | None]
     ) -> None:
         n = len(axes)
         self._axes = np.tile(np.eye(3), (n, 1, 1))
         for k, (rows, body) in enumerate(zip(axes, carriers, strict=True)):
             if rows is not None:
-                R = np.eye(3) if body is None else np.asarray(body.directors, dtype=float)
+                R = np.asarray(body.directors, float) if isinstance(body, RigidBody) else np.eye(3)
                 self._axes[k] = np.asarray(rows, dtype=float) @ R
         self._turning = np.array(
             [
@@ -55,7 +64,7 @@ class StepLoads(ABC):
             dtype=bool,
         )
         self._turns = bool(self._turning.any())
-        self._start: tuple[Array, Array] | None = None
+        self._start: Any = None
         self._next_index = 0
         self._snapshot: Snapshot | None = None
         self._loads = self._mean = np.zeros((n, 2, 3))
@@ -99,8 +108,7 @@ class StepLoads(ABC):
         """Find loads and means of a new snapshot."""
         if snapshot is self._snapshot:
             return
-        end = snapshot.state.q.copy(), snapshot.state.joint_coordinates.copy()
-        time = snapshot.state.time
+        end, time = self._remember(snapshot.state), snapshot.state.time
         if self._start is None or snapshot.report is None:
             self._loads = self._mean = np.zeros_like(self._loads)
             self._last, self._restored = self._last if self._restored else None, False
@@ -108,7 +116,7 @@ class StepLoads(ABC):
             assert snapshot.index == self._next_index, "reactions need every step of a run"
             at_end = snapshot.stepper.forces_at == 1.0
             self._loads = self._in_axes(
-                *self._evaluate(*(end if at_end else self._start), snapshot)
+                *self._evaluate(end if at_end else self._start, end, snapshot)
             )
             self._mean, h_1 = self._loads, time - self._time
             if self._last is not None and not at_end:
@@ -118,15 +126,20 @@ class StepLoads(ABC):
         self._start, self._time = end, time
         self._next_index, self._snapshot = snapshot.index + 1, snapshot
 
+    def _remember(self, state: State) -> Any:
+        """What `_evaluate` needs of a state at the end of a step: a copy of the coordinates."""
+        return state.q.copy(), state.joint_coordinates.copy()
+
     @abstractmethod
-    def _evaluate(self, q0: Array, T0: Array, snapshot: Snapshot) -> tuple[Array, Array]:
+    def _evaluate(self, start: Any, end: Any, snapshot: Snapshot) -> tuple[Array, Array]:
         """Loads in a step.
 
         Args:
-            q0: Coordinates at the start of the step, or at its end if forces act there.
+            start: Of `_remember` at the start of the step, or at its end if forces act there.
+            end: Of `_remember` at its end.
 
-        Returns: Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the parent
-            bodies, shape (n, 3, 3).
+        Returns: Loads along e1, e2, e3, shape (n, 2, 3), and the mean directors of the carriers,
+            shape (n, 3, 3).
         """
 
     def _in_axes(self, loads: Array, directors: Array) -> Array:

@@ -21,15 +21,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turbine_fenicsx.forces.line_source import SAME_TIME, StepLoads
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.conventions import BLADES, HUB
 from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
-from turbine_fenicsx.system.system import MultibodySystem
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.inflow import AXES
 from turbine_fenicsx.turbine.components.axes import hub_axes
@@ -114,21 +113,6 @@ class HubWind:
         if self._kept is None or self._kept[0] != time:
             self._kept = time, (AXES @ self._inflow.velocity(self._hub, time)).tolist()
         return self._kept[1]
-
-
-def find_loads(system: MultibodySystem, name: str, state: State) -> StepLoads:
-    """Loads on sections in the step that led to a state, or in the first state. Collective."""
-    last = system.section_loads[name].last
-    if last is not None and abs(last.times.end - state.time) <= SAME_TIME * last.times.dt:
-        return last
-    for model, u, v in zip(system.flexible_models, state.u, state.v, strict=True):
-        for loads in model.section_loads:
-            if loads.name == name:
-                return loads.loads_at(u.array_r, v.array_r, state.time)
-    rigid = next(x for x in system.rigid_section_loads if x.name == name)
-    y = np.concatenate([state.q, state.joint_coordinates])[rigid.index]
-    y_dot = np.concatenate([state.q_dot, state.joint_rates])[rigid.index]
-    return rigid.loads_at(y, y_dot, state.time)
 
 
 def air_channels(turbine: Turbine, rotor: RotorLoads) -> list[Channel]:

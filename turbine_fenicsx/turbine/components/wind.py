@@ -24,6 +24,7 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.simulation.observer import Observer
 from turbine_fenicsx.simulation.observers.history import Channel
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
@@ -37,7 +38,6 @@ from turbine_fenicsx.turbine.components.rotor_air import (
     HubWind,
     RotorLoads,
     air_channels,
-    find_loads,
     node_channels,
 )
 from turbine_fenicsx.turbine.components.tower import tower_geometry

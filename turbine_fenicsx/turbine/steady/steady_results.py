@@ -26,6 +26,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.components.axes import TOWER_AXES, blade_axes
@@ -35,7 +36,7 @@ from turbine_fenicsx.turbine.components.interface_loads import InterfaceLoads
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, SUPPORT
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
 from turbine_fenicsx.turbine.components.root_channels import RootLoads
-from turbine_fenicsx.turbine.components.rotor_air import WIND, NodeFlow, RotorLoads, find_loads
+from turbine_fenicsx.turbine.components.rotor_air import WIND, NodeFlow, RotorLoads
 from turbine_fenicsx.turbine.components.tower import find_tower_base
 from turbine_fenicsx.turbine.steady.operating_states import DEGREE, RPM, OperatingState
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
@@ -201,10 +202,9 @@ def _name_loads(place: str, loads: Array) -> dict[str, float]:
 def _find_changes(turbine: Turbine, speed: float, state: State, point: Array) -> Array:
     """dp/dt, and dL/dt about a point that does not move, of a turning equilibrium, (2, 3)."""
     frame = turning_frame(turbine.system, ROTOR, speed, state)
-    balance, omega = turbine.system.balance(state), speed * frame.axis
-    p, about_axis = balance.linear, balance.angular - np.cross(frame.point, balance.linear)
-    force = np.cross(omega, p)
-    return np.array([force, np.cross(omega, about_axis) + np.cross(frame.point - point, force)])
+    balance = turbine.system.balance(state)
+    force, moment = frame.momentum_rates(balance.linear, balance.angular)
+    return np.array([force, moment - np.cross(point, force)])
 
 
 def _find_deflection(

@@ -10,10 +10,11 @@ from histories import read_rows
 
 from turbine_fenicsx import run_case
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.generator import find_steady_loads
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.components.wind import RotorLoads, find_loads
+from turbine_fenicsx.turbine.components.wind import RotorLoads
 from turbine_fenicsx.turbine.run.start import make_start
 
 pytestmark = pytest.mark.parallel

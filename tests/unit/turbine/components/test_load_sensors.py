@@ -11,10 +11,10 @@ from turbine_fenicsx import Case, build_turbine, run_case
 from turbine_fenicsx.control.discon import Discon
 from turbine_fenicsx.control.interface import Measurements
 from turbine_fenicsx.foundation.rotations import E3
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.simulation.simulation import Simulation
 from turbine_fenicsx.turbine.components.root_channels import RootLoads, unpitch
 from turbine_fenicsx.turbine.components.sensors import TopAcceleration
-from turbine_fenicsx.turbine.components.wind import find_loads
 from turbine_fenicsx.turbine.run.start import make_start
 
 pytestmark = pytest.mark.parallel

@@ -15,11 +15,11 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import StepFailure
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.generator import find_steady_loads
 from turbine_fenicsx.turbine.components.model import build_turbine
-from turbine_fenicsx.turbine.components.wind import find_loads
 from turbine_fenicsx.turbine.run import start as start_module
 from turbine_fenicsx.turbine.run.inspection import inspect_mesh
 from turbine_fenicsx.turbine.run.start import make_start

@@ -14,9 +14,10 @@ from turbine_fenicsx.cli.commands.steady import parse_winds
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.steady_plots import plot_steady
+from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.rotor_air import WIND, find_loads
+from turbine_fenicsx.turbine.components.rotor_air import WIND
 from turbine_fenicsx.turbine.steady.find_steady import find_steady
 from turbine_fenicsx.turbine.steady.operating_states import (
     RPM,
