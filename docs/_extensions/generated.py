@@ -116,7 +116,7 @@ def channels(_: str) -> str:
 
 def _name_channel(pattern: str) -> str:
     """A pattern of names as a reader takes it."""
-    shown = {"axis": "x", "yz": "y", "Axis": "X", "blade": "1", "node": "1"}
+    shown = {"axis": "x", "yz": "y", "Axis": "X", "blade": "1", "node": "1", "section": "1"}
     others = {"axis": "y, z", "yz": "z", "Axis": "Y, Z"}
     more = [others[field] for field in re.findall(r"{(\w+)}", pattern) if field in others]
     return f"`{pattern.format(**shown)}`" + "".join(f" ({text})" for text in more)

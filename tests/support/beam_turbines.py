@@ -52,7 +52,9 @@ def write_beam_case(folder, change=lambda tables: None):
         change(tables)
         write_turbine(tables, folder)
         text = CASE.replace('tip = "open"\n', "").replace('"reduced"', '"beam"')
-        text = text.replace("[output]\n", "[output]\nsections = [0.0, 0.4]\n")
+        text = text.replace(
+            "[output]\n", "[output]\nsections = [0.0, 0.4]\ntower_sections = [0.0]\n"
+        )
         first, last = text.index("[blade.reduction]"), text.index("[tower]")
         path = folder / "case.toml"
         path.write_text(text[:first] + text[last:])

@@ -104,7 +104,7 @@ def test_it_runs_in_wind_and_its_balance_of_energy_closes(path):
     assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-8 * size  # steps to 1e-9
     assert np.max(np.abs(seen["work_of_wind_[J]"])) > 1e-3 * size
     weight = seen["section_force_1_at_0_z_[N]"]
-    assert np.all(weight > 0.0)  # the rotation pulls at the root
+    assert np.all(weight[1:] > 0.0)  # the rotation pulls at the root
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 
 from turbine_fenicsx.analysis.statics import EquilibriumBlocks
 from turbine_fenicsx.analysis.turning_frame import TurningFrame, turning_frame
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.elimination import Elimination
 from turbine_fenicsx.system.state import State
@@ -38,9 +39,16 @@ class TurningBlocks(EquilibriumBlocks):
         self._columns = [self.new_nested_vector() for _ in range(n)]
 
     def residual(self) -> None:
-        """Assemble the residual at the state, with the axis that belongs to it."""
+        """Assemble the residual at the state, with the axis that belongs to it.
+
+        Raises:
+            StepFailure: if the iteration has gone so far astray that the joint has no axis.
+        """
         frame = self.frame
-        self.frame = turning_frame(self.system, frame.joint, frame.speed, self.state)
+        try:
+            self.frame = turning_frame(self.system, frame.joint, frame.speed, self.state)
+        except ModelError as error:
+            raise StepFailure(f"the turning equilibrium was not found: {error}") from None
         super().residual()
         R_u, _, _ = self.split(self.residual_vector)
         for body, (R, force) in enumerate(zip(R_u, self._forces, strict=True)):

@@ -90,10 +90,14 @@ class BeamBasis(ReducedBasis):
         n = F1 * d1 + F2 * d2 + F3 * r
         n += M1 * (e2 + tau * d1 - k1 * r) + M2 * (tau * d2 - e1 - k2 * r)
         m = M1 * np.cross(d2, r) - M2 * np.cross(d1, r) + M3 * np.cross(d1, d2)
-        z = _unit(np.cross(d1, d2))
-        x = _unit(d1)
-        axes = np.stack([x, np.cross(z, x), z], axis=-2)
+        axes = _find_axes(d1, d2)
         return np.concatenate([(axes @ v[..., None])[..., 0] for v in (n, m)], axis=-1)
+
+    def find_axes(self, places: Array) -> Array:
+        """Axes x, y, z of sections at rest as rows, at arc lengths, shape (k, 3, 3)."""
+        _, *directors = self._vectors_at(self.strain_vectors @ self.vectors)[:3]
+        d1, d2 = (self.find_weights(places) @ d for d in directors)
+        return _find_axes(d1, d2)
 
     def find_weights(self, places: Array) -> Array:
         """Weights of the Gauss points at arc lengths: polynomials in each element, shape (k, g)."""
@@ -103,6 +107,12 @@ class BeamBasis(ReducedBasis):
         found = np.zeros((len(of), *gauss.shape))
         found[np.arange(len(of)), of] = lagrange(gauss[of], np.asarray(places))
         return found.reshape(len(of), -1)
+
+
+def _find_axes(d1: Array, d2: Array) -> Array:
+    """Unit vectors x along d_1, y and z at right angles to d_1 and d_2, as rows."""
+    x, z = _unit(d1), _unit(np.cross(d1, d2))
+    return np.stack([x, np.cross(z, x), z], axis=-2)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -23,8 +23,10 @@ AXES = {
     "n": "nacelle: those of the top of the tower, turned by the yaw angle",
     "s": "shaft, fixed to the nacelle: x along the shaft downwind, y to the left, z up",
     "a": "hub: x along the shaft downwind, z across it towards blade 1, y = z cross x",
+    "tl": "tower, turning with the section: at rest those of the tower",
     "c": "blade, fixed to the hub: x downwind, z along the span to the tip, y = z cross x",
     "b": "blade, pitching with it: those fixed to the hub at pitch 0",
+    "bl": "blade, turning with the section but not with its twist at rest: there those that pitch",
     "plane": "x normal to the plane of the rotor, downwind; y against the way of the section",
     "chord": "n normal to the chord, to the suction side; t along it, to the leading edge",
     "i": "ground: X downwind, Y to the left looking downwind, Z up",
@@ -45,6 +47,7 @@ _FIELDS: dict[str, Iterable[object]] = {
     "Axis": "XYZ",
     "blade": "123",
     "node": range(1, 100),
+    "section": range(1, 100),
 }
 _FIELD = re.compile(r"\{(\w+)\}")
 
@@ -54,7 +57,7 @@ class OpenFastRow:
     """A row of the table.
 
     Args:
-        names: Names of equal channels, with fields for axis, blade or node.
+        names: Names of equal channels, with fields for axis, blade, node or section.
         unit: Unit in the file.
         axes: Key of `AXES`.
         default: Whether runs have the channel unless others are chosen.

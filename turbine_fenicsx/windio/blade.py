@@ -215,9 +215,17 @@ class WindIOBlade:
         inner = self.inner_webs[web]
         return np.column_stack([inner.suction(s), inner.pressure(s)])
 
+    def axis_at(self, s: Array) -> Array:
+        """Points of the reference axis along a1, a2, a3, shape (m, 3) [m]."""
+        return self._place(self.outer_shape.reference_points(s))
+
     def surface(self, s: Array, a: Array) -> Array:
         """Points of the outer surface along a1, a2, a3, one axis more than the arguments [m]."""
-        x, y, z = np.moveaxis(self.outer_shape.points(s, a), -1, 0)
+        return self._place(self.outer_shape.points(s, a))
+
+    def _place(self, points: Array) -> Array:
+        """Points of the file, from the rotor centre along a1, a2, a3."""
+        x, y, z = np.moveaxis(points, -1, 0)
         return np.stack([z + self.hub_radius, -y, x], axis=-1)
 
     def wall(self, s: Array, a: Array) -> Array:

@@ -18,6 +18,8 @@ from turbine_fenicsx import (
 )
 from turbine_fenicsx.analysis import turning
 from turbine_fenicsx.analysis.turning import turning_equilibrium
+from turbine_fenicsx.analysis.turning_blocks import TurningBlocks
+from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.bodies.rigid_body import RigidBody
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
 from turbine_fenicsx.foundation.rotations import E1, E2, E3, rotation_about
@@ -295,3 +297,14 @@ def test_no_equilibrium_is_told(comm):
     system = MultibodySystem(comm, [HUB, ROTOR])
     with pytest.raises(StepFailure, match="no equilibrium at t = 0 s"):
         turning_equilibrium(system, "rotor", 3.0, max_iterations=0)
+
+
+def test_an_iteration_that_goes_astray_is_a_failure_and_no_mistake_of_the_joint(comm):
+    system = MultibodySystem(comm, [HUB, ROTOR])
+    state = system.initial_state()
+    blocks = TurningBlocks(turning_frame(system, "rotor", 3.0), state, [0])
+    state.q[3:12] *= [1e5, 3e4, -2e4] * 3
+    with pytest.raises(StepFailure, match="was not found: joint 'rotor' has no angle"):
+        blocks.residual()
+    blocks.destroy()
+    state.destroy()

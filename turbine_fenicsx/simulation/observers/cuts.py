@@ -21,7 +21,7 @@ from turbine_fenicsx.simulation.observers.section_turns import Section, find_arm
 from turbine_fenicsx.system.body_nodes import BodyNodes
 
 AT_END = 1e-6
-"""Distances along a body that are none, over its length."""
+"""Smallest distance along a body that counts, over its length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,9 @@ def find_shares(model: BodyNodes, cut: Cut) -> Array:
     room = 2.0 * min(distance - cut.start, cut.end - distance)
     width = min(largest_of_ranks(model.comm, float(longest)), room)
     d = cut.find_distances(X @ R.T + t)
-    if width <= near:
-        return np.asarray(d >= -near, dtype=float)
+    if width <= near:  # all of the body at its start, nothing at its end
+        limit = -near if 2.0 * distance < cut.start + cut.end else near
+        return np.asarray(d >= limit, dtype=float)
     return np.clip(d / width + 0.5, 0.0, 1.0)
 
 

@@ -127,7 +127,7 @@ class StepLoads(ABC):
         self._next_index, self._snapshot = snapshot.index + 1, snapshot
 
     def _remember(self, state: State) -> Any:
-        """What `_evaluate` needs of a state at the end of a step: a copy of the coordinates."""
+        """Copy of the coordinates: all that `_evaluate` needs of the end of a step."""
         return state.q.copy(), state.joint_coordinates.copy()
 
     @abstractmethod

@@ -16,6 +16,7 @@ from turbine_fenicsx.bodies.beam_basis import BeamBasis
 from turbine_fenicsx.bodies.carrier import Carrier
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.meshing import LoadedMesh, MeshReport, RotorLayout, place_blades
 from turbine_fenicsx.meshing.hollow import mesh_hollow
 from turbine_fenicsx.meshing.model import MeshArrays
@@ -80,6 +81,10 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
     def line(self) -> BeamLine:
         """The reference axis from the rotor centre along a1, a2, a3."""
         return _place_line(self.structure.line, self.hub_radius)
+
+    def axis_at(self, s: Array) -> Array:
+        """Points of the reference axis, shape (m, 3) [m]."""
+        return self.line.at(s * self.line.length)[0]
 
     def make_basis(self, carrier: Carrier, root: npt.NDArray[np.int32]) -> BeamBasis:
         """The basis of a blade that is held at its root. Collective."""

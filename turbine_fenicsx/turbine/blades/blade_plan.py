@@ -64,6 +64,9 @@ class BladePlan(Protocol):
     def rings(self, stations: int, around: int) -> Array:
         """Points of the skin for pictures, shape (stations, around, 3) [m]."""
 
+    def axis_at(self, s: Array) -> Array:
+        """Points of the reference axis at fractions of its length, shape (m, 3) [m]."""
+
     @property
     def hub_radius(self) -> float:
         """Distance of the root from the rotor centre [m]."""

@@ -70,6 +70,10 @@ class HollowBlades(ShapedBlades[WindIOBlade]):
         blade = replace(blade, hub_radius=b.hub_radius, closed_tip=m.tip == "closed")
         return cls(blade, m.span, m.around, b.layup == "laminate", case.material, m.file)
 
+    def axis_at(self, s: Array) -> Array:
+        """Points of the reference axis, shape (m, 3) [m]."""
+        return self.shape.axis_at(s)
+
     def find_inertia(self) -> Inertia:
         """Mass, centre of mass from the rotor centre, and tensor of inertia of one."""
         solids = self.block.points, self.block.cells, self.block.reference

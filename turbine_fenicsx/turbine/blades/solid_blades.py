@@ -75,6 +75,10 @@ class SolidBlades:
         span = np.broadcast_to(blade.hub_radius + s * blade.length, across.shape)
         return blade.turn(np.stack([span, across, through], axis=-1))
 
+    def axis_at(self, s: Array) -> Array:
+        """Points of the pitch axis, shape (m, 3) [m]."""
+        return np.column_stack([self.hub_radius + self.length * s, 0.0 * s, 0.0 * s])
+
     @property
     def hub_radius(self) -> float:
         """Distance of the root from the rotor centre [m]."""

@@ -54,7 +54,7 @@ from turbine_fenicsx.turbine.components.gauges import make_gauges
 from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.components.pitch import RINGS, find_angles
 from turbine_fenicsx.turbine.components.root_channels import root_channels, unpitch
-from turbine_fenicsx.turbine.components.section_columns import make_section_channel
+from turbine_fenicsx.turbine.components.slender_loads import HALF_WIDTH, blade_section_channels
 
 
 class YawDistances:
@@ -84,10 +84,6 @@ def make_tips(turbine: Turbine) -> Tips:
         coupling, axes = turbine.part(name), blade_axes(layout, k)
         followed.append(Tip(str(k), coupling.flexible, point, coupling.rigid, axes))
     return Tips(turbine.system, followed)
-
-
-HALF_WIDTH = 0.02
-"""Half of the part of the span that a section is made of."""
 
 
 def make_twist_channel(turbine: Turbine) -> Channel | None:
@@ -172,7 +168,7 @@ class FlexibleBlades(Component):
         from_yaw = YawDistances(turbine, followed)
         bends = [f(tip=k) for k in numbers for f in (names.TIP_FLAP, names.TIP_EDGE)]
         gauges = make_gauges(turbine, turbine.part(BODY))
-        twists, sections = make_twist_channel(turbine), make_section_channel(turbine, BODY)
+        twists, sections = make_twist_channel(turbine), blade_section_channels(turbine)
         plies = find_plies(turbine)
         failure = [failure_channel(plies.stresses, plies.panels, plies.place)] if plies else []
         clearances = tuple(names.TIP_CLEARANCE(tip=k) for k in numbers)
@@ -187,7 +183,7 @@ class FlexibleBlades(Component):
                 Channel(clearances, lambda s: from_yaw.at(s).tolist()),
                 *roots.history,
                 *([twists] if twists else []),
-                *([sections] if sections else []),
+                *sections.history,
                 *([gauge_channel(gauges)] if gauges else []),
                 *failure,
             ],
@@ -197,6 +193,7 @@ class FlexibleBlades(Component):
                 in_openfast([f"TipRD{axis}b{k}" for k in numbers for axis in "xyz"], turns),
                 in_openfast([f"TipClrnc{k}" for k in numbers], from_yaw.at),
                 *roots.openfast,
+                *sections.openfast,
             ],
         )
 

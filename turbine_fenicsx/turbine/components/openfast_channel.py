@@ -53,8 +53,8 @@ def choose_channels(channels: Sequence[Channel], patterns: Sequence[str]) -> lis
     for pattern in patterns:
         if pattern != DEFAULT and not any(matches(name, [pattern]) for name in known):
             raise InputError(
-                f"output.channels: this turbine has no channel {pattern!r}, of a part or a load "
-                "that it lacks"
+                f"output.channels: this turbine has no channel {pattern!r}, of a part, a load or a "
+                "place (output.sections, output.tower_sections) that it lacks"
             )
     return _choose(channels, lambda name, _: find_row(name) is None or matches(name, patterns))
 

@@ -42,6 +42,7 @@ from turbine_fenicsx.turbine.components.beam_tower import make_tower_basis
 from turbine_fenicsx.turbine.components.component import Assembly, Channels, Component, Turbine
 from turbine_fenicsx.turbine.components.nacelle import SUPPORT
 from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
+from turbine_fenicsx.turbine.components.slender_loads import tower_section_channels
 from turbine_fenicsx.turbine.tables.tower import TowerCase
 
 log = logging.getLogger(__name__)
@@ -107,16 +108,19 @@ class Tower(Component):
             return np.asarray(TOWER_AXES @ Rotation.from_matrix(directors.T @ R.T).as_rotvec())
 
         motions = [names.TOWER_TOP_DISPLACEMENT(axis=axis) for axis in "xyz"]
+        sections = tower_section_channels(turbine, turbine.part(HEAD))
         out = [f"TwrBs{kind}{axis}t" for kind in "FM" for axis in "xyz"]
         return Channels(
             history=[
                 Channel(tuple(motions), lambda s: move(s).tolist()),
                 Channel(tuple(loads), lambda s: base.mean_at(s).ravel().tolist(), base),
+                *sections.history,
             ],
             openfast=[
                 in_openfast(("TTDspFA", "TTDspSS", "TTDspAx"), move),
                 in_openfast(("TTDspRoll", "TTDspPtch", "TTDspTwst"), turn),
                 in_openfast(out, base.mean_at, base),
+                *sections.openfast,
             ],
         )
 

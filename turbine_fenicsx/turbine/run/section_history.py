@@ -10,8 +10,9 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.simulation.observers.section_loads import BeamLoads
+from turbine_fenicsx.turbine.components.axes import blade_axes
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
-from turbine_fenicsx.turbine.components.section_columns import name_sections
+from turbine_fenicsx.turbine.components.slender_loads import name_sections
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
 
 BLOCK = 500
@@ -32,7 +33,9 @@ def find_section_history(run: RecordedRun, places: Sequence[float]) -> dict[str,
     for place in places:
         if not 0.0 <= place <= 1.0:
             raise InputError(f"--sections {place:g}: expected fractions of the span from 0 to 1")
-    loads = BeamLoads(run.turbine.system, run.turbine.part(BODY), places)
+    turbine = run.turbine
+    axes = blade_axes(turbine.rotor.layout, 1)
+    loads = BeamLoads(turbine.system, turbine.part(BODY), places, axes)
     vectors, found = run.motion.vectors[BODY], []
     for first in range(0, len(run.motion.times), BLOCK):
         rows = vectors[first : first + BLOCK]

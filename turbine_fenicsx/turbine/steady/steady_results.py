@@ -37,6 +37,7 @@ from turbine_fenicsx.turbine.components.nacelle import ROTOR, SUPPORT
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
 from turbine_fenicsx.turbine.components.root_channels import RootLoads
 from turbine_fenicsx.turbine.components.rotor_air import WIND, NodeFlow, RotorLoads
+from turbine_fenicsx.turbine.components.slender_loads import SlenderLoads, find_blade_sections
 from turbine_fenicsx.turbine.components.tower import find_tower_base
 from turbine_fenicsx.turbine.steady.operating_states import DEGREE, RPM, OperatingState
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
@@ -78,6 +79,7 @@ class SteadyReader:
         self._base, self._efficiency = find_tower_base(turbine), steady.efficiency
         is_rigid = turbine.case.turbine.model == "rigid"
         self._tips = None if is_rigid else make_tips(turbine)
+        self._sections = None if is_rigid else _find_sections(turbine, self._blade.radius)
         joints = {joint.name: joint for joint in turbine.system.joints}
         bodies = (joints[name].bodies[1] for name in BEARINGS)
         self._carriers = [body for body in bodies if body is not None]
@@ -91,7 +93,7 @@ class SteadyReader:
 
     def _read(self, operating: OperatingState, state: State) -> SteadyState:
         """Numbers and values of an equilibrium."""
-        along = self._read_along(state)
+        along = self._read_along(operating, state)
         numbers = {
             "wind_speed_[m/s]": operating.wind,
             names.ROTOR_SPEED: operating.rotor_speed / RPM,
@@ -145,8 +147,8 @@ class SteadyReader:
         bearing = self._interfaces.at_rest(state)[0] + changes @ axes.T
         return {**_name_loads("yaw_bearing", bearing), **found}
 
-    def _read_along(self, state: State) -> dict[str, Array]:
-        """Flow, line loads and deflection at the stations."""
+    def _read_along(self, operating: OperatingState, state: State) -> dict[str, Array]:
+        """Flow, line loads, deflection and loads in sections at the stations."""
         turbine, blade = self._turbine, self._blade
         flow = NodeFlow(turbine).at(state)
         motion = find_loads(turbine.system, WIND, state).motion
@@ -182,11 +184,35 @@ class SteadyReader:
             "tangential_induction_[-]": mean(flow.swirl),
             **{n: at_stations(x) for n, x in zip(_DEFLECTIONS, deflection.T, strict=True)},
             **{n: at_stations(x) / DEGREE for n, x in zip(_ROTATIONS, turns.T, strict=True)},
+            **self._read_sections(operating, state),
         }
 
+    def _read_sections(self, operating: OperatingState, state: State) -> dict[str, Array]:
+        """Forces and moments in the sections at the stations; none in rigid blades."""
+        if self._sections is None:
+            return {}
+        frame = turning_frame(self._turbine.system, ROTOR, operating.rotor_speed, state)
+        found = self._sections.at_rest(state, frame).reshape(len(BLADES), -1, 6).mean(axis=0)
+        return dict(zip(_SECTION_LOADS, found.T, strict=True))
+
+
+FINE = 1001
+"""Points of the reference axis of a blade, between which places are linear."""
 
 _DEFLECTIONS = tuple(f"deflection_{axis}_[m]" for axis in "xyz")
+_SECTION_LOADS = tuple(
+    f"section_{kind}_{axis}_[{unit}]"
+    for kind, unit in (("force", "N"), ("moment", "Nm"))
+    for axis in "xyz"
+)
 _ROTATIONS = tuple(f"rotation_{axis}_[deg]" for axis in "xyz")
+
+
+def _find_sections(turbine: Turbine, radius: Array) -> SlenderLoads:
+    """Loads in the sections of all blades at distances along the span."""
+    fractions = np.linspace(0.0, 1.0, FINE)
+    along = turbine.rotor.blades.axis_at(fractions)[:, 0]
+    return find_blade_sections(turbine, np.interp(radius, along, fractions).tolist())
 
 
 def _name_loads(place: str, loads: Array) -> dict[str, float]:

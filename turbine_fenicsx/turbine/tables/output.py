@@ -20,6 +20,9 @@ _FIELDS = If(
     "beside reduced parts and beams, whose fields `turbine-fenicsx recover --fields` makes",
 )
 
+_Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
+_MIDDLE = Only("time.scheme", "energy_momentum")
+
 PLACES = ("trailing edge", "suction side", "leading edge", "pressure side")
 """Places around a section that all blades have, by rising contour fraction."""
 
@@ -135,10 +138,15 @@ class OutputCase(Section):
     """Places along the span, as fractions of its length, where histories have the twist of the
     blades by deformation."""
     sections: Annotated[
-        tuple[Annotated[Number, Field(ge=0.0, le=1.0)], ...], Only("blade.model", "beam")
+        tuple[_Fraction, ...], Field(max_length=99), Only("turbine.model", "hybrid"), _MIDDLE
     ] = ()
-    """Places along the axis of beam blades, as fractions of its length, where histories have the
-    force and moment in the section."""
+    """Places along the axis of flexible blades, as fractions of its length, where histories have
+    the force and moment in the section."""
+    tower_sections: Annotated[
+        tuple[_Fraction, ...], Field(max_length=99), Only("tower.flexible", True), _MIDDLE
+    ] = ()
+    """Places along a flexible tower, as fractions of its height, where histories have the force and
+    moment in the section."""
     gauges: Annotated[
         dict[str, GaugeCase], BeforeValidator(check_names), Only("turbine.model", "hybrid")
     ] = Field(default_factory=dict)

@@ -43,7 +43,7 @@ def test_a_turbine_has_every_channel_of_the_table_and_no_other(comm, tmp_path):
             "tower": {"flexible": True, "elements": [3, 1, 2]},
             "pitch": {"bearings": True, "drive": "actuator"},
             "control": {"kind": "pi"},
-            "output": {"fields_every": 0},
+            "output": {"fields_every": 0, "sections": [0.0, 0.4], "tower_sections": [0.5]},
         }
     )
     turbine = build_turbine(case, comm)
@@ -52,8 +52,13 @@ def test_a_turbine_has_every_channel_of_the_table_and_no_other(comm, tmp_path):
     given = [split_unit(column)[0] for channel in channels for column in channel.columns]
     known = [equal[0] for row in read_rows() for equal in row.expand()]
     assert len(given) == len(set(given))
-    nodes = {name: re.match(r"B\dN(\d+)", name) for name in known}
-    assert set(given) == {name for name, node in nodes.items() if not node or int(node[1]) <= 7}
+    counts = {r"B\dN(\d+)": 7, r"Spn(\d+)": 2, r"TwHt(\d+)": 1}
+    numbers = {name: [(re.match(x, name), n) for x, n in counts.items()] for name in known}
+    assert set(given) == {
+        name
+        for name, found in numbers.items()
+        if all(match is None or int(match[1]) <= n for match, n in found)
+    }
 
 
 def channel(*names):
