@@ -46,7 +46,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--schedule",
         metavar="FILE",
         help="table (CSV) with the columns wind_speed_[m/s], rotor_speed_[rpm] and pitch_[deg], "
-        "such as a steady.csv; default: found",
+        "such as a steady.csv, or input of ROSCO (.IN); default: by the controller of the case",
     )
     parser.add_argument(
         "--azimuths",

@@ -24,6 +24,9 @@ from turbine_fenicsx.turbine.steady.operating_states import Schedule, find_sched
 from turbine_fenicsx.turbine.steady.steady_results import SteadyReader, SteadyState
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
 
+ROSCO = ".in"
+"""End of the name of an input file of ROSCO."""
+
 log = logging.getLogger(__name__)
 
 
@@ -47,7 +50,8 @@ def find_steady(
         out: Output folder, created if it does not exist.
         comm: Communicator.
         winds: Wind speeds [m/s].
-        schedule: Table of speeds and pitch angles; found if None.
+        schedule: Table of speeds and pitch angles (CSV), or input file of ROSCO (``.IN``); by the
+            controller of the case if None.
         azimuths: As of `SteadyTurbine`.
         overwrite: Whether earlier steady states in the folder may be replaced.
         found: Called after each wind speed; where it returns True on any rank, the rest is left.
@@ -113,9 +117,9 @@ def _find(
 
 def _plan(case: Case, table: str | None) -> Schedule:
     """Speed and pitch over the wind speed."""
-    if table is not None:
+    if table is not None and Path(table).suffix.lower() != ROSCO:
         return read_schedule(table)
-    return find_schedule(case)
+    return find_schedule(case, table)
 
 
 def _check(case: Case) -> None:

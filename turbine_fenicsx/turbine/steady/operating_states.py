@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from turbine_fenicsx.control.rosco_input import read_rosco_input
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
@@ -97,34 +98,53 @@ class FoundSchedule:
         power: Largest power of the air [W].
         shear: Exponent of the wind over height.
         density: Of the air [kg/m^3].
+        least_pitch: Smallest pitch over the wind speed, which limits the thrust: rows of wind speed
+            [m/s] and pitch [rad], shape (n, 2); found if there are none.
     """
 
     def __init__(
-        self, rotor: Rotor, rated: RatedOperation, power: float, shear: float, density: float
+        self,
+        rotor: Rotor,
+        rated: RatedOperation,
+        power: float,
+        shear: float,
+        density: float,
+        least_pitch: Array,
     ) -> None:
         self._rotor, self._rated, self.power = rotor, rated, power
         self._air = {"shear": shear, "density": density}
+        self._least_pitch = least_pitch
 
     def at(self, wind: float) -> OperatingState:
         """As `Schedule.at`."""
-        from scipy.optimize import minimize_scalar
-
         rated, rotor = self._rated, self._rotor
         speed, is_best = rated.find_speed(rotor, wind)
         operation = Operation(wind, speed, rated.fine_pitch, **self._air)
-        least = pitch = rated.fine_pitch
-        if not is_best:
-            found = minimize_scalar(
-                lambda x: -self._find_power(operation, x),
-                bounds=(pitch, pitch + 0.3 * STEEPEST),
-                method="bounded",
-            )
-            if -found.fun > self._find_power(operation, pitch):
-                least = pitch = float(found.x)
+        least = pitch = self._find_least_pitch(operation, is_best)
         if self._find_power(operation, pitch) > self.power:
             ends = pitch, pitch + STEEPEST
             pitch = find_pitch(rotor, operation, self.power, ends, SECTORS, accuracy=1e-5)
         return OperatingState(wind, speed, pitch, least)
+
+    def _find_least_pitch(self, operation: Operation, is_best: bool) -> float:
+        """The pitch if power had no limit [rad].
+
+        Args:
+            is_best: Whether the rotor has the best tip-speed ratio.
+        """
+        from scipy.optimize import minimize_scalar
+
+        fine = self._rated.fine_pitch
+        if len(self._least_pitch):
+            return max(fine, float(np.interp(operation.wind_speed, *self._least_pitch.T)))
+        if is_best:
+            return fine
+        found = minimize_scalar(
+            lambda x: -self._find_power(operation, x),
+            bounds=(fine, fine + 0.3 * STEEPEST),
+            method="bounded",
+        )
+        return float(found.x) if -found.fun > self._find_power(operation, fine) else fine
 
     def find_slope(self, operating: OperatingState) -> float:
         """As `Schedule.find_slope`."""
@@ -159,17 +179,27 @@ def read_schedule(path: str) -> TableSchedule:
     return TableSchedule(table, f"the schedule {path!r}")
 
 
-def find_schedule(case: Case) -> FoundSchedule:
-    """The schedule that a controller of kind "pi" or the controller of a windIO file leads to.
+def find_schedule(case: Case, rosco: str | None = None) -> FoundSchedule:
+    """The schedule that a controller leads to: ROSCO, one of kind "pi", or that of a windIO file.
+
+    Args:
+        rosco: Input file of ROSCO; that of the case, if it has one, if None.
 
     Raises:
-        InputError: if neither says how the turbine is run.
+        InputError: if nothing says how the turbine is run, or a file cannot be read.
     """
     t, rated = case.turbine, find_rated(case)
     rotor = Rotor(
         load_aero_blade(case), precone=-t.precone, tilt=-t.tilt, hub_height=case.hub_height
     )
-    if case.control.kind == "pi":
+    rosco, least_pitch = rosco or case.control.input, np.zeros((0, 2))
+    if rosco is not None:
+        r = read_rosco_input(rosco)
+        least_pitch = r.least_pitch
+        rated = RatedOperation(
+            r.least_speed, r.rated_speed, r.rated_power, r.tip_speed_ratio, r.fine_pitch
+        )
+    elif case.control.kind == "pi":
         rated = _find_rated_by_law(case, rotor, rated)
     elif rated is not None:
         rated = replace(rated, rated_power=rated.rated_power / find_efficiency(case))
@@ -178,7 +208,8 @@ def find_schedule(case: Case) -> FoundSchedule:
             "the case does not say how the turbine is run: give --schedule FILE, "
             'control.kind = "pi", or a turbine.file with a controller'
         )
-    return FoundSchedule(rotor, rated, rated.rated_power, case.wind.shear, case.wind.density)
+    air = case.wind.shear, case.wind.density
+    return FoundSchedule(rotor, rated, rated.rated_power, *air, least_pitch)
 
 
 def find_efficiency(case: Case) -> float:

@@ -152,6 +152,43 @@ def test_a_flexible_turbine_carries_air_and_weight_to_the_ground(tmp_path):
     state.destroy()
 
 
+def test_rosco_limits_the_thrust_by_its_least_pitch(tmp_path):
+    """Below rated power the pitch is that of the table, above the one that keeps the power."""
+    rosco = tmp_path / "DISCON.IN"
+    values = {
+        "VS_ControlMode": "2",
+        "PS_Mode": "1",
+        "PC_FinePit": "0.0",
+        "PC_RefSpd": "122.9",
+        "VS_GenEff": "94.4",
+        "VS_MinOMSpd": "65.0",
+        "VS_RtPwr": "5e6",
+        "VS_TSRopt": "7.5",
+        "WE_GearboxRatio": "97.0",
+        "PS_BldPitchMin_N": "3",
+        "PS_WindSpeeds": "3.0 9.0 11.0",
+        "PS_BldPitchMin": "0.05 0.0 0.04",
+    }
+    rosco.write_text("".join(f"{value} ! {key} - text\n" for key, value in values.items()))
+    case = make_case(tmp_path)
+    schedule, free = (
+        find_schedule(case, str(rosco)),
+        find_schedule(make_case(tmp_path, **CONTROLLED)),
+    )
+    rotor = Rotor(load_aero_blade(case), hub_height=90.0)
+    limited = schedule.at(10.0)
+    assert limited.pitch == limited.least_pitch == pytest.approx(0.02)
+    thrusts = [
+        find_performance(rotor, Operation(10.0, limited.rotor_speed, pitch), sectors=1).thrust
+        for pitch in (limited.pitch, free.at(10.0).pitch)
+    ]
+    assert thrusts[0] < 0.95 * thrusts[1]
+    high = schedule.at(18.0)
+    assert high.pitch > 0.1 and high.least_pitch == pytest.approx(0.04)
+    assert high.rotor_speed == pytest.approx(122.9 / 97.0)
+    assert schedule.power == pytest.approx(5e6 / 0.944)
+
+
 def test_cases_that_do_not_say_how_they_are_run_are_refused(tmp_path):
     with pytest.raises(InputError, match="does not say how the turbine is run: give --schedule"):
         find_schedule(make_case(tmp_path))
