@@ -143,7 +143,7 @@ def test_modes_are_not_overwritten_unasked(case, out, capfd, monkeypatch):
     command = ["modes", case, "--count", "2", "-o", str(out), *SMALL]
     with monkeypatch.context() as patch:
         patch.setattr("turbine_fenicsx.turbine.modes.find_modes.build_turbine", build)
-        is_refused(command, capfd, "holds modes already; --overwrite replaces them")
+        is_refused(command, capfd, "holds modes; --overwrite replaces them")
     assert (out / "modes.csv").read_bytes() == before
 
 

@@ -41,7 +41,6 @@ MODE_RESULTS = (
 )
 """Names of what belongs to modes."""
 
-
 STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png")
 """Names of what belongs to steady states."""
 
@@ -293,9 +292,34 @@ def holds_run(folder: str | os.PathLike[str]) -> bool:
         return sum(1 for _ in islice(file, 3)) == 3
 
 
-def remove_run(folder: str | os.PathLike[str]) -> None:
+def keep_results(folder: str | os.PathLike[str], new: str, overwrite: bool) -> None:
+    """Refuse a folder that holds a run, or what the user does not want to be replaced.
+
+    Args:
+        new: What comes into it, in the plural, for example "modes".
+
+    Raises:
+        InputError: if it does.
+    """
+    if holds_run(folder):
+        sentence = f"holds the results of a run; {new} need another folder"
+        raise InputError(f"{os.fspath(folder)!r} {sentence}")
+    refuse_others(folder, overwrite)
+
+
+def refuse_others(folder: str | os.PathLike[str], overwrite: bool) -> None:
+    """Refuse a folder with modes or steady states that may not be replaced, by an InputError."""
+    for kind, holds in (("modes", holds_modes), ("steady states", holds_steady)):
+        if holds(folder) and not overwrite:
+            raise InputError(f"{os.fspath(folder)!r} holds {kind}; --overwrite replaces them")
+
+
+def remove_results(folder: str | os.PathLike[str]) -> None:
     """Remove earlier results, so that nothing of them stands beside the new ones."""
-    _remove(folder, (*RESULTS, *MODE_RESULTS))
+    for pattern in (*RESULTS, *MODE_RESULTS, *STEADY_RESULTS):
+        for path in Path(folder).glob(pattern):
+            with name_file_in_errors("write", path):
+                path.unlink()
 
 
 def is_older(path: Path, other: Path) -> bool:
@@ -310,22 +334,9 @@ def holds_modes(folder: str | os.PathLike[str]) -> bool:
     return (Path(folder) / "modes.csv").is_file()
 
 
-def remove_modes(folder: str | os.PathLike[str]) -> None:
-    """Remove earlier modes."""
-    _remove(folder, MODE_RESULTS)
-
-
-def remove_steady(folder: str | os.PathLike[str]) -> None:
-    """Remove earlier steady states."""
-    _remove(folder, STEADY_RESULTS)
-
-
-def _remove(folder: str | os.PathLike[str], patterns: Sequence[str]) -> None:
-    """Remove files whose names fit a pattern."""
-    for pattern in patterns:
-        for path in Path(folder).glob(pattern):
-            with name_file_in_errors("write", path):
-                path.unlink()
+def holds_steady(folder: str | os.PathLike[str]) -> bool:
+    """Whether there are steady states in a folder."""
+    return (Path(folder) / "steady.csv").is_file()
 
 
 def need_folder(folder: str | os.PathLike[str]) -> Path:

@@ -30,10 +30,9 @@ from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.records.folder_lock import lock_folder
 from turbine_fenicsx.records.output_folder import (
-    holds_modes,
-    holds_run,
+    keep_results,
     make_target_folder,
-    remove_modes,
+    remove_results,
 )
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
@@ -128,7 +127,7 @@ def find_modes(
     if out is None:
         return _find(case, None, comm, wanted, found, force)
     with lock_folder(comm, out) as folder:
-        on_rank0(comm, lambda: _refuse_to_overwrite(folder, overwrite))
+        on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
         return _find(case, folder, comm, wanted, found, force)
 
 
@@ -181,7 +180,7 @@ def _find(
     last = replace(before, modes=before.modes[:count])
     if folder is not None:
         on_rank0(comm, partial(make_target_folder, folder))
-        on_rank0(comm, partial(remove_modes, folder))
+        on_rank0(comm, partial(remove_results, folder))
         write_case(case, folder, comm)
         files += write_tables(folder, turbine, tables)
         files.append(write_shapes(folder, turbine, last, tables[-1]))
@@ -252,14 +251,6 @@ def _make_initial_state(turbine: Turbine) -> State:
     turn_blades(turbine.case, system, state)
     turning_frame(system, ROTOR, 0.0, state).turn(state, turbine.case.turbine.azimuth)
     return state
-
-
-def _refuse_to_overwrite(folder: Path, overwrite: bool) -> None:
-    """Keep a run in any case, and earlier modes unless the user wants them replaced."""
-    if holds_run(folder):
-        raise InputError(f"{str(folder)!r} holds the results of a run; modes need another folder")
-    if holds_modes(folder) and not overwrite:
-        raise InputError(f"{str(folder)!r} holds modes already; --overwrite replaces them")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from turbine_fenicsx.case.rules import remove_refused_keys
 from turbine_fenicsx.foundation.errors import FileError, InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.records.output_folder import holds_modes, read_tables
+from turbine_fenicsx.records.output_folder import holds_modes, holds_steady, read_tables
 from turbine_fenicsx.reduction.basis_file import read_sizes
 from turbine_fenicsx.turbine.case.case import Case, apply_overrides
 from turbine_fenicsx.turbine.tables.tables import Tables
@@ -82,7 +82,7 @@ def _read_case(folder: Path, purpose: str) -> dict[str, Any]:
         purpose: What the run is needed for, for the error.
     """
     data = read_tables(folder / "case.json")
-    if data is None or holds_modes(folder):
+    if data is None or holds_modes(folder) or holds_steady(folder):
         raise InputError(f"there is no run in {str(folder)!r} {purpose}")
     for table, name in BASES.items():
         if _is_basis(folder / name):

@@ -29,11 +29,11 @@ from turbine_fenicsx.records.conventions import MOTION
 from turbine_fenicsx.records.folder_lock import lock_folder
 from turbine_fenicsx.records.openfast_binary import write_openfast_binary
 from turbine_fenicsx.records.output_folder import (
-    holds_modes,
     holds_run,
     make_target_folder,
     read_history,
-    remove_run,
+    refuse_others,
+    remove_results,
 )
 from turbine_fenicsx.records.statistics import write_statistics
 from turbine_fenicsx.records.vtkhdf_layout import need_h5py
@@ -316,8 +316,7 @@ def _refuse_to_overwrite(folder: Path) -> None:
             f"{str(folder)!r} holds the results of a run: `turbine-fenicsx restart` resumes it, "
             "--overwrite replaces it"
         )
-    if holds_modes(folder):
-        raise InputError(f"{str(folder)!r} holds modes; --overwrite replaces them")
+    refuse_others(folder, overwrite=False)
 
 
 def _make_checkpoints(case: Case, turbine: Turbine, folder: Path) -> Checkpoints:
@@ -366,7 +365,7 @@ def _empty_folder(folder: Path, comm: MPI.Intracomm, checkpoints: Checkpoints) -
     """Remove the results of an earlier run, if all can be written."""
     for each in (folder, folder / "checkpoints"):
         on_rank0(comm, partial(make_target_folder, each))
-    on_rank0(comm, lambda: remove_run(folder))
+    on_rank0(comm, lambda: remove_results(folder))
     checkpoints.clear()
 
 

@@ -15,8 +15,8 @@ from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.records.folder_lock import lock_folder
-from turbine_fenicsx.records.output_folder import holds_run, make_target_folder, remove_steady
-from turbine_fenicsx.records.steady_tables import STEADY, write_steady
+from turbine_fenicsx.records.output_folder import keep_results, make_target_folder, remove_results
+from turbine_fenicsx.records.steady_tables import write_steady
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run.resume import write_case
@@ -67,13 +67,13 @@ def find_steady(
     """
     _check(case)
     with lock_folder(comm, out) as folder:
-        on_rank0(comm, lambda: _refuse_to_overwrite(folder, overwrite))
+        on_rank0(comm, lambda: keep_results(folder, "steady states", overwrite))
         plan = on_rank0(comm, lambda: _plan(case, schedule))
         with end_immediately_alone(comm):
             steady = SteadyTurbine(case, comm, azimuths)
             check_memory(steady.turbine.system, "lu", shared=False)
         on_rank0(comm, lambda: make_target_folder(folder))
-        on_rank0(comm, lambda: remove_steady(folder))
+        on_rank0(comm, lambda: remove_results(folder))
         write_case(case, folder, comm)
         return _find(steady, plan, folder, winds, found)
 
@@ -126,13 +126,3 @@ def _check(case: Case) -> None:
     """Refuse what has no steady states."""
     if case.aero.file is None and case.turbine.file is None:
         raise InputError("steady states need the aerodynamics of the blades: give aero.file")
-
-
-def _refuse_to_overwrite(folder: Path, overwrite: bool) -> None:
-    """Keep a run in any case, and earlier steady states unless the user wants them replaced."""
-    if holds_run(folder):
-        raise InputError(
-            f"{str(folder)!r} holds the results of a run; steady states need another folder"
-        )
-    if (folder / STEADY).exists() and not overwrite:
-        raise InputError(f"{str(folder)!r} holds steady states; --overwrite replaces them")

@@ -240,6 +240,13 @@ def test_the_command_prints_a_table_and_refuses_what_it_cannot_do(tmp_path, capf
     assert main([*command, "--wind", "8,10"]) == 0
     seen = capfd.readouterr()
     assert "  10.00  11.000   1.500" in seen.out and "steady_blade.csv" in seen.out
+    out = ["-o", str(tmp_path / "out")]
+    for other, sentence in (
+        (["run", str(file), *out], "holds steady states; --overwrite replaces them"),
+        (["restart", *out[1:]], "there is no run in"),
+    ):
+        assert main(other) == 2
+        assert sentence in capfd.readouterr().err
     assert main([*command, "--wind", "20", "--overwrite"]) == 3
     assert "no steady state at 20 m/s" in capfd.readouterr().err
     assert main([*command, "--wind", "8", "--overwrite", "--azimuths", "0"]) == 2
