@@ -58,10 +58,15 @@ def orders(name: str, folder: Path, png: Path) -> None:
     shutil.copy(folder / "convergence.png", png)
 
 
-def curve(name: str, folder: Path, png: Path) -> None:
-    """Quantities of a study of the same name over what it varies."""
-    command("study", DEMOS / "studies" / f"{name}.toml", "-o", folder, "--quiet")
-    shutil.copy(folder / "curve.png", png)
+def steady(name: str, folder: Path, png: Path) -> None:
+    """Steady states of the IEA 15 MW turbine beside its table."""
+    table = DEMOS / "iea15" / "iea15_steady.csv"
+    case, winds = DEMOS / "iea15" / "iea15_rigid.toml", ("--wind", "4:25:1")
+    command("steady", case, *winds, "--schedule", table, "--beside", table, "-o", folder, "--quiet")
+    with Image.open(folder / "steady.png") as image:
+        small = image.convert("RGB")
+        small.thumbnail((900, 900), Image.Resampling.LANCZOS)
+        small.quantize(128).save(png)
 
 
 def modes(name: str, folder: Path, png: Path) -> None:
@@ -157,5 +162,5 @@ CASES = {
     "time_step": orders,
     "mesh": orders,
     "rotor_speed": loads,
-    "power_curve": curve,
+    "steady": steady,
 }

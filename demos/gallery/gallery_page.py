@@ -208,9 +208,10 @@ ENTRIES = (
         "A horizontal blade is pulled straight as the rotor turns faster; [how](howto/start.md).",
     ),
     Entry(
-        "power_curve",
-        ("studies/power_curve.toml", "iea15/iea15_rigid.toml"),
-        "Power and thrust of the IEA 15 MW turbine beside its table; [how](howto/wind.md).",
+        "steady",
+        ("iea15/iea15_rigid.toml",),
+        "The IEA 15 MW turbine with rigid blades beside its table; [how](howto/steady.md).",
+        heading="Steady states over the wind speed",
     ),
 )
 

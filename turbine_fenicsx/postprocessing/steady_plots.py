@@ -22,13 +22,17 @@ OVER_WIND = (
     *("thrust_coefficient_[-]", "tip_deflection_x_[m]", "tip_rotation_z_[deg]"),
     *("root_moment_x_[Nm]", "root_moment_y_[Nm]", "tower_base_moment_y_[Nm]"),
 )
-"""Columns over the wind speed; those that are missing have no panel."""
+"""Columns over the wind speed; see `choose_columns`."""
 
 ALONG = (
     *("force_x_[N/m]", "force_y_[N/m]", "angle_of_attack_[deg]"),
     *("axial_induction_[-]", "deflection_x_[m]", "rotation_z_[deg]"),
+    *("section_force_x_[N]", "section_moment_x_[Nm]", "section_moment_y_[Nm]"),
 )
 """Columns along the blade."""
+
+NOTHING = 1e-9
+"""Values that are zero in any unit."""
 
 CURVES = 6
 """Maximum number of wind speeds along the blade."""
@@ -74,9 +78,14 @@ def read_beside(paths: Sequence[str | os.PathLike[str]]) -> dict[str, Table]:
     return found
 
 
+def choose_columns(columns: Sequence[str], own: Table) -> list[str]:
+    """Columns that are there and more than round-off, as rigid blades have for deflections."""
+    return [name for name in columns if np.abs(own.get(name, 0.0)).max() > NOTHING]
+
+
 def _draw_over_wind(own: Table, others: Mapping[str, Table], path: Path) -> None:
     """Panels over the wind speed."""
-    figure, panels = _make_panels([name for name in OVER_WIND if name in own])
+    figure, panels = _make_panels(choose_columns(OVER_WIND, own))
     for name, axes in panels.items():
         style = "o-" if len(own[WIND]) < 40 else "-"
         label = "turbine_fenicsx"
@@ -95,7 +104,7 @@ def _draw_along(own: Table, others: Mapping[str, Table], path: Path) -> None:
     """Panels along the blade, for some of the wind speeds."""
     winds = np.unique(own[WIND])
     shown = winds[np.unique(np.linspace(0, len(winds) - 1, CURVES).round().astype(int))]
-    figure, panels = _make_panels([name for name in ALONG if name in own])
+    figure, panels = _make_panels(choose_columns(ALONG, own))
     for name, axes in panels.items():
         for k, wind in enumerate(shown):
             color = PALETTE[k % len(PALETTE)]

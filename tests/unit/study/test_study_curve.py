@@ -141,12 +141,3 @@ def test_all_points_of_a_curve_are_in_the_picture(folder, monkeypatch):
         assert dots.get_ydata() == pytest.approx(values)
         low, high = axes.get_ylim()
         assert low <= values.min() and values.max() <= high
-
-
-def test_the_power_curve_covers_the_operation_of_the_turbine():
-    study = Study.load(DEMOS / "studies" / "power_curve.toml")
-    speeds = [changes["wind.speed"] for changes in study.run]
-    assert min(speeds) < 4.1 and max(speeds) == 25.0
-    table = read_reference(study.curve.reference, study.curve.x, study.curve.y)
-    speed, power = table["aero_power"]
-    assert np.interp(12.0, speed, power) == pytest.approx(15.66e6, rel=2e-3)

@@ -2,6 +2,7 @@
 
 import csv
 import logging
+from pathlib import Path
 
 from mpi4py import MPI
 
@@ -13,7 +14,8 @@ from aero_files import write_aerodyn
 from turbine_fenicsx.cli.commands.steady import parse_winds
 from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.postprocessing.steady_plots import plot_steady
+from turbine_fenicsx.postprocessing.steady_plots import OVER_WIND, choose_columns, plot_steady
+from turbine_fenicsx.records.steady_tables import read_steady
 from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
 from turbine_fenicsx.turbine.case.case import Case
@@ -30,6 +32,7 @@ from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
 from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance
 
 COMM = MPI.COMM_WORLD
+DEMOS = Path(__file__).parents[4] / "demos"
 WINDS = (6.0, 7.0, 18.0)
 CONTROLLED = {
     "drivetrain": {"model": "stiff", "ratio": 97.0, "generator_inertia": 500.0},
@@ -105,6 +108,8 @@ def test_tables_hold_the_steady_states_and_serve_as_schedule(rigid, tmp_path):
     with pytest.raises(InputError, match="the table 'bare' has no column that is drawn"):
         plot_steady(folder, [bare])
     assert plot_steady(folder, [other]) == ["steady.png", "steady_blade.png"]
+    drawn = choose_columns(OVER_WIND, read_steady(folder / "steady.csv"))
+    assert len(drawn) == 9 and "tip_rotation_z_[deg]" not in drawn  # rigid blades and tower
 
 
 def test_winds_without_a_steady_state_are_left_out_with_a_warning(rigid, tmp_path, caplog):
@@ -210,6 +215,13 @@ def test_wrong_schedules_are_refused(tmp_path, text, reason):
     (tmp_path / "s.csv").write_text(text)
     with pytest.raises(InputError, match=reason):
         read_schedule(str(tmp_path / "s.csv"))
+
+
+def test_the_published_table_of_the_demo_is_a_schedule():
+    path = str(DEMOS / "iea15" / "iea15_steady.csv")
+    rated = read_schedule(path).at(12.0)
+    assert rated.rotor_speed == pytest.approx(7.5 * RPM, rel=1e-3)
+    assert np.degrees(rated.pitch) == pytest.approx(6.12, abs=0.1)
 
 
 def test_wind_speeds_are_ranges_or_lists():
