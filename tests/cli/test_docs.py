@@ -152,11 +152,12 @@ def test_blocks_of_a_page_run(name, sandbox, tmp_path):
 
 
 def assert_documented(columns, page):
-    """All columns are listed, one for all blades and components."""
+    """All columns are listed, one for all blades, components and places."""
     listed = set(re.findall(r"`([^`\n]+)`", BLOCK.sub("", page)))
     for column in columns:
         first = re.sub(r"(?<=[a-z]_)[123](?=_)|(?<=b)[123]$|(?<=Pitch)[123]$", "1", column)
         first = re.sub(r"(?<=_)[yz](?=_\[)|(?<=[DFM])[yz](?=b1$)", "x", first)
+        first = re.sub(r"(?<=_at_)[0-9.]+(?=_)", "0.5", first)
         assert first in listed, column
 
 

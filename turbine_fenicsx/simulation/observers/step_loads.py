@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -23,9 +23,6 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.snapshot import Snapshot
 from turbine_fenicsx.system.state import State
-
-if TYPE_CHECKING:
-    from turbine_fenicsx.simulation.observers.section_turns import Section
 
 NEXT, LAST = [1, 2, 0], [2, 0, 1]
 """Places in a dyad A of the vector sum a x b for A = sum a b^T: A[NEXT, LAST] - A[LAST, NEXT]."""
@@ -48,7 +45,7 @@ class StepLoads(ABC):
     """
 
     def __init__(
-        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[RigidBody | Section | None]
+        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[object | None]
     ) -> None:
         n = len(axes)
         self._axes = np.tile(np.eye(3), (n, 1, 1))
