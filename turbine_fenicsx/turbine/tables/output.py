@@ -48,6 +48,15 @@ def _check_channels(patterns: tuple[str, ...]) -> tuple[str, ...]:
     return patterns
 
 
+def _check_places(places: tuple[float, ...]) -> tuple[float, ...]:
+    """Places with different names of columns."""
+    named = [f"{place:g}" for place in places]
+    for name in named:
+        if named.count(name) > 1:
+            raise ValueError(f"expected different places, got {name} twice")
+    return places
+
+
 class GaugeCase(Section):
     """Strain gauge on the outer surface of a flexible blade; NAME is yours.
 
@@ -133,17 +142,27 @@ class OutputCase(Section):
     shaft_gauge: Metres = 0.0
     """Distance of the strain gauge of the shaft behind the rotor centre, for ``LSSGagMys``."""
     twists: Annotated[
-        tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Only("turbine.model", "hybrid")
+        tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...],
+        AfterValidator(_check_places),
+        Only("turbine.model", "hybrid"),
     ] = ()
     """Places along the span, as fractions of its length, where histories have the twist of the
     blades by deformation."""
     sections: Annotated[
-        tuple[_Fraction, ...], Field(max_length=99), Only("turbine.model", "hybrid"), _MIDDLE
+        tuple[_Fraction, ...],
+        Field(max_length=99),
+        AfterValidator(_check_places),
+        Only("turbine.model", "hybrid"),
+        _MIDDLE,
     ] = ()
     """Places along the axis of flexible blades, as fractions of its length, where histories have
     the force and moment in the section."""
     tower_sections: Annotated[
-        tuple[_Fraction, ...], Field(max_length=99), Only("tower.flexible", True), _MIDDLE
+        tuple[_Fraction, ...],
+        Field(max_length=99),
+        AfterValidator(_check_places),
+        Only("tower.flexible", True),
+        _MIDDLE,
     ] = ()
     """Places along a flexible tower, as fractions of its height, where histories have the force and
     moment in the section."""

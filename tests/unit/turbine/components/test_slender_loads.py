@@ -106,6 +106,8 @@ def test_places_count_for_flexible_parts_and_steps_with_forces_in_the_middle():
         InputError, match=r"output\.sections\.0 = 1\.5: must be less than or equal to 1"
     ):
         Case.parse({"output": {"sections": [1.5]}})
+    with pytest.raises(InputError, match=r"tower_sections.* different places, got 0\.5 twice"):
+        Case.parse({"tower": {"flexible": True}, "output": {"tower_sections": [0.5, 0.1, 0.5]}})
     both = {"output": {"sections": [0.5], "tower_sections": [0.5]}}
     for table, words in (
         ({"turbine": {"model": "rigid"}}, 'with turbine.model = "rigid"'),
