@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from turbine_fenicsx import _compat
 from turbine_fenicsx.bodies.coupling import Coupling
 from turbine_fenicsx.foundation.parallel import largest_of_ranks
+from turbine_fenicsx.foundation.rotations import unit
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.section_turns import Section, find_arms
 from turbine_fenicsx.system.body_nodes import BodyNodes
@@ -46,9 +47,9 @@ class Cut:
 
     def find_distances(self, points: Array) -> Array:
         """Distances along the axis beyond the section [m], for points where the copy stands."""
-        section, axis = self.section, np.asarray(self.section.axis, dtype=float)
-        found: Array = (points - np.asarray(section.origin, dtype=float)) @ axis
-        return found / np.linalg.norm(axis) - section.distance
+        section = self.section
+        found: Array = (points - np.asarray(section.origin, dtype=float)) @ unit(section.axis)
+        return found - section.distance
 
 
 def find_shares(model: BodyNodes, cut: Cut) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from turbine_fenicsx.forces.line_source import StepLoads
 from turbine_fenicsx.forces.section_loads import StationLine
+from turbine_fenicsx.foundation.rotations import unit
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.simulation.observers.cuts import Cut
 
@@ -41,20 +42,16 @@ def share_stations(lines: Sequence[StationLine], cuts: Sequence[Cut]) -> Station
     """
     shares, shifts = [], []
     for cut in cuts:
-        axis = np.asarray(cut.section.axis, dtype=float)
-        axis /= np.linalg.norm(axis)
-        share, shift = [], []
+        axis, share, shift = unit(cut.section.axis), [], []
         for line in lines:
-            along = np.asarray(line.axis, dtype=float) / np.linalg.norm(line.axis)
-            places = np.asarray(line.stations, dtype=float)[:, None] * along
+            places = np.outer(np.asarray(line.stations, dtype=float), unit(line.axis))
             d = cut.find_distances(np.asarray(line.origin, dtype=float) + places)
             middles = 0.5 * (d[1:] + d[:-1])
             ends = (2.0 * d[0] - middles[0], 2.0 * d[-1] - middles[-1]) if len(d) > 1 else d[[0, 0]]
             bounds = np.concatenate([ends[:1], middles, ends[1:]])
             low, high = np.minimum(bounds[1:], bounds[:-1]), np.maximum(bounds[1:], bounds[:-1])
             length = np.maximum(high - low, 1e-12)
-            beyond = np.clip(high / length, 0.0, 1.0) * (line.copy == cut.section.copy)
-            share.append(beyond)
+            share.append(np.clip(high / length, 0.0, 1.0) * (line.copy == cut.section.copy))
             shift.append(0.5 * np.clip(-low, 0.0, length)[:, None] * axis)
         shares.append(np.concatenate(share))
         shifts.append(np.concatenate(shift))

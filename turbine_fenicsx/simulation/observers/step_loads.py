@@ -44,9 +44,7 @@ class StepLoads(ABC):
             ground.
     """
 
-    def __init__(
-        self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[object | None]
-    ) -> None:
+    def __init__(self, axes: Sequence[npt.ArrayLike | None], carriers: Sequence[object]) -> None:
         n = len(axes)
         self._axes = np.tile(np.eye(3), (n, 1, 1))
         for k, (rows, body) in enumerate(zip(axes, carriers, strict=True)):

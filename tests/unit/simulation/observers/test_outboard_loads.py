@@ -86,7 +86,7 @@ def cut(body, s, copy=0, place=HERE, beyond=()):
     """A section at a distance s along the beam."""
     R, t = place.frame()
     section = Section(
-        f"at {s:g}", body, origin=t, axis=R[:, 2], distance=s, half_width=0.1, copy=copy
+        f"at {s:g}", body, origin=t, axis=2.0 * R[:, 2], distance=s, half_width=0.1, copy=copy
     )
     point, axes = t + R @ (POINT + np.array([0.0, 0.0, s])), AXES @ R.T
     return Cut(section, 0.0, LENGTH, point, axes, beyond)
