@@ -44,7 +44,7 @@ def share_stations(lines: Sequence[StationLine], cuts: Sequence[Cut]) -> Station
     for cut in cuts:
         axis, share, shift = unit(cut.section.axis), [], []
         for line in lines:
-            places = np.outer(np.asarray(line.stations, dtype=float), unit(line.axis))
+            places = np.asarray(line.stations, dtype=float)[:, None] * unit(line.axis)
             d = cut.find_distances(np.asarray(line.origin, dtype=float) + places)
             middles = 0.5 * (d[1:] + d[:-1])
             ends = (2.0 * d[0] - middles[0], 2.0 * d[-1] - middles[-1]) if len(d) > 1 else d[[0, 0]]
