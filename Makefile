@@ -23,7 +23,6 @@ demo-iea: setup ## run the IEA 15 MW turbine for ten seconds into out/iea15 and 
 demo-reduced: setup ## run ten minutes of turbulence with reduced blades into out/turbulence and draw power, pitch, loads, clearance, failure of plies
 	mkdir -p $(OUT)/turbulence
 	cp demos/turbulence/turbulence.toml $(OUT)/turbulence
-	$(VENV)/bin/python demos/turbulence/kaimal.py $(OUT)/turbulence/turbulence.toml
 	$(VENV)/bin/turbine-fenicsx run $(OUT)/turbulence/turbulence.toml -o $(OUT)/turbulence/run --overwrite
 	$(VENV)/bin/turbine-fenicsx recover $(OUT)/turbulence/run --overwrite
 	$(VENV)/bin/python demos/turbulence/draw.py $(OUT)/turbulence/run

@@ -18,13 +18,11 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "benchmarks" / "out" / "robust"
 DEMO = ROOT / "demos" / "turbulence"
-BOX = {"files": ["u.bin", "v.bin", "w.bin"], "points": [512, 16, 16]}
-BOX["spacing"] = ["5 m", "18 m", "18 m"]
 STOP = {"kind": "emergency_stop", "pitch": "88 deg", "rate": "6 deg/s"}
 STILL = {"control.kind": "none", "pitch.bearings": True, "turbine.rotor_speed": 0}
 STILL |= {"pitch.drive": "prescribed", "pitch.initial": "88 deg", "time.start": "equilibrium"}
 CASES = {
-    "turbulence": {"wind.speed": "25 m/s", "wind.box": BOX, "pitch.initial": "22 deg"},
+    "turbulence": {"wind.speed": "25 m/s", "wind.turbine_class": "IA", "pitch.initial": "22 deg"},
     "gust": {
         "wind": {"speed": "11 m/s", "shear": 0.14, "gust": "EOG", "gust_start": "2 s"},
         "event.grid": {"kind": "grid_loss", "time": "7 s"},
@@ -56,7 +54,6 @@ def write_toml(table, name, lines):
 def write_case(name, changes):
     """The demo with other values, in the folder that has the basis."""
     case = tomllib.loads((DEMO / "turbulence.toml").read_text())
-    del case["wind"]["box"]
     case["time"]["end"] = "30 s"
     for key, value in changes.items():
         *tables, last = key.split(".")
@@ -74,9 +71,6 @@ def write_case(name, changes):
 def run(name):
     """Run a case, and print a line of a table."""
     case, out = write_case(name, CASES[name]), FOLDER / name
-    if "wind.box" in CASES[name]:
-        made = [sys.executable, DEMO / "kaimal.py", case, "--category", "A"]
-        subprocess.run(made, check=True, stdout=subprocess.DEVNULL)
     command = [Path(sys.executable).with_name("turbine-fenicsx"), "run", case, "-o", out]
     with (FOLDER / f"{name}.log").open("w") as log:
         subprocess.run([*command, "--overwrite"], check=True, stdout=log, stderr=log)

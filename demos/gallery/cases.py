@@ -117,7 +117,6 @@ def turbulence(name: str, folder: Path, png: Path) -> None:
     """Power, pitch, loads and failure of a run in turbulence, which takes some minutes."""
     demo = DEMOS / name
     shutil.copy(demo / f"{name}.toml", folder)
-    subprocess.run([sys.executable, demo / "kaimal.py", folder / f"{name}.toml"], check=True)
     command("run", folder / f"{name}.toml", "-o", folder / "run", "--quiet")
     command("recover", folder / "run", "--quiet")
     subprocess.run([sys.executable, demo / "draw.py", folder / "run"], check=True)

@@ -108,7 +108,7 @@ ENTRIES = (
     ),
     Entry(
         "turbulence",
-        ("turbulence/turbulence.toml", "turbulence/kaimal.py", "turbulence/draw.py"),
+        ("turbulence/turbulence.toml", "turbulence/draw.py"),
         "Reduced blades and tower, the controller of the file, and a seeded wind field; "
         "[ten minutes, step by step](howto/ten_minutes.md).",
     ),

@@ -42,6 +42,7 @@ IMPORTED = (
 STEADY = RIGID.parents[1] / "iea15" / "iea15_rigid.toml"
 SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
 FEW = ["mesh.elements=[1,1,4]", "blade.reduction.modes=1", "blade.reduction.functions=6"]
+MADE = ["--set", "wind.turbulence={model = 'kaimal', folder = '.', duration = 8, points = 3}"]
 ARGUMENTS = {
     "check": [str(HYBRID)],
     "demo": [],
@@ -59,6 +60,7 @@ ARGUMENTS = {
     "run": [str(RIGID), "-o", "other", *SHORT],
     "steady": [str(STEADY), "--wind", "8", "-o", "steady", "--quiet"],
     "study": ["study.toml", "-o", "study"],
+    "wind": [str(STEADY), "-o", "new.bts", *MADE],
 }
 
 

@@ -8,13 +8,14 @@ import zipfile
 from collections.abc import Mapping
 
 import numpy as np
+import numpy.typing as npt
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, replace_file
 from turbine_fenicsx.foundation.types import Array
 
 
-def write_arrays(path: str | os.PathLike[str], arrays: Mapping[str, Array]) -> None:
+def write_arrays(path: str | os.PathLike[str], arrays: Mapping[str, npt.ArrayLike]) -> None:
     """Write arrays to a file, whole or not at all; an old one is replaced."""
     content = io.BytesIO()
     np.savez(content, **{name: np.asarray(values) for name, values in arrays.items()})

@@ -20,6 +20,7 @@ from turbine_fenicsx.study.file import Study, flatten
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.tables.reduction import FOLDER
 from turbine_fenicsx.turbine.tables.tables import Tables
+from turbine_fenicsx.turbine.tables.turbulence import FOLDER as TURBULENCE_FOLDER
 
 _LONGEST_NAME = 120
 
@@ -101,7 +102,7 @@ def _refuse_equal_runs(runs: Sequence[Run]) -> None:
 
 
 def _load(path: str, overrides: Sequence[str]) -> Case:
-    """Read a case; bases of reduced parts are kept beside it, for all runs together."""
+    """Read a case; bases and turbulence are kept beside it, for all runs together."""
     case = Case.load(path, overrides)
     parts = {"blade": case.has_reduced_blades, "tower": case.has_reduced_tower}
     shared = []
@@ -110,6 +111,9 @@ def _load(path: str, overrides: Sequence[str]) -> Case:
         none = table.reduction.file is None and table.reduction.folder is None
         if moves_by_vectors and table.model == "reduced" and none:
             shared.append(f"{name}.reduction.folder={FOLDER}")
+    made = case.wind.turbulence
+    if made.model is not None and made.folder is None:
+        shared.append(f"wind.turbulence.folder={TURBULENCE_FOLDER}")
     return Case.load(path, [*shared, *overrides]) if shared else case
 
 

@@ -10,34 +10,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.foundation.argument_checks import check_array
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, replace_file
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind.inflow import FASTEST, SteadyWind
-from turbine_fenicsx.wind.turbulence import MAX_BYTES, SPACING, TurbulenceField
-
-
-@dataclass(frozen=True, eq=False)
-class TurbulentWind:
-    """A mean wind and the fluctuations that it carries along."""
-
-    mean: SteadyWind
-    fluctuations: TurbulenceField
-
-    def list_mistakes(self, end: float, centre: Array, radius: float) -> list[str]:
-        """As `TurbulenceField.list_mistakes`."""
-        return self.fluctuations.list_mistakes(end, centre, radius)
-
-    def velocity(self, position: Array, time: float) -> Array:
-        """As `Inflow.velocity`."""
-        fluctuation = self.fluctuations.velocity(position, time)
-        return np.asarray(self.mean.velocity(position, time) + fluctuation)
+from turbine_fenicsx.wind.turbulence import MAX_BYTES, SPACING
+from turbine_fenicsx.wind.turbulent_wind import TurbulentWind, carry_box
 
 
 def read_mann_box(
@@ -68,20 +51,27 @@ def read_mann_box(
         FileError: if a file cannot be read.
         ModelError: if the mean wind does not blow along x, or the numbers do not make a box.
     """
-    n_x, n_y, n_z, (dx, dy, dz), factors = _check_box(paths, points, spacing, mean, scale)
+    n_x, n_y, n_z, factors = _check_box(paths, points, spacing, mean, scale)
     values = np.empty((n_x, n_z, n_y, 3), dtype=np.float32)
     for k, path in enumerate(paths):
         box = _read_component(path, (n_x, n_y, n_z))
         # from (x, y to the right, z) to (x, z, y to the left)
         values[..., k] = box[:, ::-1, :].transpose(0, 2, 1) * np.float32(factors[k])
-    y = (np.arange(n_y) - 0.5 * (n_y - 1)) * dy
-    z = mean.hub_height + (np.arange(n_z) - 0.5 * (n_z - 1)) * dz
-    lead = 0.0 if periodic else float(y[-1]) / mean.speed
-    one, none = np.ones(3), np.zeros(3)
-    field = TurbulenceField(
-        values, one, none, dx / mean.speed, y, z, mean.speed, bool(periodic), lead
-    )
-    return TurbulentWind(mean, field)
+    return carry_box(values, spacing, mean, periodic)
+
+
+def write_mann_box(paths: Sequence[str | os.PathLike[str]], box: TurbulentWind) -> None:
+    """Write the fluctuations of a box in three files, as `read_mann_box` reads them.
+
+    Args:
+        paths: Files for u, v and w; old ones are replaced.
+        box: The wind.
+    """
+    field = box.fluctuations
+    for k, path in enumerate(paths):
+        values = (field.values[..., k] - field.intercept[k]) / field.slope[k]
+        # from (x, z, y to the left) to (x, y to the right, z)
+        replace_file(path, values.transpose(0, 2, 1)[:, ::-1].astype("<f4").tobytes())
 
 
 def _check_box(
@@ -90,8 +80,8 @@ def _check_box(
     spacing: Sequence[float],
     mean: SteadyWind,
     scale: npt.ArrayLike,
-) -> tuple[int, int, int, Array, Array]:
-    """Numbers of points, distances between them and factors, all checked."""
+) -> tuple[int, int, int, Array]:
+    """Numbers of points and factors, all checked."""
     if isinstance(paths, str | os.PathLike) or len(paths) != 3:
         raise ModelError(f"a turbulence box needs three files, of u, v and w, got {paths!r}")
     n = check_array("points of a turbulence box", points, (3,), "three whole numbers")
@@ -113,7 +103,7 @@ def _check_box(
     if size > MAX_BYTES:
         raise InputError(f"a turbulence box of {size / 2**30:.3g} GiB is too large, at most 4")
     n_x, n_y, n_z = (int(one) for one in n)
-    return n_x, n_y, n_z, d, factors
+    return n_x, n_y, n_z, factors
 
 
 def _read_component(

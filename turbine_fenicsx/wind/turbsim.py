@@ -1,4 +1,4 @@
-"""Turbulent wind from a full-field file of TurbSim (.bts)."""
+"""Turbulent wind in full-field files of TurbSim (.bts)."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import os
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular
+from turbine_fenicsx.foundation.files import name_file_in_errors, open_regular, replace_file
 from turbine_fenicsx.wind.inflow import FASTEST
 from turbine_fenicsx.wind.turbulence import MAX_BYTES, PLAUSIBLE, TurbulenceField
+from turbine_fenicsx.wind.turbulent_wind import TurbulentWind
 
 NOT_PERIODIC, PERIODIC = 7, 8
 """First number of a file."""
@@ -70,6 +71,39 @@ def read_turbsim(path: str | os.PathLike[str]) -> TurbulenceField:
     lead = 0.0 if periodic else float(y[-1]) / speed
     dt = float(head["dt"])
     return TurbulenceField(planes, slope, intercept, dt, y, z, speed, periodic, lead)
+
+
+def write_turbsim(path: str | os.PathLike[str], wind: TurbulentWind, note: str = "") -> None:
+    """Write a wind as a full-field file of TurbSim: the mean wind with what it carries along.
+
+    Velocities have steps of 1/65535 of their range.
+
+    Args:
+        path: A file with the ending .bts; an old one is replaced.
+        wind: The wind, whose mean is along x.
+        note: Line in the head of the file.
+    """
+    field, mean = wind.fluctuations, wind.mean
+    values = (field.values - field.intercept) / field.slope
+    values[..., 0] += mean.at_heights(field.z)[:, None]
+    low, high = values.min(axis=(0, 1, 2)), values.max(axis=(0, 1, 2))
+    slope = 65535.0 / np.maximum(high - low, 1e-3)
+    intercept = -32768.0 - slope * low
+    text = note.encode("ascii", "replace")[:200]
+    n_t, n_z, n_y, _ = values.shape
+    head = np.zeros(1, HEADER)
+    entries = {
+        **{"kind": PERIODIC if field.periodic else NOT_PERIODIC, "n_z": n_z, "n_y": n_y},
+        **{"n_t": n_t, "dz": field.z[1] - field.z[0], "dy": field.y[1] - field.y[0]},
+        **{"dt": field.dt, "u_hub": mean.speed, "z_hub": mean.hub_height, "z_bottom": field.z[0]},
+        **{"scales": np.stack([slope, intercept], axis=1), "n_text": len(text)},
+    }
+    for name, value in entries.items():
+        head[name] = value
+    # the file has slopes and intercepts of four bytes, by which readers go
+    slope, intercept = head["scales"][0].astype(float).T
+    numbers = np.clip(np.rint(values * slope + intercept), -32768, 32767).astype("<i2")
+    replace_file(path, head.tobytes() + text + numbers.tobytes())
 
 
 def read_turbsim_height(path: str | os.PathLike[str]) -> float:

@@ -5,7 +5,7 @@ import pytest
 
 from turbine_fenicsx.foundation.errors import FileError, InputError, ModelError
 from turbine_fenicsx.wind.inflow import SteadyWind
-from turbine_fenicsx.wind.mann import read_mann_box
+from turbine_fenicsx.wind.mann import read_mann_box, write_mann_box
 
 POINTS, SPACING = (64, 8, 6), (5.0, 20.0, 25.0)
 MEAN = SteadyWind(10.0, 100.0, shear=0.2)
@@ -40,6 +40,12 @@ def test_each_number_of_the_files_comes_through_the_rotor_once(paths, box):
             found = wind.velocity(places, time=(k * 5.0 + x) / 10.0)
             found = found - MEAN.velocity(places, 0.0)
             assert found == pytest.approx(np.moveaxis(box[:, k], 0, -1), abs=1e-6)
+
+
+def test_a_box_that_is_written_is_the_one_that_was_read(paths, tmp_path):
+    copies = [tmp_path / f"copy_{k}.bin" for k in "uvw"]
+    write_mann_box(copies, read(paths))
+    assert [x.read_bytes() for x in copies] == [x.read_bytes() for x in paths]
 
 
 def test_a_periodic_box_begins_anew_and_another_one_ends(paths):

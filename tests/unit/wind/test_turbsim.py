@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from turbine_fenicsx.foundation.errors import FileError, InputError
-from turbine_fenicsx.wind.turbsim import HEADER, read_turbsim
+from turbine_fenicsx.wind.inflow import SteadyWind
+from turbine_fenicsx.wind.turbsim import (
+    HEADER,
+    read_turbsim,
+    read_turbsim_height,
+    write_turbsim,
+)
+from turbine_fenicsx.wind.turbulent_wind import carry_box
 
 N_T, N_Z, N_Y, N_TOWER = 50, 5, 4, 2
 DT, DZ, DY, SPEED, BOTTOM = 0.25, 20.0, 30.0, 12.0, 60.0
@@ -157,3 +164,23 @@ def test_files_that_are_short_or_missing_are_refused(tmp_path, comm):
     path.write_bytes(b"\x07\x00")
     with pytest.raises(InputError, match="it is too short"):
         read_turbsim(path)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_a_wind_that_is_written_is_read_by_us_and_by_openfast(tmp_path, periodic):
+    file = pytest.importorskip("openfast_io.turbsim_file").TurbSimFile
+    values = np.random.default_rng(1).normal(size=(24, 5, 4, 3)).astype(np.float32)
+    wind = carry_box(values, (3.0, DY, DZ), SteadyWind(SPEED, 100.0, shear=0.2), periodic)
+    path = tmp_path / "box.bts"
+    write_turbsim(path, wind, "made for a test")
+    again, theirs = read_turbsim(path), file(str(path))
+    assert (again.periodic, again.lead) == (periodic, pytest.approx(wind.fluctuations.lead))
+    assert read_turbsim_height(path) == 100.0
+    places = points()
+    for k in (5, 11, 20):
+        time = k * DT - again.lead
+        assert again.velocity(places, time) == pytest.approx(wind.velocity(places, time), abs=1e-3)
+        # components, times, widths, heights
+        planes = np.moveaxis(theirs["u"][:, k], 0, -1).transpose(1, 0, 2)
+        assert again.velocity(places, time) == pytest.approx(planes, abs=1e-3)
+    assert theirs["zRef"] == 100.0 and theirs["uRef"] == SPEED and "made for" in theirs["info"]

@@ -1,4 +1,4 @@
-"""Lines on the making of a basis, on stderr."""
+"""Lines on what a run makes before its first step, on stderr."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-_PARTS = (
+PARTS = (
     "turbine_fenicsx.reduction",
     "turbine_fenicsx.turbine.blades",
     "turbine_fenicsx.turbine.components.tower",
+    "turbine_fenicsx.turbine.case.turbulence",
 )
-"""Loggers of the modules that make it."""
+"""Loggers of the modules that make a basis, or turbulence."""
 
 
 @contextmanager
-def show_reduction(comm: Any, quiet: bool) -> Iterator[None]:
-    """Print a line for each load path of a basis while it is made, on one rank.
+def show_making(comm: Any, quiet: bool) -> Iterator[None]:
+    """Print a line for each part of a basis or a turbulence while it is made, on one rank.
 
     Args:
         comm: Communicator.
@@ -30,7 +31,7 @@ def show_reduction(comm: Any, quiet: bool) -> Iterator[None]:
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
     handler.addFilter(lambda record: record.levelno < logging.WARNING)  # others say these
-    loggers = [logging.getLogger(name) for name in _PARTS]
+    loggers = [logging.getLogger(name) for name in PARTS]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.INFO)

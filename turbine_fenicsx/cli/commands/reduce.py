@@ -11,7 +11,7 @@ import os
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import OK, add_case, load_case, need_dolfinx
-from turbine_fenicsx.cli.commands._progress import show_reduction
+from turbine_fenicsx.cli.commands._progress import show_making
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         if not on_rank0(comm, lambda: os.access(folder, os.W_OK)):
             raise InputError(f"cannot write {out!r}: {folder!r} is no folder that may be written")
     try:
-        with show_reduction(comm, options.quiet):
+        with show_making(comm, options.quiet):
             found = reduce_case(case, comm, out)
     except FileError as error:
         raise InputError(str(error)) from None

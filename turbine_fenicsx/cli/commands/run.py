@@ -12,7 +12,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands._progress import show_reduction
+from turbine_fenicsx.cli.commands._progress import show_making
 from turbine_fenicsx.cli.commands._running import carry_out, choose_style
 
 
@@ -34,7 +34,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.turbine.run.run import run_case
 
     style = choose_style(options)
-    with show_reduction(comm, style == "none"):
+    with show_making(comm, style == "none"):
         return carry_out(
             options,
             comm,

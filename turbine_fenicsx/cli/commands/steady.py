@@ -73,7 +73,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         raise InputError(f"--azimuths {options.azimuths}: must be from 1 to {MOST}")
     case = load_case(options, comm)
     need_dolfinx()
-    from turbine_fenicsx.cli.commands._progress import show_reduction
+    from turbine_fenicsx.cli.commands._progress import show_making
     from turbine_fenicsx.foundation.errors import FileError
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
@@ -83,7 +83,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     on_rank0(comm, lambda: read_beside(options.beside))
     shown = _Shown(winds, options.quiet or comm.rank > 0)
     try:
-        with show_reduction(comm, options.quiet), catch_signals() as interrupt:
+        with show_making(comm, options.quiet), catch_signals() as interrupt:
             states = find_steady(
                 case,
                 options.out,

@@ -40,7 +40,7 @@ def _check_data(case: Tables) -> str:
 def _check_field(case: Tables) -> str:
     """The turbulence can be read, and is as large as the rotor and as long as the run."""
     w = case.wind
-    has_box = w.box.files is not None and w.speed and not w.find_box_mistake()
+    has_box = w.has_box and w.speed and not w.find_box_mistake()
     if w.table is not None or not (w.file is not None or has_box):
         return ""
     from turbine_fenicsx.turbine.case.inflow import list_field_mistakes
@@ -49,16 +49,19 @@ def _check_field(case: Tables) -> str:
         found = list_field_mistakes(case)
     except (InputError, ModelError, OSError) as error:
         found = [str(error)]
-    key = "wind.box.files" if w.file is None else "wind.file"
+    made = "wind.turbulence" if w.turbulence.model is not None else "wind.box.files"
+    key = made if w.file is None else "wind.file"
     return "\n".join(f"{key}: {sentence}" for sentence in found)
 
 
 _BLADE = ("turbine.file", "blade.hub_radius", "blade.length")
 _ROTOR = ("turbine.tilt", "turbine.precone", "turbine.hub_rise", "tower.height")
 
+_FIELD = ("wind.file", "wind.box", "wind.turbulence", "wind.hub_height", "time.end")
+
 WIND_CHECKS = (
     Check(("aero.file", "aero.stations", "wind.speed", "wind.file", *_BLADE), _check_data),
-    Check(("wind.file", "wind.box", "wind.hub_height", "time.end", *_BLADE, *_ROTOR), _check_field),
+    Check((*_FIELD, *_BLADE, *_ROTOR), _check_field),
 )
 """Checks that read files of wind and aerodynamics."""
 
@@ -81,11 +84,15 @@ def describe_aerodynamics(case: Tables) -> list[str]:
     if w.box.files and w.box.points:
         names = ", ".join(quote(Path(file).name) for file in w.box.files)
         wind += f", with the turbulence of {names}, {' x '.join(map(str, w.box.points))} points"
+    if w.turbulence.model is not None:
+        from turbine_fenicsx.turbine.case.turbulence import TurbulencePlan
+
+        wind += f", with {TurbulencePlan.of(case).describe()}"
     if w.direction:
         wind += f", {degrees(w.direction):.4g} deg from the axis of the nacelle"
     if w.inclination and w.gust == "none":
         wind += f", {degrees(w.inclination):.4g} deg upwards"
-    kind = f"{w.gust} of class {w.turbine_class}{w.turbulence}"
+    kind = f"{w.gust} of class {w.turbine_class}"
     gust = f", {kind} from {w.gust_start:g} s on" if w.gust != "none" else ""
     sets_in = f", sets in within {w.ramp:g} s" if w.ramp else ""
     return [

@@ -102,6 +102,16 @@ def _is_basis(path: Path) -> bool:
     return True
 
 
+def fix_duration(case: Case) -> Case:
+    """A case whose turbulence lasts as long as before when the end of the run changes."""
+    t = case.wind.turbulence
+    if t.model is None or t.duration is not None:
+        return case
+    fixed = t.model_copy(update={"duration": t.find_duration(case.time.end)})
+    wind = case.wind.model_copy(update={"turbulence": fixed})
+    return case.model_copy(update={"wind": wind})
+
+
 def write_case(case: Case, folder: Path, comm: MPI.Intracomm) -> None:
     """Write the case with all defaults, files by their absolute paths."""
     data = remove_refused_keys(case, make_absolute(case.model_dump(mode="json"), Tables))

@@ -67,7 +67,7 @@ from turbine_fenicsx.turbine.components.component import Channels, Component, Tu
 from turbine_fenicsx.turbine.components.interface_loads import interface_channels
 from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.components.openfast_channel import choose_channels, choose_columns
-from turbine_fenicsx.turbine.run.resume import change_case, label_case, write_case
+from turbine_fenicsx.turbine.run.resume import change_case, fix_duration, label_case, write_case
 from turbine_fenicsx.turbine.run.start import make_start
 from turbine_fenicsx.turbine.run.summary import Statistics, format_table, summarise
 from turbine_fenicsx.turbine.run.turbine_fields import make_fields
@@ -169,6 +169,7 @@ def run_case(
         log.info("%s %s, %d ranks", "restart" if resume else "run", __version__, comm.size)
         if case.output.format == "vtkhdf":
             on_rank0(comm, need_h5py)
+        case = fix_duration(case)  # a resumed run that ends later has the same wind
         turbine = build_turbine(case, comm, components)
         if not force:
             undeformed = case.time.start == "undeformed"  # else the start needs factors

@@ -1,4 +1,4 @@
-"""The tables of the wind and of its turbulence box."""
+"""The tables of the wind and of a box of turbulence from files."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from turbine_fenicsx.case.rules import AnyOf, Beside, If, Only, Unless, With
 from turbine_fenicsx.case.section import Flag, NotNegative, Positive, Section
 from turbine_fenicsx.foundation.plausible import DEGREE, Plausible
 from turbine_fenicsx.turbine.tables.event import STOPS
+from turbine_fenicsx.turbine.tables.turbulence import TurbulenceCase
 from turbine_fenicsx.turbine.tables.wind_table import (
     FALLBACKS,
     MAX_INCLINATION,
@@ -58,6 +59,11 @@ Distance = Annotated[Metres, Positive]
 Scale = Annotated[Number, Field(ge=-100.0, le=100.0)]
 
 
+Classes = Literal[
+    "IA+", "IA", "IB", "IC", "IIA+", "IIA", "IIB", "IIC", "IIIA+", "IIIA", "IIIB", "IIIC"
+]
+
+
 class BoxCase(Section):
     """Turbulence box of Mann's model or HAWC2: three ``files`` with u, v and w.
 
@@ -83,9 +89,9 @@ class WindCase(Section):
     """The wind, which blows along e3 at the height of the hub; none without ``speed`` or ``file``.
 
     It is steady with a power law over the height, or one of the transients of IEC 61400-1 that
-    begins at ``gust_start``, or has the turbulence of a box below. Or it comes from a ``file``:
-    turbulence of TurbSim (``.bts``), or a table over the time, comma-separated (``.csv``) or
-    OpenFAST's uniform wind (``.wnd``, ``.hh``). It sets in smoothly in the time ``ramp``.
+    begins at ``gust_start``, or has the turbulence of one of the tables below. Or it comes from a
+    ``file``: turbulence of TurbSim (``.bts``), or a table over the time, comma-separated (``.csv``)
+    or OpenFAST's uniform wind (``.wnd``, ``.hh``). It sets in smoothly in the time ``ramp``.
     """
 
     rules = (BLOWS,)
@@ -118,15 +124,18 @@ class WindCase(Section):
     """When the gust begins."""
     gust_sign: Annotated[Whole, Field(ge=-1, le=1), *_GUST, Unless("gust", "EOG")] = 1
     """1 or -1: sense of the turn, or of the shear."""
-    turbine_class: Annotated[Literal["I", "II", "III"], *_GUST] = "I"
-    """Class of the turbine, for gusts."""
-    turbulence: Annotated[Literal["A+", "A", "B", "C"], *_GUST] = "B"
-    """Category of turbulence, for gusts."""
+    turbine_class: Annotated[
+        Classes,
+        Beside("file"),
+        AnyOf(Unless("gust", "none"), With("wind.turbulence.model")),
+    ] = "IB"
+    """Class of the turbine and category of turbulence, for gusts and turbulence."""
     density: Annotated[Density, Positive, Plausible(0.5, 2.0)] = 1.225
     """Density of the air."""
     ramp: Annotated[Seconds, NotNegative] = 0.0
     """Time in which the wind sets in smoothly from calm; 0 for a sudden start."""
     box: BoxCase = BoxCase()
+    turbulence: TurbulenceCase = TurbulenceCase()
 
     @property
     def table(self) -> str | None:
@@ -142,7 +151,18 @@ class WindCase(Section):
     @property
     def is_steady(self) -> bool:
         """Whether the wind does not change in time."""
-        return self.file is None and self.gust == "none" and self.box.files is None
+        return self.file is None and self.gust == "none" and not self.has_box
+
+    @property
+    def has_box(self) -> bool:
+        """Whether the steady wind carries the turbulence of a box along."""
+        return self.box.files is not None or self.turbulence.model is not None
+
+    @property
+    def class_and_category(self) -> tuple[str, str]:
+        """Class of the turbine and category of turbulence, for example I and B."""
+        wind = self.turbine_class.rstrip("ABC+")
+        return wind, self.turbine_class.removeprefix(wind)
 
     @property
     def own_keys(self) -> tuple[str, ...]:
@@ -150,7 +170,7 @@ class WindCase(Section):
         if self.file is None:
             return ()
         if self.table is None:
-            return FALLBACKS
+            return ("shear",)
         columns = load_wind_table(self.table).columns
         return tuple(key for key in FALLBACKS if key in columns)
 
@@ -192,32 +212,31 @@ class WindCase(Section):
             "rotor"
         )
 
-    @check("box", "speed", "file", "gust", "direction")
+    @check("box", "turbulence", "speed", "file", "gust")
     def _check_box(self, case: Any) -> str:
-        """A box has a size, and a mean wind along e3 that carries it."""
+        """A box has a size, and a mean wind that carries it."""
         return self.find_box_mistake()
 
     def find_box_mistake(self) -> str:
         """A sentence if a box does not fit to the wind; else nothing."""
-        if self.box.files is None:
+        if not self.has_box:
             return ""
-        for name in ("points", "spacing"):
-            if getattr(self.box, name) is None:
-                numbers = "three numbers, along e3, e1 and e2, beside its files"
-                return f"wind.box.{name}: expected {numbers}"
-        words = "wind.box.files: expected"
+        if self.turbulence.model is not None:
+            table, words = "wind.turbulence", "wind.turbulence.model: expected"
+            if self.box.files is not None:
+                return f"{words} none beside wind.box.files, which have turbulence of their own"
+        else:
+            table, words = "wind.box", "wind.box.files: expected"
+            for name in ("points", "spacing"):
+                if getattr(self.box, name) is None:
+                    numbers = "three numbers, along e3, e1 and e2, beside its files"
+                    return f"wind.box.{name}: expected {numbers}"
         if self.file is not None:
             return f"{words} none beside wind.file, which has its own wind"
         if not self.speed:
             return f"{words} wind.speed greater than 0, the mean wind that carries it"
-        for name in ("direction", "inclination"):
-            if value := getattr(self, name):
-                return f"wind.{name} = {value:g}: expected 0 beside wind.box, which is not turned"
         if self.gust != "none":
-            return (
-                f'wind.gust = "{self.gust}": expected "none" beside wind.box, which has its own '
-                "gusts"
-            )
+            return f'wind.gust = "{self.gust}": expected "none" beside {table}, which has its own'
         return ""
 
     @check("file", "time.end")

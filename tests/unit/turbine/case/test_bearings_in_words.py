@@ -94,7 +94,7 @@ def test_a_rigid_turbine_has_no_structure_to_damp():
         ({"inclination": "8 deg"}, "8 deg upwards"),
         ({"gust": "EOG", "gust_start": 5.0}, "EOG of class IB from 5 s on"),
         (
-            {"gust": "EDC", "turbine_class": "II", "turbulence": "A+"},
+            {"gust": "EDC", "turbine_class": "IIA+"},
             "EDC of class IIA+ from 0 s on",
         ),
     ],

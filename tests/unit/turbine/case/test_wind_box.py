@@ -93,8 +93,6 @@ def test_a_box_without_files_changes_nothing(tables):
     [
         ({"speed": 0.0}, "wind.box.files: expected wind.speed greater than 0, the mean wind"),
         ({"gust": "EOG"}, 'wind.gust = "EOG": expected "none" beside wind.box'),
-        ({"direction": 0.1}, "wind.direction = 0.1: expected 0 beside wind.box"),
-        ({"inclination": 0.1}, "wind.inclination = 0.1: expected 0 beside wind.box"),
         ({"box": {"points": None}}, "wind.box.points: expected three numbers, along e3, e1 and"),
         ({"box": {"points": [128, 17, 1]}}, "wind.box.points.2 = 1: must be greater than or"),
         ({"box": {"spacing": ["5 m", 0, 1]}}, "wind.box.spacing.1 = 0: must be greater than 0"),
