@@ -29,7 +29,7 @@ LAYERS = [
     {"turbine.components"},
     {"turbine.run"},
     {"turbine.modes", "turbine.steady"},
-    {"postprocessing", "study", "cli"},
+    {"postprocessing", "study", "load_sets", "cli"},
 ]
 # Starts and names of the package itself; the latter imports lazily and is imported by nobody.
 APART = {"__init__", "__main__"}

@@ -46,6 +46,7 @@ MADE = ["--set", "wind.turbulence={model = 'kaimal', folder = '.', duration = 8,
 ARGUMENTS = {
     "check": [str(HYBRID)],
     "demo": [],
+    "dlc": ["set.toml", "--list"],
     "fatigue": ["out", "--columns", "angle_rotor_[rad]"],
     "info": [],
     "keys": ["tower"],
@@ -85,6 +86,10 @@ def poisoned(tmp_path_factory):
     (folder / "study.toml").write_text(
         f"case = '{RIGID}'\n[grid]\ntime.step = [0.01, 0.02]\n"
         "[set]\ntime.end = 0.02\noutput.fields_every = 0\n"
+    )
+    (folder / "set.toml").write_text(
+        f"case = '{STEADY}'\nsituations = ['own']\n"
+        "situation = {own = {winds = [8], start = 'given', duration = 1, transient = 0}}"
     )
     result = start(folder, "run", str(RIGID), "-o", "out", *SHORT)
     assert result.returncode == 0, result.stderr

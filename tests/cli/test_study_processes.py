@@ -24,11 +24,12 @@ def fake_runs(tmp_path, monkeypatch):
     path.write_text(f"case = '{RIGID}'\n[grid]\ntime.end = [1, 2, 3, 4, 5]")
     runs = plan(Study.load(path))
 
-    def start(run, folder, launcher):
-        folder.mkdir(parents=True)
+    def start(run, folder, launcher, step=None):
+        folder.mkdir(parents=True, exist_ok=True)
         for name in start.results:
             (folder / name).touch()
-        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; {start.code}"
+        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; step = {step}\n"
+        code += start.code
         with (folder / execute.LOG).open("wb") as log:
             return subprocess.Popen(
                 [sys.executable, "-c", code], stdout=log, stderr=log, start_new_session=True
@@ -72,6 +73,29 @@ def test_reason_of_a_failure_is_what_the_run_said_last(fake_runs):
         4: "exit code 1: MemoryError: too large",
         5: "exit code 7",
     }
+
+
+def test_runs_whose_steps_fail_have_a_second_try_with_half_the_step(fake_runs):
+    runs, out, start = fake_runs
+    start.code = (
+        "import sys\n"
+        "open(folder + '/tries', 'a').write(f'{step} ')\n"
+        "if end == 1: sys.exit(2)\n"
+        "if end == 2 and step is None: sys.exit(3)\n"
+        "if end == 3: sys.exit(4)\n"
+    )
+    reasons = {}
+
+    def note(outcome):
+        reasons[outcome.run.value("time.end")] = outcome.reason
+
+    execute.execute(runs, out, 2, [], note, retry=True)
+    half = 0.5 * runs[0].case.time.step
+    tries = {run.value("time.end"): (out / run.name / "tries").read_text() for run in runs}
+    twice = f"None {half!r} "
+    assert tries == {1: "None ", 2: twice, 3: twice, 4: "None ", 5: "None "}
+    wrong = "the energy balance is wrong"
+    assert reasons == {1: "wrong input", 2: "", 3: wrong, 4: "", 5: ""}
 
 
 NO_SLOTS = """

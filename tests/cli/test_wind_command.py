@@ -57,7 +57,7 @@ def test_it_writes_the_wind_of_a_run_in_both_formats(case, tmp_path, capsys):
         (["-o", "case.bts"], "'case.bts' is there already: --overwrite replaces it"),
         (
             ["-o", "a.bts", "--set", "wind={speed = 8}"],
-            "wind.turbulence.model: expected one, to have a turbulence to write",
+            'wind.turbulence.model = "none": expected one, to have turbulence to write',
         ),
     ],
 )

@@ -47,6 +47,9 @@ STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png"
 STUDY = "study.csv"
 """Table of a study in its output folder."""
 
+SET, SET_RUNS = "set.csv", "runs.csv"
+"""Tables of a load set in its output folder: its channels and its runs."""
+
 
 @dataclass(frozen=True)
 class TimeSeries:

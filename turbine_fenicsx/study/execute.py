@@ -30,6 +30,7 @@ _CODES = {
     4: "the energy balance is wrong",
     130: "interrupted",
 }
+_OF_STEPS = (3, 4)
 # Several mpirun at a time would all bind their ranks to the same first cores (Open MPI 4, 5, 6).
 _UNBOUND = {
     "OMPI_MCA_hwloc_base_binding_policy": "none",
@@ -71,11 +72,13 @@ def execute(
     processes: int,
     launcher: Sequence[str],
     report: Callable[[Outcome], None],
+    retry: bool = False,
 ) -> None:
     """Run all runs that are not finished yet, each in its own folder with its own log.
 
     Args:
         launcher: Words before the command of each run.
+        retry: Whether a run whose steps fail has a second try with half the step.
         report: Called with each outcome as it comes; an exception ends all runs.
     """
     waiting: deque[Run] = deque()
@@ -85,6 +88,7 @@ def execute(
         else:
             waiting.append(run)
     active: list[tuple[Run, subprocess.Popen[bytes], float]] = []
+    retried: list[Run] = []
     with _terminate_as_interrupt():
         try:
             while waiting or active:
@@ -95,6 +99,11 @@ def execute(
                 for entry in [e for e in active if e[1].poll() is not None]:
                     active.remove(entry)
                     run, process, start = entry
+                    if retry and run not in retried and process.returncode in _OF_STEPS:
+                        retried.append(run)
+                        step = 0.5 * run.case.time.step
+                        active.append((run, _start(run, out / run.name, launcher, step), start))
+                        continue
                     reason = _find_reason(process.returncode, out / run.name)
                     report(Outcome(run, reason, time.perf_counter() - start))
         finally:
@@ -103,8 +112,14 @@ def execute(
             _stop([process for _, process, _ in active], number)
 
 
-def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[bytes]:
-    """Start a run, or resume it if it was interrupted."""
+def _start(
+    run: Run, folder: Path, launcher: Sequence[str], step: float | None = None
+) -> subprocess.Popen[bytes]:
+    """Start a run, or resume it if it was interrupted.
+
+    Args:
+        step: Time step in place of that of the case [s].
+    """
     folder.mkdir(parents=True, exist_ok=True)
     goes_on = is_interrupted(run, folder)
     # Whatever happens to this run, an earlier one counts no longer.
@@ -119,6 +134,8 @@ def _start(run: Run, folder: Path, launcher: Sequence[str]) -> subprocess.Popen[
     # -P: no Python file of the present folder is run in place of a library
     python = [sys.executable, "-P", "-m", "turbine_fenicsx"]
     command = [*launcher, *python, *task, "--progress", "log"]
+    if step is not None:
+        command += ["--set", f"time.step={step!r}"]
     # os.environ is as it was when this process began, before MPI added to it.
     with (folder / LOG).open("ab" if goes_on else "wb") as log:
         return subprocess.Popen(

@@ -64,29 +64,46 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
         if key in study.varied:
             raise InputError(f"{key!r} is varied by the study and cannot be set for all runs")
     common = [*_as_overrides(study.set), *overrides]
-    cases: list[tuple[dict[str, Any], Case]] = []
-    mistakes: dict[str, list[str]] = {}
     combinations = _combine(study)
-    for changes in combinations:
+    names = _name_folders(combinations)
+    for name, uses in Counter(names).items():
+        if uses > 1:
+            raise InputError(f"two runs are the same: {_name(combinations[names.index(name)])!r}")
+    runs = make_runs(study.case, common, dict(zip(names, combinations, strict=True)))
+    _check_convergence(study, runs)
+    return runs
+
+
+def make_runs(
+    path: str, common: Sequence[str], changes: Mapping[str, Mapping[str, Any]]
+) -> list[Run]:
+    """Runs of a case, all of which are looked at before the first one starts.
+
+    Args:
+        path: The case file.
+        common: Changes of all runs, such as ``"time.end=1.0"``.
+        changes: Changes of each run by dotted key, by the name of its folder.
+
+    Raises:
+        InputError: with one sentence for every mistake, or if two runs are the same.
+    """
+    runs: list[Run] = []
+    mistakes: dict[str, list[str]] = {}
+    for name, own in changes.items():
         try:
-            case = _load(study.case, [*common, *_as_overrides(changes)])
-            cases.append((changes, case))
+            case = _load(path, [*common, *_as_overrides(own)])
+            runs.append(Run(name, dict(own), case, format_case(case)))
         except InputError as error:
             for sentence in str(error).splitlines():
-                mistakes.setdefault(sentence, []).append(_name(changes))
+                mistakes.setdefault(sentence, []).append(name)
     if mistakes:
         raise InputError(
             "\n".join(
-                sentence if len(names) == len(combinations) else f"run {names[0]!r}: {sentence}"
+                sentence if len(names) == len(changes) else f"run {names[0]!r}: {sentence}"
                 for sentence, names in mistakes.items()
             )
         )
-    runs = [
-        Run(name, changes, case, format_case(case))
-        for name, (changes, case) in zip(_name_folders(combinations), cases, strict=True)
-    ]
     _refuse_equal_runs(runs)
-    _check_convergence(study, runs)
     return runs
 
 
@@ -97,8 +114,7 @@ def _refuse_equal_runs(runs: Sequence[Run]) -> None:
         other = seen.setdefault(run.text.splitlines()[0], run)
         if other is not run:
             one, two = _name(other.changes), _name(run.changes)
-            also = "" if one == two else f" and {two!r}"
-            raise InputError(f"two runs are the same: {one!r}{also}")
+            raise InputError(f"two runs are the same: {one!r} and {two!r}")
 
 
 def _load(path: str, overrides: Sequence[str]) -> Case:
@@ -112,7 +128,7 @@ def _load(path: str, overrides: Sequence[str]) -> Case:
         if moves_by_vectors and table.model == "reduced" and none:
             shared.append(f"{name}.reduction.folder={FOLDER}")
     made = case.wind.turbulence
-    if made.model is not None and made.folder is None:
+    if made.is_made and made.folder is None:
         shared.append(f"wind.turbulence.folder={TURBULENCE_FOLDER}")
     return Case.load(path, [*shared, *overrides]) if shared else case
 

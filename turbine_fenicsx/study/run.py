@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,6 +40,7 @@ class StudyProgress:
         if style == "auto":
             style = "bar" if sys.stderr.isatty() else "log"
         self._style, self._total, self._done = style, total, 0
+        self._start, self._before = time.perf_counter(), 0
         self._bar: tqdm | None = tqdm(total=total, unit="run") if style == "bar" else None
 
     def show(self, outcome: Outcome) -> None:
@@ -50,13 +52,23 @@ class StudyProgress:
             said = "was finished before"
         else:
             said = f"finished in {outcome.seconds:.1f} s"
-        line = f"{self._done}/{self._total} {outcome.run.name}: {said}"
+        line = f"{self._done}/{self._total} {outcome.run.name}: {said}{self._estimate(outcome)}"
         if self._bar is not None:
             self._bar.update()
             if outcome.reason:
                 self._bar.write(line, file=sys.stderr)
         elif self._style == "log":
             print(line, file=sys.stderr, flush=True)
+
+    def _estimate(self, outcome: Outcome) -> str:
+        """The time left, by the runs that were finished since the start; empty if there is none."""
+        self._before += outcome.seconds is None
+        done = self._done - self._before
+        left = self._total - self._done
+        if not done or not left:
+            return ""
+        seconds = (time.perf_counter() - self._start) * left / done
+        return f", {tqdm.format_interval(seconds)} left"
 
     def finish(self) -> None:
         """Close the bar."""
@@ -108,7 +120,7 @@ def run_study(
     runs = plan(study, overrides)
     launcher = launcher_words(study.launcher, study.ranks)
     if not overwrite:
-        _refuse_to_overwrite(runs, out)
+        refuse_to_overwrite(runs, out)
     wanted = study.wanted
     if study.curve and study.curve.reference is not None:
         read_reference(study.curve.reference, study.curve.x, study.curve.y)
@@ -155,7 +167,7 @@ def _find_large_drifts(study: Study, run: Run, folder: Path) -> dict[str, float]
     return {name: drift for name, drift in drifts.items() if drift > MAX_DRIFT}
 
 
-def _refuse_to_overwrite(runs: list[Run], out: Path) -> None:
+def refuse_to_overwrite(runs: list[Run], out: Path) -> None:
     """Refuse to replace results of other cases."""
     others = [run.name for run in runs if is_other(run, out / run.name)]
     if not others:

@@ -31,7 +31,9 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     files = list_files(options.out)
     case = load_case(options, comm)
     if not case.wind.has_box:
-        raise InputError("wind.turbulence.model: expected one, to have a turbulence to write")
+        raise InputError(
+            'wind.turbulence.model = "none": expected one, to have turbulence to write'
+        )
     with show_making(comm, options.quiet):
         lines = on_rank0(comm, lambda: _write(case, files, options.overwrite))
     if comm.rank == 0 and not options.quiet:

@@ -92,7 +92,7 @@ def load_turbulence(case: Tables) -> TurbulenceField | TurbulentWind:
 def load_box(case: Tables) -> TurbulentWind:
     """The wind of a case that carries a box along, which is read or made. Called on rank 0."""
     w = case.wind
-    if w.turbulence.model is not None:
+    if w.turbulence.is_made:
         return take_turbulence(case)
     assert w.speed is not None and w.box.files is not None
     mean = SteadyWind(w.speed, case.hub_height, w.shear)
@@ -121,7 +121,7 @@ def _read_box(files: tuple[str, str, str], box: BoxCase, mean: SteadyWind) -> Tu
 
 def list_field_mistakes(case: Tables) -> list[str]:
     """Mistakes of a case's turbulence, one sentence each; it is not made for that."""
-    made = case.wind.turbulence.model is not None
+    made = case.wind.turbulence.is_made
     wind = outline_turbulence(case) if made else load_turbulence(case)
     radius = case.blade.hub_radius + case.blade.length
     centre = np.array([-case.turbine.hub_distance, 0.0, 0.0]) @ (AXES @ _turn_axes(case).T)

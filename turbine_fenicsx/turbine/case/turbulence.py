@@ -70,7 +70,7 @@ class TurbulencePlan:
         """
         w, height = case.wind, case.hub_height
         t, V = w.turbulence, w.speed
-        assert t.model is not None and V is not None
+        assert t.is_made and V is not None
         kind = TurbineClass(*w.class_and_category)
         extreme = t.level == "extreme"
         deviation = kind.extreme_deviation(V) if extreme else kind.normal_deviation(V)

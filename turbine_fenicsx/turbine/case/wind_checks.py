@@ -49,7 +49,7 @@ def _check_field(case: Tables) -> str:
         found = list_field_mistakes(case)
     except (InputError, ModelError, OSError) as error:
         found = [str(error)]
-    made = "wind.turbulence" if w.turbulence.model is not None else "wind.box.files"
+    made = "wind.turbulence" if w.turbulence.is_made else "wind.box.files"
     key = made if w.file is None else "wind.file"
     return "\n".join(f"{key}: {sentence}" for sentence in found)
 
@@ -84,7 +84,7 @@ def describe_aerodynamics(case: Tables) -> list[str]:
     if w.box.files and w.box.points:
         names = ", ".join(quote(Path(file).name) for file in w.box.files)
         wind += f", with the turbulence of {names}, {' x '.join(map(str, w.box.points))} points"
-    if w.turbulence.model is not None:
+    if w.turbulence.is_made:
         from turbine_fenicsx.turbine.case.turbulence import TurbulencePlan
 
         wind += f", with {TurbulencePlan.of(case).describe()}"

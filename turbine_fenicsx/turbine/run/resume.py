@@ -105,7 +105,7 @@ def _is_basis(path: Path) -> bool:
 def fix_duration(case: Case) -> Case:
     """A case whose turbulence lasts as long as before when the end of the run changes."""
     t = case.wind.turbulence
-    if t.model is None or t.duration is not None:
+    if not t.is_made or t.duration is not None:
         return case
     fixed = t.model_copy(update={"duration": t.find_duration(case.time.end)})
     wind = case.wind.model_copy(update={"turbulence": fixed})

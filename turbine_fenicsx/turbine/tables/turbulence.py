@@ -10,7 +10,7 @@ from pydantic import Field
 from turbine_fenicsx.case.contradictions import check
 from turbine_fenicsx.case.files import DataFolder
 from turbine_fenicsx.case.quantities import Metres, Number, Seconds, Whole
-from turbine_fenicsx.case.rules import Beside, With
+from turbine_fenicsx.case.rules import Beside, Unless
 from turbine_fenicsx.case.section import Positive, Section
 from turbine_fenicsx.foundation.plausible import Plausible
 
@@ -22,15 +22,15 @@ TEN_MINUTES = 600.0
 
 
 class TurbulenceCase(Section):
-    """Turbulence of IEC 61400-1 that a run makes at its start, by ``model``; none without.
+    """Turbulence of IEC 61400-1 that a run makes at its start, by ``model``.
 
     A box around the rotor, which the steady wind of ``wind.speed`` and ``wind.shear`` carries
     along. Equal keys give equal winds, on any machine. Boxes are kept in ``folder``.
     """
 
-    rules = (With("model"),)
+    rules = (Unless("model", "none"),)
 
-    model: Literal["kaimal", "mann"] | None = None
+    model: Literal["none", "kaimal", "mann"] = "none"
     """Kaimal's spectra with exponential coherence, or Mann's spectral tensor."""
     level: Annotated[Literal["normal", "extreme"], Beside("intensity")] = "normal"
     """Normal or extreme turbulence (NTM, ETM) of ``wind.turbine_class``."""
@@ -51,10 +51,15 @@ class TurbulenceCase(Section):
     """Folder in which boxes are kept, relative to the case file; none: ``turbulence`` beside it, or
     in a study beside the case file of the study."""
 
+    @property
+    def is_made(self) -> bool:
+        """Whether there is a turbulence to make."""
+        return self.model != "none"
+
     @check("duration", "time_step")
     def _check_duration(self, case: Any) -> str:
         """A box has some planes."""
-        if self.model is None or self.duration is None or self.duration >= 4.0 * self.time_step:
+        if not self.is_made or self.duration is None or self.duration >= 4.0 * self.time_step:
             return ""
         return (
             f"wind.turbulence.duration = {self.duration:g}: expected at least four times "
@@ -64,7 +69,7 @@ class TurbulenceCase(Section):
     def find_doubts(self, case: Any) -> Iterator[str]:
         """A wind that restarts has less variety than the run is long."""
         duration = self.duration
-        if self.model is not None and duration is not None and duration < case.time.end:
+        if self.is_made and duration is not None and duration < case.time.end:
             yield (
                 f"wind.turbulence.duration = {duration:g} s is less than time.end = "
                 f"{case.time.end:g} s: the wind restarts"

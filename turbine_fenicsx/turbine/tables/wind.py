@@ -107,7 +107,7 @@ class WindCase(Section):
     """Height of the rotor centre above ground; none: ``tower.height`` and ``turbine.hub_rise``, or
     that of ``turbine.file``."""
     direction: Annotated[
-        Angle, Plausible(0.1 * DEGREE, 120.0 * DEGREE), _not_in_file("direction")
+        Angle, Plausible(0.1 * DEGREE, 180.0 * DEGREE), _not_in_file("direction")
     ] = 0.0
     """Angle of the wind with e₃, positive towards e₁."""
     inclination: Annotated[
@@ -127,7 +127,7 @@ class WindCase(Section):
     turbine_class: Annotated[
         Classes,
         Beside("file"),
-        AnyOf(Unless("gust", "none"), With("wind.turbulence.model")),
+        AnyOf(Unless("gust", "none"), Unless("wind.turbulence.model", "none")),
     ] = "IB"
     """Class of the turbine and category of turbulence, for gusts and turbulence."""
     density: Annotated[Density, Positive, Plausible(0.5, 2.0)] = 1.225
@@ -156,7 +156,7 @@ class WindCase(Section):
     @property
     def has_box(self) -> bool:
         """Whether the steady wind carries the turbulence of a box along."""
-        return self.box.files is not None or self.turbulence.model is not None
+        return self.box.files is not None or self.turbulence.is_made
 
     @property
     def class_and_category(self) -> tuple[str, str]:
@@ -221,10 +221,10 @@ class WindCase(Section):
         """A sentence if a box does not fit to the wind; else nothing."""
         if not self.has_box:
             return ""
-        if self.turbulence.model is not None:
+        if self.turbulence.is_made:
             table, words = "wind.turbulence", "wind.turbulence.model: expected"
             if self.box.files is not None:
-                return f"{words} none beside wind.box.files, which have turbulence of their own"
+                return f'{words} "none" beside wind.box.files, which have their turbulence'
         else:
             table, words = "wind.box", "wind.box.files: expected"
             for name in ("points", "spacing"):

@@ -159,7 +159,7 @@ def test_it_is_described_and_one_that_begins_anew_is_doubted(tables):
         ({"turbine_class": "IVB"}, "wind.turbine_class = 'IVB': must be 'IA+', "),
         (
             {"turbulence": {"model": "karman"}},
-            "wind.turbulence.model = 'karman': must be 'kaimal' or 'mann'",
+            "wind.turbulence.model = 'karman': must be 'none', 'kaimal' or ",
         ),
         ({"turbulence": "B"}, "wind.turbulence = 'B': "),
         ({"turbulence": {"seed": -1}}, "wind.turbulence.seed = -1: "),
@@ -170,7 +170,7 @@ def test_it_is_described_and_one_that_begins_anew_is_doubted(tables):
         ({"turbulence": {"time_step": 1e-6}}, "wind.turbulence: a turbulence box of 33.5 GiB is"),
         (
             {"box": {"files": ["u", "v", "w"], "points": [9, 9, 9], "spacing": [1, 1, 1]}},
-            "wind.turbulence.model: expected none beside wind.box.files",
+            'wind.turbulence.model: expected "none" beside wind.box.files',
         ),
         ({"speed": None, "file": "a.bts"}, "wind.turbulence.model: expected none beside wind.file"),
     ],
@@ -183,7 +183,9 @@ def test_turbulence_that_cannot_be_is_refused(tables, wind, sentence):
 
 def test_a_table_without_a_model_changes_nothing(tables):
     given = Case.parse({**tables, "wind": {"speed": 10.0, "turbulence": {"seed": 3}}})
-    assert given.warnings == ["wind.turbulence.seed has no effect without wind.turbulence.model"]
+    assert given.warnings == [
+        'wind.turbulence.seed has no effect with wind.turbulence.model = "none"'
+    ]
 
 
 def test_a_resumed_run_that_ends_later_has_the_same_wind(tables, tmp_path):

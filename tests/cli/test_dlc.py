@@ -1,0 +1,109 @@
+"""Claims about the command that runs a load set."""
+
+import csv
+import subprocess
+import sys
+
+import pytest
+from aero_files import write_aerodyn
+from patience import patience
+
+CASE = """
+[time]
+step = "0.1 s"
+[turbine]
+model = "rigid"
+[wind]
+speed = "9 m/s"
+hub_height = "90 m"
+turbulence = {points = 4, time_step = "1 s"}
+[aero]
+file = "rotor.dat"
+stations = 6
+[pitch]
+drive = "actuator"
+[drivetrain]
+model = "stiff"
+ratio = 97
+generator_inertia = 500
+[control]
+kind = "pi"
+[output]
+fields_every = 0
+"""
+SET = """
+case = "case.toml"
+situations = ["1.1", "1.2", "4.1"]
+[situation."1.2"]
+winds = ["12 m/s"]
+seeds = 2
+duration = "1 s"
+transient = "0.5 s"
+[situation."4.1"]
+winds = ["cut_out"]
+duration = "1 s"
+transient = 0
+set = {"event.stop.kind" = "shut_down", "event.stop.time" = 0.5, "event.stop.rate" = "4 deg/s"}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("set")
+    write_aerodyn(folder)
+    (folder / "case.toml").write_text(CASE)
+    (folder / "set.toml").write_text(SET)
+    return folder
+
+
+def start(folder, *arguments):
+    command = [sys.executable, "-P", "-m", "turbine_fenicsx", "dlc", "set.toml", *arguments]
+    limit = patience(120)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit)
+
+
+def read(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def done(folder):
+    result = start(folder, "-o", "out", "-j", "2")
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def test_a_set_runs_all_its_situations_and_writes_tables(folder, done):
+    assert "3 of 3 runs finished; results out/: runs.csv, set.csv" in done.stdout
+    assert done.stderr.count("finished in") == 3
+    runs = read(folder / "out" / "runs.csv")
+    assert [row["run"] for row in runs] == ["1.2/v12_s1", "1.2/v12_s2", "4.1/v25"]
+    assert {row["state"] for row in runs} == {"finished"}
+    rows = read(folder / "out" / "set.csv")
+    assert {row["situation"] for row in rows} == {"1.1", "1.2", "4.1", "all"}
+    by = {(row["situation"], row["column"]): row for row in rows}
+    row = by["1.2", "rotor_speed_[rpm]"]
+    statistics = read(folder / "out" / row["run_of_largest"] / "statistics.csv")
+    (same,) = (x for x in statistics if x["column"] == "rotor_speed_[rpm]")
+    assert float(same["largest"]) == float(row["largest"]) and row["runs"] == "2"
+    assert len(list((folder / "turbulence").iterdir())) == 2  # shared by all runs with them
+
+
+def test_called_again_it_runs_what_is_missing_with_the_same_tables(folder, done):
+    before = {name: (folder / "out" / name).read_bytes() for name in ("runs.csv", "set.csv")}
+    listed = start(folder, "-o", "out", "--list").stdout
+    assert listed.count("finished ") == 3 and "3 runs of 2 situations; 0 s with" in listed
+    (folder / "out" / "1.2" / "v12_s2" / "summary.json").unlink()
+    listed = start(folder, "-o", "out", "--list").stdout
+    assert "to run        1.5 s  1.2/v12_s2" in listed
+    again = start(folder, "-o", "out")
+    assert again.stderr.count("was finished before") == 2 and again.returncode == 0
+    assert {name: (folder / "out" / name).read_bytes() for name in before} == before
+
+
+def test_a_case_that_has_changed_and_processes_that_cannot_be_are_refused(folder, done):
+    changed = start(folder, "-o", "out", "--set", "aero.stations=5")
+    assert changed.returncode == 2
+    assert "'out/1.2/v12_s1' and 2 more holds the results of another case" in changed.stderr
+    assert start(folder, "-j", "0").stderr == "error: --processes 0: must be at least 1\n"

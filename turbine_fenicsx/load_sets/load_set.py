@@ -1,0 +1,170 @@
+"""Files of load sets: the turbine, its site, and the situations that are run."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from turbine_fenicsx.case.mistakes import find_mistakes
+from turbine_fenicsx.case.quantities import Speed, to_si
+from turbine_fenicsx.case.section import Positive
+from turbine_fenicsx.case.toml_file import read_toml
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import quote, suggest
+from turbine_fenicsx.load_sets.situation import Situation, read_standard
+from turbine_fenicsx.study.file import Changes
+from turbine_fenicsx.turbine.tables.wind import Classes
+from turbine_fenicsx.wind.gusts import REFERENCE_SPEEDS
+
+NAMED = ("cut_in", "rated", "cut_out", "reference")
+"""Words for wind speeds."""
+
+_WIND = re.compile(rf"(?:([\d.]+)\s+)?({'|'.join(NAMED)})(?:\s*([-+])\s*(.+))?")
+
+
+class LoadSet(BaseModel):
+    """A load set; its runs follow from it by `turbine_fenicsx.load_sets.plan`.
+
+    Attributes:
+        case: Case file of the turbine, relative to the file of the set.
+        situations: Names of those that are run; all of the standard if empty.
+        turbine_class: Class of the turbine and category of turbulence.
+        turbulence: Its model.
+        cut_in: Least wind speed of operation [m/s].
+        cut_out: Largest one [m/s].
+        wind_step: Distance of those between [m/s].
+        rated: Wind speed from which the power is kept; found from the controller if None [m/s].
+        seeds: How many winds each speed has, or numbers of winds that all speeds have.
+        processes: How many runs at a time; all cores if None.
+        set: Changes of all runs by dotted key.
+        situation: Changes of situations by name, and further ones.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    title: str = ""
+    case: str
+    situations: tuple[str, ...] = ()
+    turbine_class: Classes = "IB"
+    turbulence: Literal["kaimal", "mann"] = "kaimal"
+    cut_in: Annotated[Speed, Positive] = 3.0
+    cut_out: Annotated[Speed, Positive] = 25.0
+    wind_step: Annotated[Speed, Positive] = 2.0
+    rated: Annotated[Speed, Positive] | None = None
+    seeds: Annotated[int, Field(ge=1, le=1000)] | tuple[int, ...] = 6
+    processes: Annotated[int, Field(ge=1)] | None = None
+    set: Changes = {}
+    situation: dict[str, dict[str, Any]] = {}
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> LoadSet:
+        """Read a file.
+
+        Returns:
+            The set, its case relative to the present directory.
+
+        Raises:
+            InputError: with one sentence for every mistake.
+        """
+        data = read_toml(path, "file of a load set")
+        if isinstance(data.get("case"), str):
+            data["case"] = str(Path(path).parent / data["case"])
+        return LoadSet.parse(data)
+
+    @staticmethod
+    def parse(data: Mapping[str, Any]) -> LoadSet:
+        """Make a set from nested tables; raises as `load`."""
+        try:
+            found = LoadSet.model_validate(data)
+        except ValidationError as error:
+            sentences = [mistake.sentence for mistake in find_mistakes(error, data, LoadSet)]
+            raise InputError("\n".join(sentences)) from None
+        if mistakes := list(found._find_mistakes()):
+            raise InputError("\n".join(mistakes))
+        return found
+
+    @property
+    def chosen(self) -> dict[str, Situation]:
+        """The situations that are run by name, in the order of the file."""
+        tables = {**read_standard(), **self.situation}
+        names = self.situations or tuple(tables)
+        return {name: self._read(name) for name in names}
+
+    @property
+    def operating(self) -> list[float]:
+        """Wind speeds of operation from cut-in to cut-out [m/s]."""
+        n = int((self.cut_out - self.cut_in) / self.wind_step * (1.0 + 1e-9)) + 1
+        return [round(float(x), 9) for x in self.cut_in + self.wind_step * np.arange(n)]
+
+    def find_winds(self, situation: Situation, rated: float) -> list[float]:
+        """Wind speeds of a situation [m/s].
+
+        Args:
+            rated: Wind speed from which the power is kept [m/s].
+        """
+        reference = REFERENCE_SPEEDS[self.turbine_class.rstrip("ABC+")]
+        values = dict(zip(NAMED, (self.cut_in, rated, self.cut_out, reference), strict=True))
+        found: list[float] = []
+        for wind in situation.winds:
+            if wind == "operating":
+                found += self.operating
+            elif isinstance(wind, str) and (match := _WIND.fullmatch(wind.strip())):
+                factor, name, sign, difference = match.groups()
+                speed = float(factor or 1.0) * values[name]
+                if difference:
+                    speed += (1.0 if sign == "+" else -1.0) * to_si(difference, "m/s")
+                found.append(round(speed, 9))
+            else:
+                found.append(to_si(wind, "m/s"))
+        return found
+
+    def _read(self, name: str) -> Situation:
+        """A situation of the standard with changes, or one of the file."""
+        data = {**read_standard().get(name, {}), **self.situation.get(name, {})}
+        return Situation.model_validate(data)
+
+    def _find_mistakes(self) -> Iterator[str]:
+        """Sentences about what does not fit together."""
+        known = {**read_standard(), **self.situation}
+        for name in self.situations:
+            if name not in known:
+                yield f"situations: {quote(name)} is none{suggest(name, known)}"
+        if len(set(self.situations)) < len(self.situations):
+            yield "situations: each may stand there once"
+        if isinstance(self.seeds, tuple) and len(set(self.seeds)) < len(self.seeds):
+            yield f"seeds = {list(self.seeds)}: expected numbers that do not repeat"
+        if isinstance(self.seeds, tuple) and not (self.seeds and min(self.seeds) >= 0):
+            yield f"seeds = {list(self.seeds)}: expected numbers from 0 on"
+        if not self.cut_in < self.cut_out:
+            yield f"cut_out = {self.cut_out:g}: expected more than cut_in = {self.cut_in:g}"
+        for name in self.situations or known:
+            if name in known:
+                yield from self._find_mistakes_of(name, known)
+
+    def _find_mistakes_of(self, name: str, known: Mapping[str, Any]) -> Iterator[str]:
+        """Sentences about a situation."""
+        try:
+            situation = self._read(name)
+            winds = self.find_winds(situation, 0.5 * (self.cut_in + self.cut_out))
+        except ValidationError as error:
+            data = {**read_standard().get(name, {}), **self.situation.get(name, {})}
+            for mistake in find_mistakes(error, data, Situation):
+                yield f"situation.{quote(name)}.{mistake.sentence}"
+            return
+        except (InputError, ValueError) as error:
+            yield f"situation.{quote(name)}.winds: {error}"
+            return
+        if situation.uses is not None and situation.uses not in (self.situations or known):
+            yield f"situation.{quote(name)} uses {quote(situation.uses)}, which is not run"
+        high = max(winds, default=0.0)
+        if situation.start == "turning" and high > self.cut_out + 1e-9:
+            yield (
+                f"situation.{quote(name)}.winds: {high:g} m/s is above cut_out = "
+                f"{self.cut_out:g} m/s, where the turbine does not produce power"
+            )

@@ -1,0 +1,139 @@
+"""Runs of a load set: each situation with its winds, yaw errors, variants and seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+from turbine_fenicsx.foundation.errors import InputError, ModelError
+from turbine_fenicsx.load_sets.load_set import LoadSet
+from turbine_fenicsx.load_sets.situation import Situation
+from turbine_fenicsx.study.plan import MOST_RUNS, Run, make_runs
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.steady.operating_states import Schedule, find_schedule
+
+FINENESS = 0.05
+"""Rated wind speeds are found to this [m/s]."""
+
+
+Place = tuple[float, float, str, int | None]
+"""Wind speed, yaw error, variant and seed of a run."""
+
+
+@dataclass(frozen=True, eq=False)
+class SetRun:
+    """A run of a load set.
+
+    Args:
+        run: The run of the study that the set is.
+        situation: Name of its situation.
+        wind: Speed at the hub [m/s].
+        yaw_error: Angle of the wind [rad].
+        variant: Name of its variant.
+        seed: Of the turbulence; None without one.
+    """
+
+    run: Run
+    situation: str
+    wind: float
+    yaw_error: float
+    variant: str
+    seed: int | None
+
+
+def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
+    """All runs of a set, in the order of its situations.
+
+    Args:
+        overrides: More changes of all runs, such as ``"time.step=0.1"``.
+
+    Raises:
+        InputError: with one sentence for every mistake.
+    """
+    overrides = list(overrides)
+    common = {"wind.turbine_class": load_set.turbine_class, **load_set.set}
+    case = Case.load(load_set.case, overrides)
+    chosen = load_set.chosen
+    turning = [name for name, s in chosen.items() if s.start == "turning" and s.uses is None]
+    if turning and case.control.kind == "none":
+        raise InputError(
+            f'situation "{turning[0]}" needs a controller, but the case has control.kind = "none"'
+        )
+    schedule = find_schedule(case) if case.control.kind != "none" else None
+    starts: dict[float, dict[str, Any]] = {}
+    rated = load_set.rated or _find_rated(schedule, load_set)
+    planned: dict[str, tuple[dict[str, Any], str, Place]] = {}
+    for name, situation in chosen.items():
+        if situation.uses is not None:
+            continue
+        for place, changes in _vary(load_set, situation, rated):
+            wind, yaw, variant, seed = place
+            if situation.start == "turning" and schedule is not None and wind not in starts:
+                starts[wind] = _find_start(schedule, wind)
+            own = starts[wind] if situation.start == "turning" else {}
+            folder = f"{name}/{_name(wind, yaw, variant, seed)}"
+            if folder in planned:
+                raise InputError(f"situation {name!r} has the run {folder!r} twice")
+            planned[folder] = {**common, **own, **changes}, name, place
+    if len(planned) > MOST_RUNS:
+        raise InputError(f"the set has {len(planned)} runs, expected at most {MOST_RUNS}")
+    runs = make_runs(load_set.case, overrides, {key: own for key, (own, *_) in planned.items()})
+    return [SetRun(run, planned[run.name][1], *planned[run.name][2]) for run in runs]
+
+
+def _vary(
+    load_set: LoadSet, situation: Situation, rated: float
+) -> Iterator[tuple[Place, dict[str, Any]]]:
+    """Places of a situation and their changes by dotted key."""
+    turbulent = situation.turbulence != "none"
+    model = {"wind.turbulence.model": load_set.turbulence} if turbulent else {}
+    number = situation.seeds or load_set.seeds
+    first = 1
+    for wind in load_set.find_winds(situation, rated):
+        for yaw in situation.yaw_errors:
+            seeds: list[int | None] = [None]
+            if turbulent and isinstance(number, int):
+                seeds = [*range(first, first + number)]
+                first += number
+            elif turbulent:
+                assert isinstance(number, tuple)
+                seeds = [*number]
+            for variant, own in situation.variants.items():
+                for seed in seeds:
+                    changes = {"wind.speed": wind, "wind.direction": yaw, **model}
+                    if seed is not None:
+                        changes["wind.turbulence.seed"] = seed
+                    yield (wind, yaw, variant, seed), {**changes, **situation.changes, **own}
+
+
+def _name(wind: float, yaw: float, variant: str, seed: int | None) -> str:
+    """Folder of a run, for example ``v12_y-8_left_s3``."""
+    parts = [f"v{wind:.6g}", f"y{degrees(yaw):.4g}" if yaw else "", variant]
+    return "_".join(filter(None, [*parts, "" if seed is None else f"s{seed}"]))
+
+
+def _find_start(schedule: Schedule, wind: float) -> dict[str, Any]:
+    """Keys of a case for the speed and the pitch at a wind speed."""
+    try:
+        state = schedule.at(wind)
+    except ModelError as error:
+        raise InputError(f"there is no steady state at {wind:g} m/s: {error}") from None
+    # rounded, so that the last digits of a search make no other runs
+    return {
+        "turbine.rotor_speed": round(state.rotor_speed, 6),
+        "pitch.initial": round(state.pitch, 6),
+    }
+
+
+def _find_rated(schedule: Schedule | None, load_set: LoadSet) -> float:
+    """Least wind speed at which blades pitch to keep the power [m/s], to `FINENESS`."""
+    low, high = load_set.cut_in, load_set.cut_out
+    if schedule is None:
+        return 0.5 * (low + high)  # no situation that is left asks for it
+    while high - low > FINENESS:
+        middle = 0.5 * (low + high)
+        state = schedule.at(middle)
+        low, high = (low, middle) if state.pitch > state.least_pitch else (middle, high)
+    return round(high, 1)

@@ -1,0 +1,116 @@
+"""Tables of a load set: its runs, and means and extremes of all channels over each situation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import degrees, sqrt
+from pathlib import Path
+from typing import Any
+
+from turbine_fenicsx.load_sets.plan import SetRun
+from turbine_fenicsx.load_sets.situation import Situation
+from turbine_fenicsx.records.mode_tables import format_rows
+from turbine_fenicsx.records.output_folder import read_tables
+from turbine_fenicsx.records.statistics import ColumnStatistics
+
+ALL = "all"
+"""Row of a channel over all situations, by loads times their safety factors."""
+
+Results = Mapping[str, Sequence[ColumnStatistics]]
+"""Statistics of finished runs by name."""
+
+
+def format_runs(
+    runs: Sequence[SetRun], results: Results, failed: Mapping[str, str], out: Path
+) -> str:
+    """``runs.csv``: what each run is, how it went, and with which step."""
+    rows: list[dict[str, float | str]] = []
+    for each in runs:
+        name = each.run.name
+        state = "finished" if name in results else "failed" if name in failed else "not run"
+        rows.append(
+            {
+                "run": name,
+                "situation": each.situation,
+                "wind_speed_[m/s]": each.wind,
+                "yaw_error_[deg]": round(degrees(each.yaw_error), 9),
+                "variant": each.variant,
+                "seed": "" if each.seed is None else each.seed,
+                "state": state,
+                "step_[s]": _read_step(out / name) if state == "finished" else "",
+                "reason": failed.get(name, ""),
+            }
+        )
+    return format_rows(rows)
+
+
+def _read_step(folder: Path) -> float:
+    """The step that a finished run has taken [s]."""
+    tables: Any = read_tables(folder / "case.json")
+    return float(tables["time"]["step"])
+
+
+def format_extremes(
+    runs: Sequence[SetRun], situations: Mapping[str, Situation], results: Results
+) -> str:
+    """``set.csv``: a row for each channel in each situation, and in all of them.
+
+    Empty before the first run is finished.
+    """
+    rows: list[dict[str, Any]] = []
+    for name, situation in situations.items():
+        source = situation.uses or name
+        members = [each.run.name for each in runs if each.situation == source]
+        done = {run: results[run] for run in members if run in results}
+        rows += _summarise(name, situation.factor, done)
+    if not rows:
+        return ""
+    channels = dict.fromkeys(row["column"] for row in rows)
+    by_channel: dict[str, list[dict[str, Any]]] = {channel: [] for channel in channels}
+    for row in rows:
+        by_channel[row["column"]].append(row)
+    return format_rows([*rows, *map(_find_worst, by_channel.values())])
+
+
+def _summarise(situation: str, factor: float, done: Results) -> list[dict[str, Any]]:
+    """Rows of a situation, over its finished runs."""
+    columns: dict[str, dict[str, ColumnStatistics]] = {}
+    for run, found in done.items():
+        for each in found:
+            columns.setdefault(each.column, {})[run] = each
+    rows = []
+    for column, by_run in columns.items():
+        n = len(by_run)
+        least = min(by_run, key=lambda run: by_run[run].least)
+        largest = max(by_run, key=lambda run: by_run[run].largest)
+        low, high = by_run[least], by_run[largest]
+        rows.append(
+            {
+                "situation": situation,
+                "column": column,
+                "runs": n,
+                "mean": sum(x.mean for x in by_run.values()) / n,
+                "deviation": sqrt(sum(x.deviation**2 for x in by_run.values()) / n),
+                "least": low.least,
+                "run_of_least": least,
+                "time_of_least_[s]": low.time_of_least,
+                "largest": high.largest,
+                "run_of_largest": largest,
+                "time_of_largest_[s]": high.time_of_largest,
+                "safety_factor": factor,
+                "factored_least": factor * low.least,
+                "factored_largest": factor * high.largest,
+            }
+        )
+    return rows
+
+
+def _find_worst(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The row of a channel over all situations; extremes are those of loads with factors."""
+    least = min(rows, key=lambda row: float(row["factored_least"]))
+    largest = max(rows, key=lambda row: float(row["factored_largest"]))
+    low = {key: value for key, value in least.items() if "least" in key}
+    high = {key: value for key, value in largest.items() if "largest" in key}
+    blank = {"mean": "", "deviation": "", "safety_factor": ""}
+    runs = sum(int(row["runs"]) for row in rows)
+    return {**rows[0], **blank, "situation": ALL, "runs": runs, **low, **high}
