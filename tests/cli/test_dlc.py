@@ -41,10 +41,14 @@ duration = "1 s"
 transient = "0.5 s"
 [situation."4.1"]
 winds = ["cut_out"]
+per_year = [50]
 duration = "1 s"
 transient = 0
 set = {"event.stop.kind" = "shut_down", "event.stop.time" = 0.5, "event.stop.rate" = "4 deg/s"}
 """
+
+
+TABLES = ("runs.csv", "set.csv", "fatigue.csv")
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +79,7 @@ def done(folder):
 
 
 def test_a_set_runs_all_its_situations_and_writes_tables(folder, done):
-    assert "3 of 3 runs finished; results out/: runs.csv, set.csv" in done.stdout
+    assert "3 of 3 runs finished; results out/: runs.csv, set.csv, fatigue.csv" in done.stdout
     assert done.stderr.count("finished in") == 3
     runs = read(folder / "out" / "runs.csv")
     assert [row["run"] for row in runs] == ["1.2/v12_s1", "1.2/v12_s2", "4.1/v25"]
@@ -87,11 +91,13 @@ def test_a_set_runs_all_its_situations_and_writes_tables(folder, done):
     statistics = read(folder / "out" / row["run_of_largest"] / "statistics.csv")
     (same,) = (x for x in statistics if x["column"] == "rotor_speed_[rpm]")
     assert float(same["largest"]) == float(row["largest"]) and row["runs"] == "2"
+    loads = read(folder / "out" / "fatigue.csv")
+    assert {row["run"] for row in loads} == {*(row["run"] for row in runs), "lifetime"}
     assert len(list((folder / "turbulence").iterdir())) == 2  # shared by all runs with them
 
 
 def test_called_again_it_runs_what_is_missing_with_the_same_tables(folder, done):
-    before = {name: (folder / "out" / name).read_bytes() for name in ("runs.csv", "set.csv")}
+    before = {name: (folder / "out" / name).read_bytes() for name in TABLES}
     listed = start(folder, "-o", "out", "--list").stdout
     assert listed.count("finished ") == 3 and "3 runs of 2 situations; 0 s with" in listed
     (folder / "out" / "1.2" / "v12_s2" / "summary.json").unlink()

@@ -28,6 +28,24 @@ NAMED = ("cut_in", "rated", "cut_out", "reference")
 _WIND = re.compile(rf"(?:([\d.]+)\s+)?({'|'.join(NAMED)})(?:\s*([-+])\s*(.+))?")
 
 
+class Lifetime(BaseModel):
+    """How long a turbine stands, and in which winds.
+
+    Attributes:
+        years: Its life.
+        mean_wind: Mean of the year at the hub; 0.2 V_ref of the class if None [m/s].
+        shape: Exponent of Weibull's distribution of the wind speed; 2 is Rayleigh's [-].
+        cycles: Equivalent cycles of the life [-].
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    years: Annotated[float, Field(gt=0.0, le=1000.0)] = 20.0
+    mean_wind: Annotated[Speed, Positive] | None = None
+    shape: Annotated[float, Field(ge=0.5, le=10.0)] = 2.0
+    cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 1e7
+
+
 class LoadSet(BaseModel):
     """A load set; its runs follow from it by `turbine_fenicsx.load_sets.plan`.
 
@@ -44,6 +62,7 @@ class LoadSet(BaseModel):
         processes: How many runs at a time; all cores if None.
         set: Changes of all runs by dotted key.
         situation: Changes of situations by name, and further ones.
+        lifetime: For equivalent loads of the life.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -61,6 +80,7 @@ class LoadSet(BaseModel):
     processes: Annotated[int, Field(ge=1)] | None = None
     set: Changes = {}
     situation: dict[str, dict[str, Any]] = {}
+    lifetime: Lifetime = Lifetime()
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> LoadSet:
@@ -102,14 +122,19 @@ class LoadSet(BaseModel):
         n = int((self.cut_out - self.cut_in) / self.wind_step * (1.0 + 1e-9)) + 1
         return [round(float(x), 9) for x in self.cut_in + self.wind_step * np.arange(n)]
 
+    @property
+    def reference(self) -> float:
+        """V_ref of the class [m/s]."""
+        return REFERENCE_SPEEDS[self.turbine_class.rstrip("ABC+")]
+
     def find_winds(self, situation: Situation, rated: float) -> list[float]:
         """Wind speeds of a situation [m/s].
 
         Args:
             rated: Wind speed from which the power is kept [m/s].
         """
-        reference = REFERENCE_SPEEDS[self.turbine_class.rstrip("ABC+")]
-        values = dict(zip(NAMED, (self.cut_in, rated, self.cut_out, reference), strict=True))
+        speeds = self.cut_in, rated, self.cut_out, self.reference
+        values = dict(zip(NAMED, speeds, strict=True))
         found: list[float] = []
         for wind in situation.winds:
             if wind == "operating":
@@ -160,6 +185,11 @@ class LoadSet(BaseModel):
         except (InputError, ValueError) as error:
             yield f"situation.{quote(name)}.winds: {error}"
             return
+        if situation.per_year and len(situation.per_year) != len(winds):
+            yield (
+                f"situation.{quote(name)}.per_year: expected one number for each of its "
+                f"{len(winds)} winds, got {len(situation.per_year)}"
+            )
         if situation.uses is not None and situation.uses not in (self.situations or known):
             yield f"situation.{quote(name)} uses {quote(situation.uses)}, which is not run"
         high = max(winds, default=0.0)

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.load_sets.lifetime import format_fatigue_of_set
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun, plan_set
 from turbine_fenicsx.load_sets.results import format_extremes, format_runs
-from turbine_fenicsx.records.output_folder import SET, SET_RUNS
+from turbine_fenicsx.postprocessing.fatigue import Fatigue, find_fatigue, list_loads
+from turbine_fenicsx.records.output_folder import FATIGUE, SET, SET_RUNS, read_histories
 from turbine_fenicsx.records.statistics import ColumnStatistics, read_statistics
 from turbine_fenicsx.study.execute import Outcome, execute
 from turbine_fenicsx.study.run import StudyProgress, refuse_to_overwrite
@@ -26,11 +28,13 @@ class SetResult:
         runs: All runs of the set.
         results: Statistics of the finished runs by name.
         failed: Reasons of the failed runs by name.
+        has_fatigue: Whether a table of fatigue is written.
     """
 
     runs: list[SetRun]
     results: dict[str, list[ColumnStatistics]] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
+    has_fatigue: bool = False
 
 
 def run_set(
@@ -43,7 +47,7 @@ def run_set(
     """Run a load set; runs that are finished already are read only.
 
     A run whose steps fail has a second try with half the step. ``set.csv`` and ``runs.csv`` are
-    written, also if some runs fail or the set is interrupted.
+    written, also if some runs fail or the set is interrupted, ``fatigue.csv`` at the end.
 
     Args:
         out: Folder of the set, with one folder for each run.
@@ -53,6 +57,7 @@ def run_set(
 
     Raises:
         InputError: if the set has mistakes, or the folder cannot be written or holds other runs.
+        ImportError: if rainflow, which counts cycles, is missing; all else is written.
     """
     runs = plan_set(load_set, overrides)
     studied = [each.run for each in runs]
@@ -80,5 +85,22 @@ def run_set(
         shown.finish()
         situations = load_set.chosen
         replace_file(out / SET_RUNS, format_runs(runs, result.results, result.failed, out).encode())
-        replace_file(out / SET, format_extremes(runs, situations, result.results).encode())
+        if result.results:
+            replace_file(out / SET, format_extremes(runs, situations, result.results).encode())
+    text = format_fatigue_of_set(load_set, runs, result.results, _Counter(out))
+    if text:
+        replace_file(out / FATIGUE, text.encode())
+        result.has_fatigue = True
     return result
+
+
+@dataclass(frozen=True)
+class _Counter:
+    """Counts cycles of moments and strains of runs in a folder."""
+
+    folder: Path
+
+    def __call__(self, run: str, begin: float) -> list[Fatigue]:
+        """Fatigue of a run from a time on; none of one without loads."""
+        (series,) = read_histories([self.folder / run])
+        return find_fatigue(series, start=begin) if list_loads(series) else []

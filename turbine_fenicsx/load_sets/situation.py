@@ -60,6 +60,8 @@ class Situation(BaseModel):
         variants: Changes by name, each of which is run.
         evaluates: What its runs are for.
         safety_factor: Partial safety factor of the loads; by what it evaluates if None [-].
+        per_year: How often it happens in a year at each of its winds; as long as the wind blows if
+            it is empty.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -77,6 +79,7 @@ class Situation(BaseModel):
     variants: dict[str, Changes] = {"": {}}
     evaluates: Literal["ultimate", "fatigue", "extrapolation"] = "ultimate"
     safety_factor: Annotated[float, Field(gt=0.0, le=10.0)] | None = None
+    per_year: tuple[Annotated[float, Field(ge=0.0)], ...] = ()
 
     @property
     def factor(self) -> float:

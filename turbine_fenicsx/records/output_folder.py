@@ -25,9 +25,12 @@ from turbine_fenicsx.records.names import TIME, Family
 from turbine_fenicsx.records.parts import Parts
 from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 
+FATIGUE = "fatigue.csv"
+"""Table of the fatigue of a run, or of a load set."""
+
 RESULTS = (
     *("history.csv", "history.out", "history.outb", "history.png"),
-    *("fatigue.csv", "statistics.csv", "summary.json", "case.json"),
+    *(FATIGUE, "statistics.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),

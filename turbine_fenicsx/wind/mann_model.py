@@ -81,9 +81,9 @@ class MannModel:
         The first wave along the wind has also what is slower than the box lasts.
         """
         n_x, n_y, n_z = grid.points
-        wide = BoxGrid((n_x, 2 * n_y, 2 * n_z), grid.spacing)
         k = grid.waves * self._L
-        nodes, tensors = _tabulate(k[0], k[-1], wide, self._L)
+        size = (2 * n_y, 2 * n_z)
+        nodes, tensors = _tabulate(k[0], k[-1], size, grid.spacing[1:], self._L)
         phases = np.random.default_rng([seed, 3])
         waves = np.zeros((3, n_x // 2 + 1, 2 * n_z, 2 * n_y), dtype=np.complex64)
         extra = self._enlarge_first(k[0])
@@ -117,10 +117,19 @@ class MannModel:
 
 
 @lru_cache(maxsize=2)
-def _tabulate(first: float, last: float, grid: BoxGrid, L: float) -> tuple[Array, Array]:
-    """Wave numbers k_1 L and C_ij dk_2 dk_3 at them, shape (nodes, 6, n_z, n_y) [-]."""
+def _tabulate(
+    first: float, last: float, size: tuple[int, int], spacing: tuple[float, float], L: float
+) -> tuple[Array, Array]:
+    """Wave numbers k_1 L and C_ij dk_2 dk_3 at them, shape (nodes, 6, n_z, n_y) [-].
+
+    Args:
+        first: The least k_1 L.
+        last: The largest.
+        size: Points of the box across the wind and upwards.
+        spacing: Distances between them [m].
+    """
     nodes = np.geomspace(first, last, NODES)
-    (_, n_y, n_z), (_, d_y, d_z) = grid.points, grid.spacing
+    (n_y, n_z), (d_y, d_z) = size, spacing
     k2, k3 = (2.0 * np.pi * np.fft.fftfreq(n, d / L) for n, d in ((n_y, d_y), (n_z, d_z)))
     dk2, dk3 = 2.0 * np.pi * L / (n_y * d_y), 2.0 * np.pi * L / (n_z * d_z)
     exact, dense = one_point_spectra(nodes, SHEAR), _crowd_points()
@@ -167,10 +176,3 @@ def _take_root(C: Array, n: Array) -> Array:
     A32 = (C23 - A31 * A21) / np.maximum(A22, 1e-9 * A11)
     A33 = np.sqrt(np.maximum(C33 - A31**2 - A32**2, 0.0))
     return np.stack([A11 * n[0], A21 * n[0] + A22 * n[1], A31 * n[0] + A32 * n[1] + A33 * n[2]])
-
-
-def _grade_points() -> tuple[Array, Array]:
-    """Points of a cell from its middle, dense there, and their weights."""
-    t = (np.arange(24) + 0.5) / 24
-    p, v = 0.5 * t**4, 2.0 * t**3 / 24
-    return np.concatenate([-p[::-1], p]), np.concatenate([v[::-1], v])

@@ -55,6 +55,11 @@ def test_a_set_changes_situations_and_adds_some():
         ({"situations": ["1.1"]}, "situation.'1.1' uses '1.2', which is not run"),
         ({"seeds": [1, 2, 1]}, "seeds = [1, 2, 1]: expected numbers that do not repeat"),
         ({"seeds": [-1]}, "seeds = [-1]: expected numbers from 0 on"),
+        (
+            {"situation": {"4.1": {"per_year": [5]}}},
+            "situation.'4.1'.per_year: expected one number for each of its 3 winds, got 1",
+        ),
+        ({"lifetime": {"shape": 0}}, "lifetime.shape = 0: must be "),
         ({"cut_out": "2 m/s"}, "cut_out = 2: expected more than cut_in = 3"),
         ({"speed": 1}, "unknown key 'speed'"),
         (

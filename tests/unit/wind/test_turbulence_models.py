@@ -128,7 +128,7 @@ def test_a_grid_lasts_as_long_as_asked_and_impossible_ones_are_refused():
     for points, spacing, words in [
         ((2, 4, 4), (1.0, 1.0, 1.0), "must be 4, 2 and 2 or more"),
         ((8, 4, 4), (1.0, 0.0, 1.0), "spacing of a turbulence box must be positive"),
-        ((10**7, 64, 64), (1.0, 1.0, 1.0), "GiB is too large, at most 4: take fewer points"),
+        ((10**7, 64, 64), (1.0, 1.0, 1.0), "GiB is too large, at most 1: take fewer points"),
     ]:
         with pytest.raises(ModelError, match=words):
             BoxGrid(points, spacing)

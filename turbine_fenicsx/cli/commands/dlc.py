@@ -1,8 +1,8 @@
 """Run a load set: design load cases of IEC 61400-1 as runs of one turbine, all cores at a time.
 
 The file of the set names the case of the turbine and the situations. OUT gets a folder for each
-run, runs.csv with how they went, and set.csv with means and extremes of all channels. Called again,
-it runs what is missing.
+run, runs.csv with how they went, set.csv with means and extremes of all channels, and fatigue.csv
+with equivalent loads of the runs and of the life. Called again, it runs what is missing.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.load_sets.load_set import LoadSet
     from turbine_fenicsx.load_sets.run import run_set
-    from turbine_fenicsx.records.output_folder import SET, SET_RUNS
+    from turbine_fenicsx.records.output_folder import FATIGUE, SET, SET_RUNS
 
     load_set = LoadSet.load(options.set)
     if options.processes is not None:
@@ -69,10 +69,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if options.list:
         _list(load_set, out, options.overrides)
         return OK
-    result = run_set(load_set, out, options.overrides, choose_style(options), options.overwrite)
+    try:
+        result = run_set(load_set, out, options.overrides, choose_style(options), options.overwrite)
+    except ImportError as error:
+        raise InputError(str(error)) from None
     if not options.quiet:
         done, total = len(result.results), len(result.runs)
-        names = [SET_RUNS, *([SET] if done else [])]
+        names = [SET_RUNS, *([SET] if done else []), *([FATIGUE] if result.has_fatigue else [])]
         print(f"{done} of {total} runs finished; results {out}/: {', '.join(names)}", flush=True)
     if result.failed:
         lines = [f"run {name!r} failed, {reason}" for name, reason in result.failed.items()]

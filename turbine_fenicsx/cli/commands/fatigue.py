@@ -72,7 +72,7 @@ def _write(options: argparse.Namespace) -> list[str]:
     from turbine_fenicsx.foundation.files import replace_file
     from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
     from turbine_fenicsx.records.names import find_column
-    from turbine_fenicsx.records.output_folder import add_openfast, read_histories
+    from turbine_fenicsx.records.output_folder import FATIGUE, add_openfast, read_histories
 
     for slope in options.slope:
         if not 1.0 <= slope <= 100.0:
@@ -87,7 +87,7 @@ def _write(options: argparse.Namespace) -> list[str]:
     try:
         columns = [find_column(series.columns, name) for name in options.columns]
         found = find_fatigue(series, columns, options.slope, options.frequency, options.start)
-        path = Path(options.folder) / "fatigue.csv"
+        path = Path(options.folder) / FATIGUE
         replace_file(path, format_fatigue(found).encode())
     except (ImportError, FileError) as error:
         raise InputError(str(error)) from None

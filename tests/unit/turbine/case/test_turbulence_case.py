@@ -125,6 +125,13 @@ def test_a_folder_that_cannot_be_written_is_told_and_the_wind_blows_on(beside, c
     assert "which is no folder for writing" in caplog.text
 
 
+@pytest.mark.parallel
+def test_all_ranks_have_the_wind_of_the_first(tables, comm):
+    wind = make_inflow(Case.parse(change(tables)), comm)
+    found = comm.allgather(wind.velocity(np.array([[3.0, 20.0, 5.0], [0.0, -40.0, 9.0]]), 2.5))
+    assert all(np.array_equal(one, found[0]) for one in found) and np.ptp(found[0][:, 2]) > 0.0
+
+
 def test_a_wind_can_be_turned_as_a_whole(tables):
     straight = make_inflow(Case.parse(change(tables)))
     turned = make_inflow(Case.parse(change(tables, direction=0.3, inclination=0.1)))
