@@ -10,7 +10,7 @@ from typing import Any
 from turbine_fenicsx.foundation.errors import InputError, ModelError
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.situation import Situation
-from turbine_fenicsx.study.plan import MOST_RUNS, Run, make_runs
+from turbine_fenicsx.study.plan import MOST_RUNS, Run, as_overrides, make_runs
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.steady.operating_states import Schedule, find_schedule
 
@@ -47,14 +47,14 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
     """All runs of a set, in the order of its situations.
 
     Args:
-        overrides: More changes of all runs, such as ``"time.step=0.1"``.
+        overrides: More changes of all runs, such as ``"time.step=0.1"``; they
+            come before those of the set, and give way to those of a situation.
 
     Raises:
         InputError: with one sentence for every mistake.
     """
-    overrides = list(overrides)
-    common = {"wind.turbine_class": load_set.turbine_class, **load_set.set}
-    case = Case.load(load_set.case, overrides)
+    common = [*as_overrides(load_set.set), *overrides]
+    case = Case.load(load_set.case, common)
     chosen = load_set.chosen
     turning = [name for name, s in chosen.items() if s.start == "turning" and s.uses is None]
     if turning and case.control.kind == "none":
@@ -76,10 +76,13 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
             folder = f"{name}/{_name(wind, yaw, variant, seed)}"
             if folder in planned:
                 raise InputError(f"situation {name!r} has the run {folder!r} twice")
-            planned[folder] = {**common, **own, **changes}, name, place
+            planned[folder] = {**own, **changes}, name, place
+    for key in (each.partition("=")[0].strip() for each in common):
+        if planned and all(key in own for own, *_ in planned.values()):
+            raise InputError(f"{key!r} has no effect: each situation has its own")
     if len(planned) > MOST_RUNS:
         raise InputError(f"the set has {len(planned)} runs, expected at most {MOST_RUNS}")
-    runs = make_runs(load_set.case, overrides, {key: own for key, (own, *_) in planned.items()})
+    runs = make_runs(load_set.case, common, {key: own for key, (own, *_) in planned.items()})
     return [SetRun(run, planned[run.name][1], *planned[run.name][2]) for run in runs]
 
 
@@ -88,7 +91,9 @@ def _vary(
 ) -> Iterator[tuple[Place, dict[str, Any]]]:
     """Places of a situation and their changes by dotted key."""
     turbulent = situation.turbulence != "none"
-    model = {"wind.turbulence.model": load_set.turbulence} if turbulent else {}
+    site: dict[str, Any] = {"wind.turbine_class": load_set.turbine_class}
+    if turbulent:
+        site["wind.turbulence.model"] = load_set.turbulence
     number = situation.seeds or load_set.seeds
     first = 1
     for wind in load_set.find_winds(situation, rated):
@@ -102,7 +107,7 @@ def _vary(
                 seeds = [*number]
             for variant, own in situation.variants.items():
                 for seed in seeds:
-                    changes = {"wind.speed": wind, "wind.direction": yaw, **model}
+                    changes = {"wind.speed": wind, "wind.direction": yaw, **site}
                     if seed is not None:
                         changes["wind.turbulence.seed"] = seed
                     yield (wind, yaw, variant, seed), {**changes, **situation.changes, **own}

@@ -63,7 +63,7 @@ def plan(study: Study, overrides: Iterable[str] = ()) -> list[Run]:
         key = override.partition("=")[0].strip()
         if key in study.varied:
             raise InputError(f"{key!r} is varied by the study and cannot be set for all runs")
-    common = [*_as_overrides(study.set), *overrides]
+    common = [*as_overrides(study.set), *overrides]
     combinations = _combine(study)
     names = _name_folders(combinations)
     for name, uses in Counter(names).items():
@@ -91,7 +91,7 @@ def make_runs(
     mistakes: dict[str, list[str]] = {}
     for name, own in changes.items():
         try:
-            case = _load(path, [*common, *_as_overrides(own)])
+            case = _load(path, [*common, *as_overrides(own)])
             runs.append(Run(name, dict(own), case, format_case(case)))
         except InputError as error:
             for sentence in str(error).splitlines():
@@ -174,7 +174,7 @@ def _combine(study: Study) -> list[dict[str, Any]]:
     ]
 
 
-def _as_overrides(changes: Mapping[str, Any]) -> list[str]:
+def as_overrides(changes: Mapping[str, Any]) -> list[str]:
     """Changes in the form of the command line; JSON values are TOML values."""
     for key, value in changes.items():
         if not _is_plain(value):

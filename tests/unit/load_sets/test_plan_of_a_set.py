@@ -97,6 +97,17 @@ def test_the_rated_wind_is_where_the_blades_begin_to_pitch(case):
     assert [winds[0], winds[2]] == [3.0, 25.0]
 
 
+def test_changes_of_the_set_give_way_to_those_of_a_situation(case):
+    table = {"1.2": {**SHORT, "seeds": 1}, "6.1": {"seeds": 1}}
+    given = make_set(case, "1.2", "6.1", situation=table, set={"wind.shear": 0.3})
+    runs = plan_set(given, ["wind.shear=0.14", "time.step=0.2"])
+    assert [each.run.case.wind.shear for each in runs] == [0.14, 0.14, 0.11, 0.11]
+    assert {each.run.case.time.step for each in runs} == {0.2}
+    case.write_text(CASE.replace('kind = "pi"', 'kind = "none"'))
+    on = make_set(case, "1.2", situation=table, set={"control.kind": "pi"})
+    assert len(plan_set(on)) == 2
+
+
 def test_given_seeds_are_those_of_all_winds(case):
     runs = plan_set(
         make_set(case, "1.2", situation={"1.2": {**SHORT, "seeds": None}}, seeds=[7, 5])
@@ -113,6 +124,11 @@ def test_a_set_without_a_controller_or_with_equal_runs_is_refused(case):
     steady = {**SHORT, "winds": [8, "8 m/s"], "turbulence": "none"}
     with pytest.raises(InputError, match=r"situation '1.2' has the run '1.2/v8' twice"):
         plan_set(make_set(case, "1.2", situation={"1.2": steady}))
+    given = make_set(case, "1.2", situation={"1.2": SHORT}, set={"time.end": 5})
+    with pytest.raises(InputError, match=r"'time.end' has no effect: each situation has its own"):
+        plan_set(given)
+    with pytest.raises(InputError, match=r"'wind.speed' has no effect: each situation has its"):
+        plan_set(make_set(case, "1.2", situation={"1.2": SHORT}), ["wind.speed = 5"])
     with pytest.raises(InputError, match=r"unknown key 'wind.gusts'"):
         plan_set(make_set(case, "1.2", situation={"1.2": SHORT}, set={"wind.gusts": "EOG"}))
 
