@@ -25,6 +25,12 @@ from turbine_fenicsx.wind.gusts import REFERENCE_SPEEDS
 NAMED = ("cut_in", "rated", "cut_out", "reference")
 """Words for wind speeds."""
 
+ALL = "all"
+"""Name of all situations together in tables, which none of them has."""
+
+_NAME = re.compile(r"\w[\w.+-]*")  # of folders
+_LETTERS = "letters, digits, '.', '_', '+' and '-' that begins with a letter or digit"
+
 _WIND = re.compile(rf"(?:([\d.]+)\s+)?({'|'.join(NAMED)})(?:\s*([-+])\s*(.+))?")
 
 
@@ -169,7 +175,9 @@ class LoadSet(BaseModel):
         if not self.cut_in < self.cut_out:
             yield f"cut_out = {self.cut_out:g}: expected more than cut_in = {self.cut_in:g}"
         for name in self.situations or known:
-            if name in known:
+            if name == ALL or not _NAME.fullmatch(name):
+                yield f"situation.{quote(name)}: expected a name of {_LETTERS}, but not {ALL!r}"
+            elif name in known:
                 yield from self._find_mistakes_of(name, known)
 
     def _find_mistakes_of(self, name: str, known: Mapping[str, Any]) -> Iterator[str]:
@@ -185,6 +193,12 @@ class LoadSet(BaseModel):
         except (InputError, ValueError) as error:
             yield f"situation.{quote(name)}.winds: {error}"
             return
+        for variant in situation.variants:
+            if variant and not _NAME.fullmatch(variant):
+                yield (
+                    f"situation.{quote(name)}.variants: {quote(variant)} is none, expected names "
+                    f"of {_LETTERS}"
+                )
         if situation.per_year and len(situation.per_year) != len(winds):
             yield (
                 f"situation.{quote(name)}.per_year: expected one number for each of its "

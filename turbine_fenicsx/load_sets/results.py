@@ -7,14 +7,12 @@ from math import degrees, sqrt
 from pathlib import Path
 from typing import Any
 
+from turbine_fenicsx.load_sets.load_set import ALL
 from turbine_fenicsx.load_sets.plan import SetRun
 from turbine_fenicsx.load_sets.situation import Situation
 from turbine_fenicsx.records.mode_tables import format_rows
 from turbine_fenicsx.records.output_folder import read_tables
 from turbine_fenicsx.records.statistics import ColumnStatistics
-
-ALL = "all"
-"""Row of a channel over all situations, by loads times their safety factors."""
 
 Results = Mapping[str, Sequence[ColumnStatistics]]
 """Statistics of finished runs by name."""

@@ -13,6 +13,9 @@ from turbine_fenicsx.foundation.types import Array
 MAX_BYTES = 2**30
 """Larger boxes are not made; Mann's model needs some ten times as much meanwhile."""
 
+MAX_PLANES = 1e9
+"""More are too many for any box, and some computers cannot count them."""
+
 
 @dataclass(frozen=True)
 class BoxGrid:
@@ -55,7 +58,8 @@ class BoxGrid:
             width: And height [m].
             across: Points across the wind, and upwards.
         """
-        n = 2 * scipy.fft.next_fast_len(max(2, int(np.ceil(0.5 * duration / time_step - 1e-9))))
+        half = min(0.5 * duration / time_step, MAX_PLANES)
+        n = 2 * scipy.fft.next_fast_len(max(2, int(np.ceil(half - 1e-9))))
         side = width / (across - 1)
         return BoxGrid((n, across, across), (speed * time_step, side, side))
 

@@ -59,6 +59,15 @@ def test_a_set_changes_situations_and_adds_some():
             {"situation": {"4.1": {"per_year": [5]}}},
             "situation.'4.1'.per_year: expected one number for each of its 3 winds, got 1",
         ),
+        (
+            {"situation": {"../x": {}}},
+            "situation.'../x': expected a name of letters, digits, '.', ",
+        ),
+        ({"situation": {"all": {}}}, "situation.'all': expected a name of letters, "),
+        (
+            {"situation": {"own": {"winds": [9], "variants": {"a/b": {}}}}},
+            "situation.'own'.variants: 'a/b' is none, expected names of letters, digits, ",
+        ),
         ({"lifetime": {"shape": 0}}, "lifetime.shape = 0: must be "),
         ({"cut_out": "2 m/s"}, "cut_out = 2: expected more than cut_in = 3"),
         ({"speed": 1}, "unknown key 'speed'"),

@@ -174,6 +174,7 @@ def test_it_is_described_and_one_that_begins_anew_is_doubted(tables):
         ({"turbulence": {"intensity": 14}}, "wind.turbulence.intensity = 14: "),
         ({"turbulence": {"duration": 3.0}}, "wind.turbulence.duration = 3: expected at least four"),
         ({"turbulence": {"width": 80.0}}, "wind.turbulence: the wind field is 80 m wide, the"),
+        ({"turbulence": {"time_step": 1e-320}}, "wind.turbulence: a turbulence box of 559 GiB is"),
         ({"turbulence": {"time_step": 1e-6}}, "wind.turbulence: a turbulence box of 33.5 GiB is"),
         (
             {"box": {"files": ["u", "v", "w"], "points": [9, 9, 9], "spacing": [1, 1, 1]}},
