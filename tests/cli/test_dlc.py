@@ -5,32 +5,9 @@ import subprocess
 import sys
 
 import pytest
-from aero_files import write_aerodyn
+from controlled_case import write_controlled_case
 from patience import patience
 
-CASE = """
-[time]
-step = "0.1 s"
-[turbine]
-model = "rigid"
-[wind]
-speed = "9 m/s"
-hub_height = "90 m"
-turbulence = {points = 4, time_step = "1 s"}
-[aero]
-file = "rotor.dat"
-stations = 6
-[pitch]
-drive = "actuator"
-[drivetrain]
-model = "stiff"
-ratio = 97
-generator_inertia = 500
-[control]
-kind = "pi"
-[output]
-fields_every = 0
-"""
 SET = """
 case = "case.toml"
 situations = ["1.1", "1.2", "4.1"]
@@ -54,8 +31,7 @@ TABLES = ("runs.csv", "set.csv", "fatigue.csv")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("set")
-    write_aerodyn(folder)
-    (folder / "case.toml").write_text(CASE)
+    write_controlled_case(folder)
     (folder / "set.toml").write_text(SET)
     return folder
 
@@ -109,7 +85,7 @@ def test_called_again_it_runs_what_is_missing_with_the_same_tables(folder, done)
 
 
 def test_a_case_that_has_changed_and_processes_that_cannot_be_are_refused(folder, done):
-    changed = start(folder, "-o", "out", "--set", "aero.stations=5")
+    changed = start(folder, "-o", "out", "--set", "aero.stations=9")
     assert changed.returncode == 2
     assert "'out/1.2/v12_s1' and 2 more holds the results of another case" in changed.stderr
     assert start(folder, "-j", "0").stderr == "error: --processes 0: must be at least 1\n"

@@ -6,10 +6,11 @@ import difflib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
 
 Key = tuple[str, ...]
@@ -42,6 +43,18 @@ _WORDS = (
 
 _SIMILAR = 0.7
 """Names at least as similar as this are suggested, those in the same table from 0.1 less on."""
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def validate(model: type[Model], data: Any) -> Model:
+    """A model of nested tables, or an InputError with one sentence for every mistake."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        sentences = [mistake.sentence for mistake in find_mistakes(error, data, model)]
+        raise InputError("\n".join(sentences)) from None
 
 
 def find_mistakes(error: ValidationError, data: Any, tables: type[BaseModel]) -> list[Mistake]:

@@ -77,7 +77,7 @@ def weigh_runs(
     bins = WindBins(speeds, life.shape, life.mean_wind or MEAN_WIND * load_set.reference)
     done = [each for each in counted if each.run.name in finished]
     at_event = Counter((each.situation, each.wind) for each in done)
-    at_speed = Counter(each.wind for each in done if each in lasting)
+    at_speed = Counter(x.wind for x in done if not situations[x.situation].per_year)
     weights = {}
     for each in done:
         situation = situations[each.situation]

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from turbine_fenicsx.case.mistakes import find_mistakes
+from turbine_fenicsx.case.mistakes import validate
 from turbine_fenicsx.case.quantities import Speed, to_si
 from turbine_fenicsx.case.section import Positive
 from turbine_fenicsx.case.toml_file import read_toml
@@ -21,6 +21,9 @@ from turbine_fenicsx.load_sets.situation import Situation, read_standard
 from turbine_fenicsx.study.file import Changes
 from turbine_fenicsx.turbine.tables.wind import Classes
 from turbine_fenicsx.wind.gusts import REFERENCE_SPEEDS
+
+MOST_WINDS = 1000
+"""Wind speeds between cut-in and cut-out."""
 
 NAMED = ("cut_in", "rated", "cut_out", "reference")
 """Words for wind speeds."""
@@ -106,11 +109,7 @@ class LoadSet(BaseModel):
     @staticmethod
     def parse(data: Mapping[str, Any]) -> LoadSet:
         """Make a set from nested tables; raises as `load`."""
-        try:
-            found = LoadSet.model_validate(data)
-        except ValidationError as error:
-            sentences = [mistake.sentence for mistake in find_mistakes(error, data, LoadSet)]
-            raise InputError("\n".join(sentences)) from None
+        found = validate(LoadSet, data)
         if mistakes := list(found._find_mistakes()):
             raise InputError("\n".join(mistakes))
         return found
@@ -158,7 +157,7 @@ class LoadSet(BaseModel):
     def _read(self, name: str) -> Situation:
         """A situation of the standard with changes, or one of the file."""
         data = {**read_standard().get(name, {}), **self.situation.get(name, {})}
-        return Situation.model_validate(data)
+        return validate(Situation, data)
 
     def _find_mistakes(self) -> Iterator[str]:
         """Sentences about what does not fit together."""
@@ -174,6 +173,10 @@ class LoadSet(BaseModel):
             yield f"seeds = {list(self.seeds)}: expected numbers from 0 on"
         if not self.cut_in < self.cut_out:
             yield f"cut_out = {self.cut_out:g}: expected more than cut_in = {self.cut_in:g}"
+            return
+        if (self.cut_out - self.cut_in) / self.wind_step > MOST_WINDS:
+            yield f"wind_step = {self.wind_step:g}: expected at most {MOST_WINDS} wind speeds"
+            return
         for name in self.situations or known:
             if name == ALL or not _NAME.fullmatch(name):
                 yield f"situation.{quote(name)}: expected a name of {_LETTERS}, but not {ALL!r}"
@@ -184,12 +187,11 @@ class LoadSet(BaseModel):
         """Sentences about a situation."""
         try:
             situation = self._read(name)
-            winds = self.find_winds(situation, 0.5 * (self.cut_in + self.cut_out))
-        except ValidationError as error:
-            data = {**read_standard().get(name, {}), **self.situation.get(name, {})}
-            for mistake in find_mistakes(error, data, Situation):
-                yield f"situation.{quote(name)}.{mistake.sentence}"
+        except InputError as error:
+            yield from (f"situation.{quote(name)}.{line}" for line in str(error).splitlines())
             return
+        try:
+            winds = self.find_winds(situation, 0.5 * (self.cut_in + self.cut_out))
         except (InputError, ValueError) as error:
             yield f"situation.{quote(name)}.winds: {error}"
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, nan
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError, ModelError
@@ -47,8 +47,8 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
     """All runs of a set, in the order of its situations.
 
     Args:
-        overrides: More changes of all runs, such as ``"time.step=0.1"``; they
-            come before those of the set, and give way to those of a situation.
+        overrides: More changes of all runs, such as ``"time.step=0.1"``, in place of those of the
+            set; those of a situation are stronger.
 
     Raises:
         InputError: with one sentence for every mistake.
@@ -56,14 +56,14 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
     common = [*as_overrides(load_set.set), *overrides]
     case = Case.load(load_set.case, common)
     chosen = load_set.chosen
-    turning = [name for name, s in chosen.items() if s.start == "turning" and s.uses is None]
-    if turning and case.control.kind == "none":
+    needs = [name for name, s in chosen.items() if _needs_controller(s, load_set)]
+    if needs and case.control.kind == "none":
         raise InputError(
-            f'situation "{turning[0]}" needs a controller, but the case has control.kind = "none"'
+            f'situation "{needs[0]}" needs a controller, but the case has control.kind = "none"'
         )
-    schedule = find_schedule(case) if case.control.kind != "none" else None
+    schedule = find_schedule(case) if needs else None
     starts: dict[float, dict[str, Any]] = {}
-    rated = load_set.rated or _find_rated(schedule, load_set)
+    rated = load_set.rated or (nan if schedule is None else _find_rated(schedule, load_set))
     planned: dict[str, tuple[dict[str, Any], str, Place]] = {}
     for name, situation in chosen.items():
         if situation.uses is not None:
@@ -76,12 +76,12 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
             folder = f"{name}/{_name(wind, yaw, variant, seed)}"
             if folder in planned:
                 raise InputError(f"situation {name!r} has the run {folder!r} twice")
+            if len(planned) == MOST_RUNS:
+                raise InputError(f"the set has more than {MOST_RUNS} runs")
             planned[folder] = {**own, **changes}, name, place
     for key in (each.partition("=")[0].strip() for each in common):
         if planned and all(key in own for own, *_ in planned.values()):
             raise InputError(f"{key!r} has no effect: each situation has its own")
-    if len(planned) > MOST_RUNS:
-        raise InputError(f"the set has {len(planned)} runs, expected at most {MOST_RUNS}")
     runs = make_runs(load_set.case, common, {key: own for key, (own, *_) in planned.items()})
     return [SetRun(run, planned[run.name][1], *planned[run.name][2]) for run in runs]
 
@@ -132,11 +132,15 @@ def _find_start(schedule: Schedule, wind: float) -> dict[str, Any]:
     }
 
 
-def _find_rated(schedule: Schedule | None, load_set: LoadSet) -> float:
+def _needs_controller(situation: Situation, load_set: LoadSet) -> bool:
+    """Whether the controller says how runs begin, or where the rated wind is."""
+    uses_rated = load_set.rated is None and any("rated" in str(x) for x in situation.winds)
+    return situation.uses is None and (situation.start == "turning" or uses_rated)
+
+
+def _find_rated(schedule: Schedule, load_set: LoadSet) -> float:
     """Least wind speed at which blades pitch to keep the power [m/s], to `FINENESS`."""
     low, high = load_set.cut_in, load_set.cut_out
-    if schedule is None:
-        return 0.5 * (low + high)  # no situation that is left asks for it
     while high - low > FINENESS:
         middle = 0.5 * (low + high)
         state = schedule.at(middle)

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.load_sets.lifetime import format_fatigue_of_set
 from turbine_fenicsx.load_sets.load_set import LoadSet
@@ -17,7 +16,7 @@ from turbine_fenicsx.postprocessing.fatigue import Fatigue, find_fatigue, list_l
 from turbine_fenicsx.records.output_folder import FATIGUE, SET, SET_RUNS, read_histories
 from turbine_fenicsx.records.statistics import ColumnStatistics, read_statistics
 from turbine_fenicsx.study.execute import Outcome, execute
-from turbine_fenicsx.study.run import StudyProgress, refuse_to_overwrite
+from turbine_fenicsx.study.run import StudyProgress, make_folder, refuse_to_overwrite
 
 
 @dataclass
@@ -63,10 +62,7 @@ def run_set(
     studied = [each.run for each in runs]
     if not overwrite:
         refuse_to_overwrite(studied, out)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write to {str(out)!r}: {error.strerror}") from None
+    make_folder(out)
     result = SetResult(runs)
     shown = StudyProgress(len(runs), progress)
 

@@ -8,9 +8,9 @@ from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from turbine_fenicsx.case.mistakes import find_mistakes
+from turbine_fenicsx.case.mistakes import validate
 from turbine_fenicsx.case.toml_file import read_toml
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.text_files import quote
@@ -133,11 +133,7 @@ class Study(BaseModel):
     @staticmethod
     def parse(data: Mapping[str, Any]) -> Study:
         """Make a study from nested tables."""
-        try:
-            study = Study.model_validate(data)
-        except ValidationError as error:
-            sentences = [mistake.sentence for mistake in find_mistakes(error, data, Study)]
-            raise InputError("\n".join(sentences)) from None
+        study = validate(Study, data)
         mistakes = list(study._find_contradictions())
         if mistakes:
             raise InputError("\n".join(mistakes))

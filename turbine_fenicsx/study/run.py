@@ -125,10 +125,7 @@ def run_study(
     if study.curve and study.curve.reference is not None:
         read_reference(study.curve.reference, study.curve.x, study.curve.y)
     check_quantities(wanted)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write to {str(out)!r}: {error.strerror}") from None
+    make_folder(out)
     result = StudyResult(runs)
     shown = StudyProgress(len(runs), progress)
 
@@ -165,6 +162,14 @@ def _find_large_drifts(study: Study, run: Run, folder: Path) -> dict[str, float]
         return {}
     drifts = find_drifts(folder, study.average, study.wanted)
     return {name: drift for name, drift in drifts.items() if drift > MAX_DRIFT}
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder of many runs, unless it is there."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write to {str(out)!r}: {error.strerror}") from None
 
 
 def refuse_to_overwrite(runs: list[Run], out: Path) -> None:

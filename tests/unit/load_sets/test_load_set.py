@@ -70,6 +70,7 @@ def test_a_set_changes_situations_and_adds_some():
         ),
         ({"lifetime": {"shape": 0}}, "lifetime.shape = 0: must be "),
         ({"cut_out": "2 m/s"}, "cut_out = 2: expected more than cut_in = 3"),
+        ({"wind_step": 1e-9}, "wind_step = 1e-09: expected at most 1000 wind speeds"),
         ({"speed": 1}, "unknown key 'speed'"),
         (
             {"situation": {"1.2": {"winds": [12, 27]}}},

@@ -4,7 +4,7 @@ import csv
 from math import radians
 
 import pytest
-from aero_files import write_aerodyn
+from controlled_case import write_controlled_case
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.load_sets.load_set import LoadSet
@@ -14,36 +14,12 @@ from turbine_fenicsx.records.statistics import ColumnStatistics
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.steady.operating_states import find_schedule
 
-CASE = """
-[time]
-step = "0.1 s"
-[turbine]
-model = "rigid"
-[wind]
-speed = "9 m/s"
-shear = 0
-hub_height = "90 m"
-[aero]
-file = "rotor.dat"
-stations = 8
-[pitch]
-drive = "actuator"
-[drivetrain]
-model = "stiff"
-ratio = 97
-generator_inertia = 500
-[control]
-kind = "pi"
-"""
 SHORT = {"duration": 20, "transient": 10, "winds": [8, 18], "seeds": 2}
 
 
 @pytest.fixture
 def case(tmp_path):
-    write_aerodyn(tmp_path)
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    return path
+    return write_controlled_case(tmp_path)
 
 
 def make_set(case, *situations, **tables):
@@ -103,7 +79,7 @@ def test_changes_of_the_set_give_way_to_those_of_a_situation(case):
     runs = plan_set(given, ["wind.shear=0.14", "time.step=0.2"])
     assert [each.run.case.wind.shear for each in runs] == [0.14, 0.14, 0.11, 0.11]
     assert {each.run.case.time.step for each in runs} == {0.2}
-    case.write_text(CASE.replace('kind = "pi"', 'kind = "none"'))
+    case.write_text(case.read_text().replace('kind = "pi"', 'kind = "none"'))
     on = make_set(case, "1.2", situation=table, set={"control.kind": "pi"})
     assert len(plan_set(on)) == 2
 
@@ -119,6 +95,11 @@ def test_a_set_without_a_controller_or_with_equal_runs_is_refused(case):
     given = make_set(case, "1.2", situation={"1.2": SHORT})
     with pytest.raises(InputError, match=r'situation "1.2" needs a controller, but the case has'):
         plan_set(given, ["control.kind=none"])
+    own = {"own": {"winds": ["rated"], "start": "given", "duration": 1, "transient": 0}}
+    with pytest.raises(InputError, match=r'situation "own" needs a controller, but the case has'):
+        plan_set(make_set(case, "own", situation=own), ["control.kind=none"])
+    known = make_set(case, "own", situation=own, rated="11 m/s")
+    assert [each.wind for each in plan_set(known, ["control.kind=none"])] == [11.0]
     twice = make_set(case, "1.2", situation={"1.2": {**SHORT, "winds": [8, "8 m/s"], "seeds": 1}})
     assert len(plan_set(twice)) == 2  # other seeds
     steady = {**SHORT, "winds": [8, "8 m/s"], "turbulence": "none"}

@@ -15,10 +15,13 @@ from typing import Any
 from turbine_fenicsx.cli.commands._common import (
     NOT_CONVERGED,
     OK,
-    add_overrides,
-    add_progress,
     fail,
     need_dolfinx,
+)
+from turbine_fenicsx.cli.commands._many_runs import (
+    add_many_runs,
+    choose_folder,
+    choose_processes,
 )
 from turbine_fenicsx.cli.commands._running import choose_style
 
@@ -26,27 +29,12 @@ from turbine_fenicsx.cli.commands._running import choose_style
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("set", metavar="SET", help="file of the load set (TOML)")
-    parser.add_argument(
-        "-o", "--out", metavar="OUT", help="output folder, out/NAME for a file NAME.toml"
+    add_many_runs(
+        parser,
+        "runs at a time; default: all cores",
+        "the runs, which of them are finished, how long they last, and warnings of the first one "
+        "of each situation",
     )
-    parser.add_argument(
-        "-j",
-        "--processes",
-        metavar="N",
-        type=int,
-        help="how many runs at a time; default: all cores",
-    )
-    parser.add_argument(
-        "--list",
-        action="store_true",
-        help="only list the runs, which of them are finished, how long they last, and warnings of "
-        "the first one of each situation",
-    )
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace results of other cases in these folders"
-    )
-    add_overrides(parser)
-    add_progress(parser)
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -60,12 +48,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.load_sets.run import run_set
     from turbine_fenicsx.records.output_folder import FATIGUE, SET, SET_RUNS
 
-    load_set = LoadSet.load(options.set)
-    if options.processes is not None:
-        if options.processes < 1:
-            raise InputError(f"--processes {options.processes}: must be at least 1")
-        load_set = load_set.model_copy(update={"processes": options.processes})
-    out = Path(options.out or Path("out") / Path(options.set).stem)
+    load_set = choose_processes(options, LoadSet.load(options.set))
+    out = choose_folder(options, options.set)
     if options.list:
         _list(load_set, out, options.overrides)
         return OK

@@ -10,10 +10,13 @@ from typing import Any
 from turbine_fenicsx.cli.commands._common import (
     NOT_CONVERGED,
     OK,
-    add_overrides,
-    add_progress,
     fail,
     need_dolfinx,
+)
+from turbine_fenicsx.cli.commands._many_runs import (
+    add_many_runs,
+    choose_folder,
+    choose_processes,
 )
 from turbine_fenicsx.cli.commands._running import choose_style
 
@@ -21,18 +24,7 @@ from turbine_fenicsx.cli.commands._running import choose_style
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("study", metavar="STUDY", help="study file (TOML)")
-    parser.add_argument(
-        "-o", "--out", metavar="OUT", help="output folder, out/NAME for a study file NAME.toml"
-    )
-    parser.add_argument("-j", "--processes", metavar="N", type=int, help="how many runs at a time")
-    parser.add_argument(
-        "--list", action="store_true", help="only list the runs and which of them are finished"
-    )
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace results of other cases in these folders"
-    )
-    add_overrides(parser)
-    add_progress(parser)
+    add_many_runs(parser, "how many runs at a time", "the runs and which of them are finished")
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -48,12 +40,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.study.file import Study
     from turbine_fenicsx.study.run import run_study
 
-    study = Study.load(options.study)
-    if options.processes is not None:
-        if options.processes < 1:
-            raise InputError(f"--processes {options.processes}: must be at least 1")
-        study = study.model_copy(update={"processes": options.processes})
-    out = Path(options.out or Path("out") / Path(options.study).stem)
+    study = choose_processes(options, Study.load(options.study))
+    out = choose_folder(options, options.study)
     if options.list:
         _list(study, out, options.overrides)
         return OK
