@@ -54,7 +54,11 @@ nitpick_ignore_regex = [
     # type variables, and types whose marks are no classes
     (
         "py:class",
-        r"turbine_fenicsx\.(foundation\.memo\.Value|case\.(contradictions\.Method|files\.Result))",
+        r"turbine_fenicsx\.foundation\.memo\.Value",
+    ),
+    (
+        "py:class",
+        r"turbine_fenicsx\.case\.(contradictions\.Method|files\.Result|mistakes\.Model)",
     ),
     ("py:class", r"turbine_fenicsx\..*\.Annotated\[.*"),
 ]
