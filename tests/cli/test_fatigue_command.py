@@ -52,12 +52,32 @@ def test_columns_frequency_and_start_are_obeyed(out, capfd):
     assert float(equivalent) == pytest.approx(1.6 * (6.5 / 12.0) ** 0.1, rel=0.02)
 
 
+def test_ultimate_loads_and_matrices_are_obeyed(out, capfd):
+    columns = ["--columns", "root_moment_1_y_[Nm]", "tip_flap_1_[m]"]
+    assert main(["fatigue", str(out), *columns, "--slope", "4"]) == 0
+    plain = [float(line.split()[3]) for line in capfd.readouterr().out.splitlines()[1:3]]
+    options = ["--slope", "4", "--ultimate", "1e30", "10", "--markov"]
+    assert main(["fatigue", str(out), *columns, *options]) == 0
+    *lines, fatigue, markov = capfd.readouterr().out.splitlines()
+    corrected = [float(line.split()[3]) for line in lines[1:3]]
+    assert corrected[0] == plain[0] and corrected[1] > plain[1]
+    assert (fatigue, markov) == (f"{out}/fatigue.csv", f"{out}/markov.csv")
+    with open(markov, newline="") as file:
+        rows = list(csv.DictReader(file))
+    for line in lines[1:3]:
+        counts = [float(row["cycles"]) for row in rows if row["column"] == line.split()[0]]
+        assert sum(counts) == float(line.split()[1])
+
+
 MISTAKES = {
     "no folder": (["{out}/none"], "no output folder"),
     "slope": (["{out}", "--slope", "0.5"], "--slope 0.5: must be between 1 and 100"),
     "slope that is none": (["{out}", "--slope", "nan"], "--slope nan: must be"),
     "frequency": (["{out}", "--frequency", "0"], "--frequency 0: must be greater than 0"),
     "column": (["{out}", "--columns", "root"], "has no column 'root'"),
+    "ultimate loads": (["{out}", "--ultimate", "1", "2"], "give one number, or one for each of"),
+    "ultimate load": (["{out}", "--ultimate", "-1"], "--ultimate -1: must be greater than 0"),
+    "small ultimate load": (["{out}", "--ultimate", "1"], "[Nm]' is 1: expected more than its"),
     "late start": (["{out}", "--start", "12"], "fewer than two numbers from t = 12 s on"),
 }
 

@@ -1,7 +1,6 @@
 """Fatigue of a run: cycles of its columns, and the ranges that do the same damage.
 
-Cycles are counted by the rainflow method of ASTM E1049-85, half cycles as one half. For an S-N
-curve of slope m,
+For an S-N curve of slope m,
 
     S_eq = (sum_i n_i S_i^m / N)^(1/m)
 
@@ -11,22 +10,25 @@ the run times a frequency, 1 Hz by custom.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.cycles import (
+    Cycles,
+    correct_means,
+    count_cycles,
+    equivalent_range,
+)
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.mode_tables import format_rows
 from turbine_fenicsx.records.output_folder import TimeSeries
 
 GLASS_SLOPE, STEEL_SLOPE, FREQUENCY = 10.0, 4.0, 1.0
 """Slopes for laminates with glass fibres and for steel [-]; frequency of equivalent cycles [Hz]."""
-
-ROUND_OFF = 1e-12
-"""Smaller ranges count as zero, as a part of the largest value."""
 
 STEEL = ("tower", "Twr", "YawBr", "LSS", "HSS", "Rot")
 """Beginnings of columns of parts that are of steel: tower, bearings and shafts."""
@@ -47,32 +49,40 @@ class Fatigue:
     equivalent: dict[float, float]
 
 
-def count_cycles(
-    values: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Ranges of the cycles of a series, and how much each counts, 1 or 1/2; shapes (n,).
+def find_cycles(
+    series: TimeSeries, columns: Sequence[str] = (), start: float = 0.0
+) -> dict[str, Cycles]:
+    """Cycles of columns of a run, by their names.
 
-    Constant series have none, nor does round-off.
+    Args:
+        columns: Empty for moments of roots and tower base, and strain gauges.
+        start: Time before which nothing counts [s].
+
+    Raises:
+        InputError: for columns that are missing or not finite.
     """
-    try:
-        import rainflow
-    except ImportError:
-        raise ImportError("counting cycles needs rainflow: pip install rainflow") from None
-    found = [(size, count) for size, _, count, _, _ in rainflow.extract_cycles(values.tolist())]
-    ranges, counts = np.array(found, dtype=float).reshape(-1, 2).T
-    are_cycles = ranges > ROUND_OFF * np.max(np.abs(values), initial=0.0)
-    return ranges[are_cycles], counts[are_cycles]
-
-
-def equivalent_range(
-    ranges: NDArray[np.float64], counts: NDArray[np.float64], slope: float, cycles: float
-) -> float:
-    """Range that in a number of cycles does the damage of all that were counted."""
-    largest = float(np.max(ranges, initial=0.0))
-    if largest == 0.0:
-        return 0.0
-    damage = float(counts @ (ranges / largest) ** slope) / cycles
-    return float(largest * damage ** (1.0 / slope))
+    chosen = list(columns) or list_loads(series)
+    if not chosen:
+        raise InputError(
+            f"the run {series.name!r} has neither root moments nor strain gauges: choose other "
+            "columns of its history.csv"
+        )
+    time, counted = series[names.TIME], _find_counted(series, start)
+    found = {}
+    for column in chosen:
+        values = series[column]
+        wrong = np.flatnonzero(counted & ~np.isfinite(values))
+        if len(wrong):
+            raise InputError(
+                f"column {column!r} has {len(wrong)} entries that are not finite, first "
+                f"{values[wrong[0]]:g} at t = {time[wrong[0]]:g} s"
+            )
+        if np.count_nonzero(counted) < 2:
+            raise InputError(
+                f"column {column!r} has fewer than two numbers from t = {start:g} s on"
+            )
+        found[column] = count_cycles(values[counted])
+    return found
 
 
 def find_fatigue(
@@ -81,45 +91,40 @@ def find_fatigue(
     slopes: Sequence[float] = (),
     frequency: float = FREQUENCY,
     start: float = 0.0,
+    ultimate: Mapping[str, float] | None = None,
 ) -> list[Fatigue]:
     """Cycles and equivalent ranges of columns of a run.
 
     Args:
-        columns: Their names; empty for moments of roots and tower base, and strain gauges.
+        columns: As of `find_cycles`.
         slopes: Slopes of S-N curves [-]; empty for 4 of parts of steel and 10 of all others.
         frequency: Of the equivalent cycles [Hz].
         start: Time before which nothing counts [s].
+        ultimate: Ultimate loads of the columns whose means count, see
+            `turbine_fenicsx.postprocessing.cycles.correct_means`.
+
+    Raises:
+        InputError: as `find_cycles`, and for ultimate loads that a cycle reaches.
     """
-    chosen = list(columns) or list_loads(series)
-    if not chosen:
-        raise InputError(
-            f"the run {series.name!r} has neither root moments nor strain gauges: choose other "
-            "columns of its history.csv"
-        )
-    time, found = series[names.TIME], []
-    _check_times(series.name, time)
-    # loads are means over steps, and before the first step there are none
-    there = (time >= start) & (np.arange(len(time)) > 0)
-    for column in chosen:
-        values = series[column]
-        wrong = np.flatnonzero(there & ~np.isfinite(values))
-        if len(wrong):
-            raise InputError(
-                f"column {column!r} has {len(wrong)} entries that are not finite, first "
-                f"{values[wrong[0]]:g} at t = {time[wrong[0]]:g} s"
-            )
-        if np.count_nonzero(there) < 2:
-            raise InputError(
-                f"column {column!r} has fewer than two numbers from t = {start:g} s on"
-            )
-        duration = float(np.ptp(time[there]))
-        ranges, counts = count_cycles(values[there])
-        cycles = frequency * duration
+    loads = find_cycles(series, columns, start)
+    number = frequency * float(np.ptp(series[names.TIME][_find_counted(series, start)]))
+    found = []
+    for column, cycles in loads.items():
+        if ultimate and column in ultimate:
+            cycles = correct_means(cycles, ultimate[column], column)
         own = slopes or (find_slope(column),)
-        equivalent = {m: equivalent_range(ranges, counts, m, cycles) for m in own}
-        largest = float(np.max(ranges, initial=0.0))
-        found.append(Fatigue(column, float(counts.sum()), largest, equivalent))
+        equivalent = {m: equivalent_range(cycles, m, number) for m in own}
+        largest = float(np.max(cycles.ranges, initial=0.0))
+        found.append(Fatigue(column, float(cycles.counts.sum()), largest, equivalent))
     return found
+
+
+def _find_counted(series: TimeSeries, start: float) -> NDArray[np.bool_]:
+    """Rows that count; loads are means over steps, and before the first step there are none."""
+    time = series[names.TIME]
+    _check_times(series.name, time)
+    counted: NDArray[np.bool_] = (time >= start) & (np.arange(len(time)) > 0)
+    return counted
 
 
 def _check_times(name: str, time: NDArray[np.float64]) -> None:

@@ -28,9 +28,12 @@ from turbine_fenicsx.records.vtkhdf_file import VtkHdfFile
 FATIGUE = "fatigue.csv"
 """Table of the fatigue of a run, or of a load set."""
 
+MARKOV = "markov.csv"
+"""Table of numbers of cycles by range and mean, of a run or of the life of a load set."""
+
 RESULTS = (
     *("history.csv", "history.out", "history.outb", "history.png"),
-    *(FATIGUE, "statistics.csv", "summary.json", "case.json"),
+    *(FATIGUE, MARKOV, "statistics.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),

@@ -1,7 +1,8 @@
-"""Cycles are those of ASTM E1049, equivalent loads those of closed forms."""
+"""Equivalent loads are those of closed forms."""
 
 import csv
 import io
+import re
 import sys
 
 import numpy as np
@@ -10,21 +11,12 @@ from outputs import history
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.postprocessing.fatigue import (
-    count_cycles,
-    equivalent_range,
     find_fatigue,
     format_fatigue,
 )
 from turbine_fenicsx.records.output_folder import TimeSeries
 
-# ASTM E1049-85, figure 6 and the table of its rainflow count
-STANDARD = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
-COUNTS = {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
 MOMENT = "root_moment_1_y_[Nm]"
-
-
-def add_up(ranges, counts):
-    return {size: float(counts[ranges == size].sum()) for size in np.unique(ranges)}
 
 
 def sine(amplitude=3.0, cycles=50, duration=100.0, points=5001):
@@ -34,27 +26,12 @@ def sine(amplitude=3.0, cycles=50, duration=100.0, points=5001):
     return TimeSeries("run", {"time_[s]": t, MOMENT: moment})
 
 
-def test_count_of_the_standard():
-    assert add_up(*count_cycles(np.array(STANDARD, dtype=float))) == COUNTS
-
-
-def test_points_between_the_turning_points_do_not_count():
-    dense = np.interp(np.linspace(0, 8, 801), np.arange(9), STANDARD)
-    assert add_up(*count_cycles(dense)) == COUNTS
-
-
 @pytest.mark.parametrize("swing", [0.0, 1e-8])
 def test_a_constant_and_round_off_about_it_have_no_cycles(swing):
     run = sine(swing)
     run = TimeSeries("run", dict(run.columns) | {MOMENT: 3e6 + run[MOMENT]})
     (found,) = find_fatigue(run, [MOMENT], [4.0])
     assert (found.cycles, found.largest, found.equivalent) == (0.0, 0.0, {4.0: 0.0})
-
-
-def test_equivalent_range_of_the_standard():
-    ranges, counts = count_cycles(np.array(STANDARD, dtype=float))
-    damage = sum(n * size**3 for size, n in COUNTS.items())
-    assert equivalent_range(ranges, counts, 3.0, 2.0) == pytest.approx((damage / 2.0) ** (1 / 3))
 
 
 @pytest.mark.parametrize("slope", [1.0, 4.0, 10.0])
@@ -155,6 +132,18 @@ def test_wrong_columns_are_told():
         find_fatigue(TimeSeries("run", {"time_[s]": run["time_[s]"]}))
     with pytest.raises(InputError, match="fewer than two numbers from t = 100 s on"):
         find_fatigue(run, start=100.0)
+
+
+def test_means_count_where_an_ultimate_load_is_given():
+    run = sine()
+    run.columns["TwrBsMxt"] = run[MOMENT]
+    run[MOMENT][:] += 7.0
+    found = find_fatigue(run, [MOMENT, "TwrBsMxt"], ultimate={MOMENT: 21.0})
+    plain = find_fatigue(run, [MOMENT, "TwrBsMxt"])
+    assert found[0].largest == pytest.approx(1.5 * plain[0].largest, rel=1e-3)  # 21/(21 - 7)
+    assert found[1] == plain[1]
+    with pytest.raises(InputError, match=rf"ultimate load of '{re.escape(MOMENT)}' is 10: .* 10"):
+        find_fatigue(run, [MOMENT], ultimate={MOMENT: 10.0})
 
 
 def test_missing_library_is_told(monkeypatch):

@@ -54,6 +54,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="time in s before which nothing counts, while the run settles; default: 0",
     )
+    parser.add_argument(
+        "--ultimate",
+        metavar="S",
+        type=float,
+        nargs="+",
+        default=[],
+        help="ultimate loads of the columns in their order, or one of all: ranges are corrected to "
+        "zero mean by Goodman; default: means do not count",
+    )
+    parser.add_argument(
+        "--markov",
+        action="store_true",
+        help="also write OUT/markov.csv: numbers of cycles by range and mean, as they are counted",
+    )
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -70,15 +84,31 @@ def _write(options: argparse.Namespace) -> list[str]:
     """Write the table; its lines, and the path."""
     from turbine_fenicsx.foundation.errors import FileError, InputError
     from turbine_fenicsx.foundation.files import replace_file
-    from turbine_fenicsx.postprocessing.fatigue import find_fatigue, format_fatigue
+    from turbine_fenicsx.postprocessing.cycles import format_markov
+    from turbine_fenicsx.postprocessing.fatigue import (
+        find_cycles,
+        find_fatigue,
+        format_fatigue,
+        list_loads,
+    )
     from turbine_fenicsx.records.names import find_column
-    from turbine_fenicsx.records.output_folder import FATIGUE, add_openfast, read_histories
+    from turbine_fenicsx.records.output_folder import (
+        FATIGUE,
+        MARKOV,
+        add_openfast,
+        read_histories,
+    )
 
     for slope in options.slope:
         if not 1.0 <= slope <= 100.0:
             raise InputError(f"--slope {slope:g}: must be between 1 and 100")
     if not 0.0 < options.frequency < float("inf"):
         raise InputError(f"--frequency {options.frequency:g}: must be greater than 0")
+    if options.ultimate and len(options.ultimate) not in (1, len(options.columns)):
+        raise InputError("--ultimate: give one number, or one for each of --columns")
+    for load in options.ultimate:
+        if not 0.0 < load < float("inf"):
+            raise InputError(f"--ultimate {load:g}: must be greater than 0")
     (series,) = read_histories([options.folder])
     other = Path(options.folder) / "history.out"
     known = {find_column(series.columns, name) for name in options.columns}
@@ -86,12 +116,25 @@ def _write(options: argparse.Namespace) -> list[str]:
         series = add_openfast(series, other, options.columns)
     try:
         columns = [find_column(series.columns, name) for name in options.columns]
-        found = find_fatigue(series, columns, options.slope, options.frequency, options.start)
-        path = Path(options.folder) / FATIGUE
-        replace_file(path, format_fatigue(found).encode())
+        columns = columns or list_loads(series)
+        loads = options.ultimate * (len(columns) if len(options.ultimate) == 1 else 1)
+        found = find_fatigue(
+            series,
+            columns,
+            options.slope,
+            options.frequency,
+            options.start,
+            dict(zip(columns, loads, strict=False)),
+        )
+        folder = Path(options.folder)
+        texts = {FATIGUE: format_fatigue(found)}
+        if options.markov:
+            texts[MARKOV] = format_markov(find_cycles(series, columns, options.start))
+        for name, text in texts.items():
+            replace_file(folder / name, text.encode())
     except (ImportError, FileError) as error:
         raise InputError(str(error)) from None
-    return [*_format_table(found), str(path)]
+    return [*_format_table(found), *(str(folder / name) for name in texts)]
 
 
 def _format_table(found: Sequence[Fatigue]) -> list[str]:
