@@ -11,6 +11,7 @@ from patience import patience
 SET = """
 case = "case.toml"
 situations = ["1.1", "1.2", "4.1"]
+extremes = {block = "0.2 s"}
 [situation."1.2"]
 winds = ["12 m/s"]
 seeds = 2
@@ -25,7 +26,7 @@ set = {"event.stop.kind" = "shut_down", "event.stop.time" = 0.5, "event.stop.rat
 """
 
 
-TABLES = ("runs.csv", "set.csv", "fatigue.csv")
+TABLES = ("runs.csv", "set.csv", "extrapolated.csv", "fatigue.csv", "markov.csv", "set.nc")
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def done(folder):
 
 
 def test_a_set_runs_all_its_situations_and_writes_tables(folder, done):
-    assert "3 of 3 runs finished; results out/: runs.csv, set.csv, fatigue.csv" in done.stdout
+    assert f"3 of 3 runs finished; results out/: {', '.join(TABLES)}" in done.stdout
     assert done.stderr.count("finished in") == 3
     runs = read(folder / "out" / "runs.csv")
     assert [row["run"] for row in runs] == ["1.2/v12_s1", "1.2/v12_s2", "4.1/v25"]
@@ -69,6 +70,19 @@ def test_a_set_runs_all_its_situations_and_writes_tables(folder, done):
     assert float(same["largest"]) == float(row["largest"]) and row["runs"] == "2"
     loads = read(folder / "out" / "fatigue.csv")
     assert {row["run"] for row in loads} == {*(row["run"] for row in runs), "lifetime"}
+    of_life = [row for row in loads if row["run"] == "lifetime"]
+    assert {row["column"] for row in of_life} == {
+        row["column"] for row in read(folder / "out" / "markov.csv")
+    }
+    extreme = by["1.1", "root_moment_1_y_[Nm]"]
+    (value,) = (
+        row["value"]
+        for row in read(folder / "out" / "extrapolated.csv")
+        if (row["column"], row["side"]) == (extreme["column"], "largest")
+        and row["return_period_[years]"] == "50.0"
+    )
+    assert (extreme["largest"], extreme["run_of_largest"]) == (value, "extrapolated")
+    assert float(extreme["factored_largest"]) == pytest.approx(1.25 * float(value))
     assert len(list((folder / "turbulence").iterdir())) == 2  # shared by all runs with them
 
 

@@ -10,19 +10,28 @@ times each. Events happen as often as `Situation.per_year` says. With the cycles
 
     S_eq = (sum_runs w sum_i n_i S_i^m / N)^(1/m)
 
-is the range that does the same damage in N cycles.
+is the range that does the same damage in N cycles. Means count, by Goodman's correction, for loads
+whose ultimate load the set gives.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp, gamma
 
+from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.text_files import quote, suggest
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun
-from turbine_fenicsx.postprocessing.fatigue import Fatigue
+from turbine_fenicsx.postprocessing.cycles import (
+    Cycles,
+    correct_means,
+    equivalent_range,
+    join_cycles,
+)
+from turbine_fenicsx.postprocessing.fatigue import find_slope
 from turbine_fenicsx.records.mode_tables import format_rows
 
 YEAR = 365.25 * 24.0 * 3600.0
@@ -63,6 +72,13 @@ class WindBins:
         return exp(-((speed / scale) ** self.shape))
 
 
+def make_bins(load_set: LoadSet, situations: Collection[str], runs: Sequence[SetRun]) -> WindBins:
+    """Winds that the speeds of situations stand for, which last as long as their wind blows."""
+    life = load_set.lifetime
+    speeds = sorted({each.wind for each in runs if each.situation in situations})
+    return WindBins(speeds, life.shape, life.mean_wind or MEAN_WIND * load_set.reference)
+
+
 def weigh_runs(
     load_set: LoadSet, runs: Sequence[SetRun], finished: Collection[str]
 ) -> dict[str, float]:
@@ -71,11 +87,9 @@ def weigh_runs(
     Runs of one speed, or event, share what the others of it leave.
     """
     situations, life = load_set.chosen, load_set.lifetime
-    counted = [each for each in runs if situations[each.situation].evaluates == "fatigue"]
-    lasting = [each for each in counted if not situations[each.situation].per_year]
-    speeds = sorted({each.wind for each in lasting})
-    bins = WindBins(speeds, life.shape, life.mean_wind or MEAN_WIND * load_set.reference)
-    done = [each for each in counted if each.run.name in finished]
+    counted = {name: s for name, s in situations.items() if s.evaluates == "fatigue"}
+    bins = make_bins(load_set, [n for n, s in counted.items() if not s.per_year], runs)
+    done = [each for each in runs if each.situation in counted and each.run.name in finished]
     at_event = Counter((each.situation, each.wind) for each in done)
     at_speed = Counter(x.wind for x in done if not situations[x.situation].per_year)
     weights = {}
@@ -91,49 +105,74 @@ def weigh_runs(
     return weights
 
 
-def format_fatigue_of_set(
-    load_set: LoadSet,
-    runs: Sequence[SetRun],
-    finished: Collection[str],
-    find: Callable[[str, float], Sequence[Fatigue]],
-) -> str:
-    """``fatigue.csv``: equivalent ranges of each run in cycles of 1 Hz, and of the life.
+@dataclass(frozen=True, eq=False)
+class SetFatigue:
+    """Fatigue of a load set.
 
-    Empty if no run counts.
+    Attributes:
+        slopes: Of the S-N curves of all loads, by their names.
+        of_runs: Equivalent ranges in cycles of 1 Hz, by run and load.
+        of_life: Those in the equivalent cycles of the life, by load.
+        cycles: All cycles of the life by load, as they were counted.
+        times: How often each run happens in the life.
+    """
+
+    slopes: dict[str, float]
+    of_runs: dict[str, dict[str, float]]
+    of_life: dict[str, float]
+    cycles: dict[str, Cycles]
+    times: dict[str, float]
+
+
+def find_fatigue_of_set(
+    load_set: LoadSet, runs: Sequence[SetRun], counted: Mapping[str, Mapping[str, Cycles]]
+) -> SetFatigue:
+    """Equivalent ranges of runs and of the life.
 
     Args:
         runs: All runs of the set.
-        finished: Names of the finished ones.
-        find: Finds the fatigue of a run by its name from a time on, in cycles of 1 Hz.
+        counted: Cycles of finished runs by run and load.
+
+    Raises:
+        InputError: for ultimate loads that no run has, or that a cycle reaches.
     """
-    weights, situations = weigh_runs(load_set, runs, finished), load_set.chosen
+    life, times = load_set.lifetime, weigh_runs(load_set, runs, counted)
+    durations = {each.run.name: load_set.chosen[each.situation].duration for each in runs}
+    loads = list(dict.fromkeys(load for run in times for load in counted[run]))
+    for load in life.ultimate:
+        if loads and load not in loads:
+            raise InputError(
+                f"lifetime.ultimate: {quote(load)} is no load of these runs{suggest(load, loads)}"
+            )
+    slopes = {load: find_slope(load) for load in loads}
+    of_runs: dict[str, dict[str, float]] = {run: {} for run in times}
+    of_life, cycles = {}, {}
+    for load, m in slopes.items():
+        parts = {run: counted[run][load] for run in times if load in counted[run]}
+        cycles[load] = join_cycles([part.weigh(times[run]) for run, part in parts.items()])
+        if load in life.ultimate:
+            parts = {
+                run: correct_means(part, life.ultimate[load], load) for run, part in parts.items()
+            }
+        for run, part in parts.items():
+            of_runs[run][load] = equivalent_range(part, m, durations[run])
+        every = join_cycles([part.weigh(times[run]) for run, part in parts.items()])
+        of_life[load] = equivalent_range(every, m, life.cycles)
+    return SetFatigue(slopes, of_runs, of_life, cycles, times)
+
+
+def format_fatigue_of_set(found: SetFatigue) -> str:
+    """``fatigue.csv``: equivalent ranges of each run in cycles of 1 Hz, and of the life."""
     rows: list[dict[str, float | str]] = []
-    damages: dict[tuple[str, float], float] = {}
-    for each in runs:
-        if (weight := weights.get(each.run.name)) is None:
-            continue
-        situation = situations[each.situation]
-        for found in find(each.run.name, situation.transient):
-            for m, equivalent in found.equivalent.items():
-                key = found.column, m
-                damage = weight * situation.duration * equivalent**m
-                damages[key] = damages.get(key, 0.0) + damage
-                rows.append(_make_row(each.run.name, key, equivalent, weight))
-    for key, damage in damages.items():
-        equivalent = (damage / load_set.lifetime.cycles) ** (1.0 / key[1])
-        rows.append(_make_row(LIFE, key, equivalent, 1.0))
+    for run, ranges in [*found.of_runs.items(), (LIFE, found.of_life)]:
+        for load, equivalent in ranges.items():
+            rows.append(
+                {
+                    "run": run,
+                    "column": load,
+                    "slope": found.slopes[load],
+                    "equivalent_range": equivalent,
+                    "times_in_life": found.times.get(run, 1.0),
+                }
+            )
     return format_rows(rows) if rows else ""
-
-
-def _make_row(
-    run: str, key: tuple[str, float], equivalent: float, times: float
-) -> dict[str, float | str]:
-    """A row of the table."""
-    column, slope = key
-    return {
-        "run": run,
-        "column": column,
-        "slope": slope,
-        "equivalent_range": equivalent,
-        "times_in_life": times,
-    }

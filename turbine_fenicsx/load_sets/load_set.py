@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from turbine_fenicsx.case.mistakes import validate
-from turbine_fenicsx.case.quantities import Speed, to_si
+from turbine_fenicsx.case.quantities import Seconds, Speed, to_si
 from turbine_fenicsx.case.section import Positive
 from turbine_fenicsx.case.toml_file import read_toml
 from turbine_fenicsx.foundation.errors import InputError
@@ -24,6 +24,9 @@ from turbine_fenicsx.wind.gusts import REFERENCE_SPEEDS
 
 MOST_WINDS = 1000
 """Wind speeds between cut-in and cut-out."""
+
+FEWEST_BLOCKS = 5
+"""Extremes at each wind speed from which those of a return period are found."""
 
 NAMED = ("cut_in", "rated", "cut_out", "reference")
 """Words for wind speeds."""
@@ -45,6 +48,7 @@ class Lifetime(BaseModel):
         mean_wind: Mean of the year at the hub; 0.2 V_ref of the class if None [m/s].
         shape: Exponent of Weibull's distribution of the wind speed; 2 is Rayleigh's [-].
         cycles: Equivalent cycles of the life [-].
+        ultimate: Ultimate loads of those whose means count for fatigue, by column.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -53,6 +57,21 @@ class Lifetime(BaseModel):
     mean_wind: Annotated[Speed, Positive] | None = None
     shape: Annotated[float, Field(ge=0.5, le=10.0)] = 2.0
     cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 1e7
+    ultimate: dict[str, Annotated[float, Field(gt=0.0)]] = {}
+
+
+class Extremes(BaseModel):
+    """How extremes of situations that evaluate extrapolation are found.
+
+    Attributes:
+        years: Return period.
+        block: Duration of the blocks whose largest values count [s].
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    years: Annotated[float, Field(ge=0.01, le=1e6)] = 50.0
+    block: Annotated[Seconds, Positive] = 60.0
 
 
 class LoadSet(BaseModel):
@@ -72,6 +91,7 @@ class LoadSet(BaseModel):
         set: Changes of all runs by dotted key.
         situation: Changes of situations by name, and further ones.
         lifetime: For equivalent loads of the life.
+        extremes: For loads of a return period.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -90,6 +110,7 @@ class LoadSet(BaseModel):
     set: Changes = {}
     situation: dict[str, dict[str, Any]] = {}
     lifetime: Lifetime = Lifetime()
+    extremes: Extremes = Extremes()
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> LoadSet:
@@ -208,9 +229,26 @@ class LoadSet(BaseModel):
             )
         if situation.uses is not None and situation.uses not in (self.situations or known):
             yield f"situation.{quote(name)} uses {quote(situation.uses)}, which is not run"
+            return
+        if situation.evaluates == "extrapolation":
+            yield from self._find_blocks_lacking(name, situation)
         high = max(winds, default=0.0)
         if situation.start == "turning" and high > self.cut_out + 1e-9:
             yield (
                 f"situation.{quote(name)}.winds: {high:g} m/s is above cut_out = "
                 f"{self.cut_out:g} m/s, where the turbine does not produce power"
+            )
+
+    def _find_blocks_lacking(self, name: str, situation: Situation) -> Iterator[str]:
+        """A sentence if the runs of a situation have too few blocks for extrapolation."""
+        try:
+            source = self._read(situation.uses) if situation.uses else situation
+        except InputError:  # of which there is a sentence already
+            return
+        block, n = self.extremes.block, source.seeds or self.seeds
+        number = (n if isinstance(n, int) else len(n)) * int(source.duration / block)
+        if number < FEWEST_BLOCKS:
+            yield (
+                f"situation.{quote(name)}: extrapolation needs {FEWEST_BLOCKS} blocks of "
+                f"extremes.block = {block:g} s at each speed, got {number}"
             )

@@ -17,6 +17,8 @@ from turbine_fenicsx.turbine.steady.operating_states import Schedule, find_sched
 FINENESS = 0.05
 """Rated wind speeds are found to this [m/s]."""
 
+LIGHT = {"output.fields_every": 0}
+"""Changes that all runs have unless the set has others: fields would fill the disk."""
 
 Place = tuple[float, float, str, int | None]
 """Wind speed, yaw error, variant and seed of a run."""
@@ -53,7 +55,8 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
     Raises:
         InputError: with one sentence for every mistake.
     """
-    common = [*as_overrides(load_set.set), *overrides]
+    given = [*as_overrides(load_set.set), *overrides]
+    common = [*as_overrides(LIGHT), *given]
     case = Case.load(load_set.case, common)
     chosen = load_set.chosen
     needs = [name for name, s in chosen.items() if _needs_controller(s, load_set)]
@@ -79,7 +82,7 @@ def plan_set(load_set: LoadSet, overrides: Iterable[str] = ()) -> list[SetRun]:
             if len(planned) == MOST_RUNS:
                 raise InputError(f"the set has more than {MOST_RUNS} runs")
             planned[folder] = {**own, **changes}, name, place
-    for key in (each.partition("=")[0].strip() for each in common):
+    for key in (each.partition("=")[0].strip() for each in given):
         if planned and all(key in own for own, *_ in planned.values()):
             raise InputError(f"{key!r} has no effect: each situation has its own")
     runs = make_runs(load_set.case, common, {key: own for key, (own, *_) in planned.items()})

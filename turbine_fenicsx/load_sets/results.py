@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import degrees, sqrt
 from pathlib import Path
 from typing import Any
 
 from turbine_fenicsx.load_sets.load_set import ALL
 from turbine_fenicsx.load_sets.plan import SetRun
+from turbine_fenicsx.load_sets.return_loads import ReturnLoad
 from turbine_fenicsx.load_sets.situation import Situation
 from turbine_fenicsx.records.mode_tables import format_rows
 from turbine_fenicsx.records.output_folder import read_tables
@@ -16,6 +17,10 @@ from turbine_fenicsx.records.statistics import ColumnStatistics
 
 Results = Mapping[str, Sequence[ColumnStatistics]]
 """Statistics of finished runs by name."""
+
+
+EXTRAPOLATED = "extrapolated"
+"""In place of the run of extremes that no run had."""
 
 
 def format_runs(
@@ -49,18 +54,28 @@ def _read_step(folder: Path) -> float:
 
 
 def format_extremes(
-    runs: Sequence[SetRun], situations: Mapping[str, Situation], results: Results
+    runs: Sequence[SetRun],
+    situations: Mapping[str, Situation],
+    results: Results,
+    extrapolated: Mapping[str, Iterable[ReturnLoad]],
 ) -> str:
     """``set.csv``: a row for each channel in each situation, and in all of them.
 
     Empty before the first run is finished.
+
+    Args:
+        extrapolated: Loads of the return period of the set, by situation; these alone are the
+            extremes of situations that evaluate extrapolation.
     """
     rows: list[dict[str, Any]] = []
     for name, situation in situations.items():
         source = situation.uses or name
         members = [each.run.name for each in runs if each.situation == source]
         done = {run: results[run] for run in members if run in results}
-        rows += _summarise(name, situation.factor, done)
+        own = _summarise(name, situation.factor, done)
+        if situation.evaluates == "extrapolation":
+            own = _put_extrapolated(own, extrapolated.get(name, ()), situation.factor)
+        rows += own
     if not rows:
         return ""
     channels = dict.fromkeys(row["column"] for row in rows)
@@ -101,6 +116,24 @@ def _summarise(situation: str, factor: float, done: Results) -> list[dict[str, A
             }
         )
     return rows
+
+
+def _put_extrapolated(
+    rows: Sequence[dict[str, Any]], loads: Iterable[ReturnLoad], factor: float
+) -> list[dict[str, Any]]:
+    """Rows with extrapolated extremes, of columns that have both."""
+    found: dict[str, dict[str, Any]] = {}
+    for load in loads:
+        found.setdefault(load.column, {}).update(
+            {
+                load.side: load.value,
+                f"run_of_{load.side}": EXTRAPOLATED,
+                f"time_of_{load.side}_[s]": "",
+                f"factored_{load.side}": factor * load.value,
+            }
+        )
+    whole = {c: own for c, own in found.items() if {"least", "largest"} <= own.keys()}
+    return [{**row, **whole[row["column"]]} for row in rows if row["column"] in whole]
 
 
 def _find_worst(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

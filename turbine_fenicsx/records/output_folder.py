@@ -31,13 +31,16 @@ FATIGUE = "fatigue.csv"
 MARKOV = "markov.csv"
 """Table of numbers of cycles by range and mean, of a run or of the life of a load set."""
 
+LOADS = "loads.npz"
+"""Cycles and extremes of blocks of a run of a load set."""
+
 RESULTS = (
     *("history.csv", "history.out", "history.outb", "history.png"),
     *(FATIGUE, MARKOV, "statistics.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
-    *("basis_*.npz", "motion.bin", "motion.json"),
+    *("basis_*.npz", "motion.bin", "motion.json", LOADS),
 )
 """Names of what a run computes, beside checkpoints and its log."""
 
@@ -53,8 +56,11 @@ STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png"
 STUDY = "study.csv"
 """Table of a study in its output folder."""
 
-SET, SET_RUNS = "set.csv", "runs.csv"
-"""Tables of a load set in its output folder: its channels and its runs."""
+SET, SET_RUNS, EXTRAPOLATED = "set.csv", "runs.csv", "extrapolated.csv"
+"""Tables of a load set in its output folder: its channels, its runs, loads of return periods."""
+
+SET_ARRAYS = "set.nc"
+"""Statistics and fatigue of all runs of a load set as arrays."""
 
 
 @dataclass(frozen=True)

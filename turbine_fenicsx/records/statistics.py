@@ -66,22 +66,31 @@ def find_statistics(series: TimeSeries, begin: float = 0.0) -> list[ColumnStatis
     return found
 
 
+def read_both_histories(folder: str | os.PathLike[str]) -> TimeSeries:
+    """Columns of ``history.out`` and ``history.csv`` of a run, from the initial state on.
+
+    Columns of ``history.out`` come first, and are zero in the initial state, which it lacks.
+
+    Raises:
+        InputError: for files that are missing or damaged.
+    """
+    history = read_history(Path(folder) / "history.csv")
+    out = add_openfast(history, Path(folder) / "history.out")
+    n = len(out[TIME]) + 1
+    columns = {c: np.append(0.0, x) for c, x in out.columns.items() if c != TIME}
+    columns |= {c: x[:n] for c, x in history.columns.items()}
+    return TimeSeries(history.name, columns)
+
+
 def write_statistics(folder: str | os.PathLike[str], begin: float = 0.0) -> None:
     """Write the statistics of both histories of a run; nothing if no row is late enough.
-
-    Columns of ``history.out`` come first.
 
     Args:
         begin: As in `find_statistics`.
     """
     folder = Path(folder)
-    history = read_history(folder / "history.csv")
     try:
-        out = add_openfast(history, folder / "history.out")
-        n = len(out[TIME]) + 1  # it lacks the initial state
-        columns = {c: np.append(0.0, x) for c, x in out.columns.items() if c != TIME}
-        columns |= {c: x[:n] for c, x in history.columns.items()}
-        found = find_statistics(TimeSeries(history.name, columns), begin)
+        found = find_statistics(read_both_histories(folder), begin)
     except InputError:  # a run of no step, or shorter than what is left out
         (folder / STATISTICS).unlink(missing_ok=True)
         return

@@ -3,17 +3,20 @@
 import csv
 from math import exp, pi
 
+import numpy as np
 import pytest
 
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.load_sets.lifetime import (
     YEAR,
     WindBins,
+    find_fatigue_of_set,
     format_fatigue_of_set,
     weigh_runs,
 )
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun
-from turbine_fenicsx.postprocessing.fatigue import Fatigue
+from turbine_fenicsx.postprocessing.cycles import Cycles
 from turbine_fenicsx.study.plan import Run
 
 SET = {
@@ -75,25 +78,48 @@ def test_runs_share_what_unfinished_ones_of_their_speed_leave():
     }
 
 
+STEEL, GLASS = "tower_base_moment_y_[Nm]", "root_moment_1_y_[Nm]"
+
+
+def make_cycles():
+    """One range for each run, seven times, about a mean; of the root twice the range."""
+    found = {}
+    for k, name in enumerate(RUNS):
+        sizes, means, counts = ([x] for x in (1.0 + k, 2.0, 7.0))
+        steel = Cycles(*map(np.array, (sizes, means, counts)))
+        found[name] = {STEEL: steel, GLASS: Cycles(2.0 * steel.ranges, steel.means, steel.counts)}
+    return found
+
+
 def test_the_load_of_the_life_does_the_damage_of_all_runs():
-    tables = {**SET, "lifetime": {"years": 10, "mean_wind": "8 m/s", "cycles": 1e8}}
-    given, runs = LoadSet.parse(tables), make_runs()
-    sizes = {name: 1.0 + k for k, name in enumerate(RUNS)}
-    begins = {}
-
-    def find(run, begin):
-        begins[run] = begin
-        return [Fatigue("x", 7.0, sizes[run], {4.0: sizes[run], 10.0: 2.0 * sizes[run]})]
-
-    rows = list(csv.DictReader(format_fatigue_of_set(given, runs, RUNS, find).splitlines()))
+    life = {"years": 10, "mean_wind": "8 m/s", "cycles": 1e8, "ultimate": {GLASS: 22.0}}
+    given, runs = LoadSet.parse({**SET, "lifetime": life}), make_runs()
+    found = find_fatigue_of_set(given, runs, make_cycles())
     weights = weigh_runs(given, runs, RUNS)
-    assert len(rows) == 2 * len(weights) + 2 and begins["1.2/v5_s1"] == 60.0
-    durations = {name: 60.0 if name.startswith("4.1") else 600.0 for name in weights}
-    for row in rows[-2:]:
-        m, factor = float(row["slope"]), {"4.0": 1.0, "10.0": 2.0}[row["slope"]]
-        damage = sum(w * durations[x] * (factor * sizes[x]) ** m for x, w in weights.items())
-        assert row["run"] == "lifetime"
-        assert float(row["equivalent_range"]) == pytest.approx((damage / 1e8) ** (1.0 / m))
-    assert rows[0]["equivalent_range"] == "1.0"
+    goodman = 22.0 / 20.0
+    for load, m, factor in (STEEL, 4.0, 1.0), (GLASS, 10.0, 2.0 * goodman):
+        ranges = {name: factor * (1.0 + RUNS.index(name)) for name in weights}
+        damage = sum(7.0 * w * ranges[name] ** m for name, w in weights.items())
+        assert found.of_life[load] == pytest.approx((damage / 1e8) ** (1.0 / m))
+        for name, duration in ("1.2/v5_s1", 600.0), ("4.1/v15", 60.0):
+            own = ranges[name] * (7.0 / duration) ** (1.0 / m)
+            assert found.of_runs[name][load] == pytest.approx(own)
+        assert found.cycles[load].counts.sum() == pytest.approx(7.0 * sum(weights.values()))
+    rows = list(csv.DictReader(format_fatigue_of_set(found).splitlines()))
+    assert len(rows) == 2 * len(weights) + 2
+    assert [(row["run"], row["slope"]) for row in rows[-2:]] == [
+        ("lifetime", "4.0"),
+        ("lifetime", "10.0"),
+    ]
+    assert float(rows[0]["equivalent_range"]) == found.of_runs["1.2/v5_s1"][STEEL]
     assert float(rows[0]["times_in_life"]) == weights["1.2/v5_s1"]
-    assert format_fatigue_of_set(given, runs, (), find) == ""
+
+
+def test_ultimate_loads_that_no_run_has_are_told():
+    tables = {**SET, "lifetime": {"ultimate": {"root_moment_1_x_[Nm]": 1.0}}}
+    with pytest.raises(InputError, match=r"lifetime.ultimate: 'root_moment_1_x_.Nm.' is no load"):
+        find_fatigue_of_set(LoadSet.parse(tables), make_runs(), make_cycles())
+
+
+def test_a_set_without_loads_has_no_table():
+    assert format_fatigue_of_set(find_fatigue_of_set(LoadSet.parse(SET), make_runs(), {})) == ""

@@ -54,6 +54,7 @@ def test_a_set_changes_situations_and_adds_some():
         ({"situations": ["1.2", "1.2"]}, "situations: each may stand there once"),
         ({"situations": ["1.1"]}, "situation.'1.1' uses '1.2', which is not run"),
         ({"seeds": [1, 2, 1]}, "seeds = [1, 2, 1]: expected numbers that do not repeat"),
+        ({"seeds": 1, "extremes": {"block": 150}}, "5 blocks of extremes.block = 150 s at each"),
         ({"seeds": [-1]}, "seeds = [-1]: expected numbers from 0 on"),
         (
             {"situation": {"4.1": {"per_year": [5]}}},

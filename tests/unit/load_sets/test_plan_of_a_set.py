@@ -10,6 +10,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.plan import plan_set
 from turbine_fenicsx.load_sets.results import format_extremes, format_runs
+from turbine_fenicsx.load_sets.return_loads import ReturnLoad
 from turbine_fenicsx.records.statistics import ColumnStatistics
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.steady.operating_states import find_schedule
@@ -23,7 +24,9 @@ def case(tmp_path):
 
 
 def make_set(case, *situations, **tables):
-    return LoadSet.parse({"case": str(case), "situations": situations, **tables})
+    return LoadSet.parse(
+        {"case": str(case), "situations": situations, "extremes": {"block": 2}, **tables}
+    )
 
 
 def test_each_situation_has_its_winds_angles_variants_and_seeds(case):
@@ -42,6 +45,7 @@ def test_each_situation_has_its_winds_angles_variants_and_seeds(case):
         *(f"1.4/v{v}_{x}" for v in (9, 11, 13) for x in ("left", "right")),
         *("6.1/v50_y-8_s1", "6.1/v50_y8_s2"),
     ]
+    assert {each.run.case.output.fields_every for each in runs} == {0.0}
     one = runs[1]
     assert (one.situation, one.wind, one.variant, one.seed) == ("1.2", 8.0, "", 2)
     found = one.run.case
@@ -124,15 +128,21 @@ def test_tables_name_the_run_of_each_extreme_and_count_safety_factors(case, tmp_
         "1.3/v8_s1": (3.0, 1.0, -2.4, 7.0, 5.9, 8.0),
     }
     results = {name: [ColumnStatistics("x_[N]", *row)] for name, row in values.items()}
-    rows = list(csv.DictReader(format_extremes(runs, given.chosen, results).splitlines()))
+    returns = [
+        ReturnLoad("x_[N]", side, 50.0, value, 0.0, 0.0, 0.0)
+        for side, value in (("least", -2.2), ("largest", 6.2))
+    ]
+    extremes = format_extremes(runs, given.chosen, results, {"1.1": returns})
+    rows = list(csv.DictReader(extremes.splitlines()))
     assert [row["situation"] for row in rows] == ["1.1", "1.2", "1.3", "all"]
     extrapolated, fatigue, extreme, worst = rows
     assert float(fatigue["mean"]) == 3.0 and float(fatigue["deviation"]) == 5.0
     assert (fatigue["largest"], fatigue["run_of_largest"]) == ("6.0", "1.2/v8_s1")
     assert (fatigue["least"], fatigue["run_of_least"]) == ("-2.0", "1.2/v18_s2")
     assert fatigue["time_of_least_[s]"] == "5.0" and fatigue["runs"] == "2"
-    assert float(extrapolated["factored_largest"]) == 1.25 * 6.0
-    # 1.35 times 5.9 is more than 1.25 times 6
+    assert float(extrapolated["factored_largest"]) == 1.25 * 6.2
+    assert (extrapolated["largest"], extrapolated["run_of_largest"]) == ("6.2", "extrapolated")
+    # 1.35 times 5.9 is more than 1.25 times 6.2
     assert float(worst["factored_largest"]) == pytest.approx(1.35 * 5.9)
     assert worst["run_of_largest"] == extreme["run_of_largest"] == "1.3/v8_s1"
     assert float(worst["factored_least"]) == pytest.approx(-1.35 * 2.4)
@@ -144,4 +154,6 @@ def test_tables_name_the_run_of_each_extreme_and_count_safety_factors(case, tmp_
     assert [row["state"] for row in lines] == [*["finished"] * 3, "failed"]
     assert [row["step_[s]"] for row in lines] == [*["0.05"] * 3, ""]
     assert lines[-1]["reason"] == failed["1.3/v18_s2"]
-    assert format_extremes(runs, given.chosen, {}) == ""
+    assert format_extremes(runs, given.chosen, {}, {}) == ""
+    some = format_extremes(runs, given.chosen, results, {})
+    assert "1.1" not in {row["situation"] for row in csv.DictReader(some.splitlines())}

@@ -1,8 +1,9 @@
 """Run a load set: design load cases of IEC 61400-1 as runs of one turbine, all cores at a time.
 
 The file of the set names the case of the turbine and the situations. OUT gets a folder for each
-run, runs.csv with how they went, set.csv with means and extremes of all channels, and fatigue.csv
-with equivalent loads of the runs and of the life. Called again, it runs what is missing.
+run and tables: runs.csv with how they went, set.csv with means and extremes of all channels,
+extrapolated.csv with loads of return periods, fatigue.csv and markov.csv with equivalent loads and
+cycles of the life. set.nc has them as arrays. Called again, it runs what is missing.
 """
 
 from __future__ import annotations
@@ -46,7 +47,6 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.load_sets.load_set import LoadSet
     from turbine_fenicsx.load_sets.run import run_set
-    from turbine_fenicsx.records.output_folder import FATIGUE, SET, SET_RUNS
 
     load_set = choose_processes(options, LoadSet.load(options.set))
     out = choose_folder(options, options.set)
@@ -59,8 +59,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         raise InputError(str(error)) from None
     if not options.quiet:
         done, total = len(result.results), len(result.runs)
-        names = [SET_RUNS, *([SET] if done else []), *([FATIGUE] if result.has_fatigue else [])]
-        print(f"{done} of {total} runs finished; results {out}/: {', '.join(names)}", flush=True)
+        names = ", ".join(result.tables)
+        print(f"{done} of {total} runs finished; results {out}/: {names}", flush=True)
     if result.failed:
         lines = [f"run {name!r} failed, {reason}" for name, reason in result.failed.items()]
         return fail(comm, "\n".join(lines), NOT_CONVERGED)
