@@ -8,6 +8,8 @@ import pytest
 from controlled_case import write_controlled_case
 from patience import patience
 
+from turbine_fenicsx.cli.main import main
+
 SET = """
 case = "case.toml"
 situations = ["1.1", "1.2", "4.1"]
@@ -26,7 +28,15 @@ set = {"event.stop.kind" = "shut_down", "event.stop.time" = 0.5, "event.stop.rat
 """
 
 
-TABLES = ("runs.csv", "set.csv", "extrapolated.csv", "fatigue.csv", "markov.csv", "set.nc")
+TABLES = (
+    "runs.csv",
+    "set.csv",
+    "winds.csv",
+    "extrapolated.csv",
+    "fatigue.csv",
+    "markov.csv",
+    "set.nc",
+)
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +106,19 @@ def test_called_again_it_runs_what_is_missing_with_the_same_tables(folder, done)
     again = start(folder, "-o", "out")
     assert again.stderr.count("was finished before") == 2 and again.returncode == 0
     assert {name: (folder / "out" / name).read_bytes() for name in before} == before
+
+
+def test_the_page_of_a_set_is_written_and_times_are_refused(folder, done, capfd):
+    out = folder / "out"
+    assert main(["report", str(out), "--beside", str(out / "winds.csv")]) == 0
+    assert capfd.readouterr().out == f"{out}/report.html\n"
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("<img ") == 3  # return periods, life, spectra; there is one wind speed
+    assert main(["report", str(out), "--times", "1"]) == 2
+    assert "--times 1: modes and load sets have none" in capfd.readouterr().err
+    run = str(out / "4.1" / "v25")
+    assert main(["report", run, "--beside", "a.csv"]) == 2
+    assert f"--beside: {run!r} is not the folder of a load set" in capfd.readouterr().err
 
 
 def test_a_case_that_has_changed_and_processes_that_cannot_be_are_refused(folder, done):

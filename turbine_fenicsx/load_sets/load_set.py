@@ -88,6 +88,7 @@ class LoadSet(BaseModel):
         rated: Wind speed from which the power is kept; found from the controller if None [m/s].
         seeds: How many winds each speed has, or numbers of winds that all speeds have.
         processes: How many runs at a time; all cores if None.
+        launcher: Words before the command of each run, which start it elsewhere; none if empty.
         set: Changes of all runs by dotted key.
         situation: Changes of situations by name, and further ones.
         lifetime: For equivalent loads of the life.
@@ -107,6 +108,7 @@ class LoadSet(BaseModel):
     rated: Annotated[Speed, Positive] | None = None
     seeds: Annotated[int, Field(ge=1, le=1000)] | tuple[int, ...] = 6
     processes: Annotated[int, Field(ge=1)] | None = None
+    launcher: str = ""
     set: Changes = {}
     situation: dict[str, dict[str, Any]] = {}
     lifetime: Lifetime = Lifetime()

@@ -14,6 +14,7 @@ from turbine_fenicsx.load_sets.situation import Situation
 from turbine_fenicsx.records.mode_tables import format_rows
 from turbine_fenicsx.records.output_folder import read_tables
 from turbine_fenicsx.records.statistics import ColumnStatistics
+from turbine_fenicsx.records.steady_tables import WIND
 
 Results = Mapping[str, Sequence[ColumnStatistics]]
 """Statistics of finished runs by name."""
@@ -93,7 +94,6 @@ def _summarise(situation: str, factor: float, done: Results) -> list[dict[str, A
             columns.setdefault(each.column, {})[run] = each
     rows = []
     for column, by_run in columns.items():
-        n = len(by_run)
         least = min(by_run, key=lambda run: by_run[run].least)
         largest = max(by_run, key=lambda run: by_run[run].largest)
         low, high = by_run[least], by_run[largest]
@@ -101,9 +101,7 @@ def _summarise(situation: str, factor: float, done: Results) -> list[dict[str, A
             {
                 "situation": situation,
                 "column": column,
-                "runs": n,
-                "mean": sum(x.mean for x in by_run.values()) / n,
-                "deviation": sqrt(sum(x.deviation**2 for x in by_run.values()) / n),
+                **_find_means(list(by_run.values())),
                 "least": low.least,
                 "run_of_least": least,
                 "time_of_least_[s]": low.time_of_least,
@@ -116,6 +114,39 @@ def _summarise(situation: str, factor: float, done: Results) -> list[dict[str, A
             }
         )
     return rows
+
+
+def _find_means(found: Sequence[ColumnStatistics]) -> dict[str, float]:
+    """Mean and deviation of a channel over runs."""
+    n = len(found)
+    return {
+        "runs": n,
+        "mean": sum(x.mean for x in found) / n,
+        "deviation": sqrt(sum(x.deviation**2 for x in found) / n),
+    }
+
+
+def format_winds(runs: Sequence[SetRun], results: Results) -> str:
+    """``winds.csv``: a row for each channel in each situation at each of its wind speeds.
+
+    Least and largest values are means over the runs of those of each.
+    """
+    groups: dict[tuple[str, str, float], list[ColumnStatistics]] = {}
+    for each in runs:
+        for found in results.get(each.run.name, ()):
+            groups.setdefault((each.situation, found.column, each.wind), []).append(found)
+    rows: list[dict[str, float | str]] = [
+        {
+            "situation": situation,
+            "column": column,
+            WIND: wind,
+            **_find_means(found),
+            "least": sum(x.least for x in found) / len(found),
+            "largest": sum(x.largest for x in found) / len(found),
+        }
+        for (situation, column, wind), found in sorted(groups.items(), key=lambda item: item[0])
+    ]
+    return format_rows(rows) if rows else ""
 
 
 def _put_extrapolated(

@@ -14,7 +14,7 @@ from turbine_fenicsx.load_sets.arrays import write_set_arrays
 from turbine_fenicsx.load_sets.lifetime import find_fatigue_of_set, format_fatigue_of_set
 from turbine_fenicsx.load_sets.load_set import LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun, plan_set
-from turbine_fenicsx.load_sets.results import format_extremes, format_runs
+from turbine_fenicsx.load_sets.results import format_extremes, format_runs, format_winds
 from turbine_fenicsx.load_sets.return_loads import find_return_loads, format_return_loads
 from turbine_fenicsx.load_sets.run_loads import RunLoads, find_loads
 from turbine_fenicsx.load_sets.situation import Situation
@@ -26,9 +26,10 @@ from turbine_fenicsx.records.output_folder import (
     SET,
     SET_ARRAYS,
     SET_RUNS,
+    WINDS,
 )
 from turbine_fenicsx.records.statistics import ColumnStatistics, read_statistics
-from turbine_fenicsx.study.execute import Outcome, execute
+from turbine_fenicsx.study.execute import Outcome, execute, launcher_words
 from turbine_fenicsx.study.run import StudyProgress, make_folder, refuse_to_overwrite
 
 
@@ -78,6 +79,8 @@ def run_set(
     counted = {x.run.name: situations[x.situation] for x in runs if _is_counted(x, situations)}
     if counted:
         count_cycles(np.zeros(1))
+    launcher = launcher_words(load_set.launcher, 1) if load_set.launcher else []
+    processes = load_set.processes or len(os.sched_getaffinity(0))
     if not overwrite:
         refuse_to_overwrite(studied, out)
     make_folder(out)
@@ -95,9 +98,8 @@ def run_set(
                 result.loads[name] = find_loads(out / name, begin, block)
         shown.show(outcome)
 
-    processes = load_set.processes or len(os.sched_getaffinity(0))
     try:
-        execute(studied, out, processes, [], take, retry=True)
+        execute(studied, out, processes, launcher, take, retry=True)
     finally:
         shown.finish()
         for name, text in _make_tables(load_set, result, out):
@@ -127,6 +129,7 @@ def _make_tables(load_set: LoadSet, result: SetResult, out: Path) -> Iterator[tu
     }
     yield SET_RUNS, format_runs(runs, results, result.failed, out).encode()
     yield SET, format_extremes(runs, situations, results, of_set).encode()
+    yield WINDS, format_winds(runs, results).encode()
     yield EXTRAPOLATED, format_return_loads(returns).encode()
     cycles = {name: loads.cycles for name, loads in result.loads.items()}
     fatigue = find_fatigue_of_set(load_set, runs, cycles)

@@ -56,8 +56,9 @@ STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png"
 STUDY = "study.csv"
 """Table of a study in its output folder."""
 
-SET, SET_RUNS, EXTRAPOLATED = "set.csv", "runs.csv", "extrapolated.csv"
-"""Tables of a load set in its output folder: its channels, its runs, loads of return periods."""
+SET, SET_RUNS, WINDS, EXTRAPOLATED = "set.csv", "runs.csv", "winds.csv", "extrapolated.csv"
+"""Tables of a load set in its output folder: channels, runs, channels at each wind speed, loads of
+return periods."""
 
 SET_ARRAYS = "set.nc"
 """Statistics and fatigue of all runs of a load set as arrays."""
@@ -347,6 +348,11 @@ def is_older(path: Path, other: Path) -> bool:
 def holds_modes(folder: str | os.PathLike[str]) -> bool:
     """Whether there are modes in a folder."""
     return (Path(folder) / "modes.csv").is_file()
+
+
+def holds_set(folder: str | os.PathLike[str]) -> bool:
+    """Whether there is a load set in a folder."""
+    return (Path(folder) / SET_RUNS).is_file()
 
 
 def holds_steady(folder: str | os.PathLike[str]) -> bool:

@@ -54,9 +54,7 @@ class Outcome:
 
 
 def launcher_words(launcher: str, ranks: int) -> list[str]:
-    """The words of the command that starts several ranks, none for one rank."""
-    if ranks == 1:
-        return []
+    """The words of a command that starts ranks; raises InputError if there is no such program."""
     try:
         words = [word.replace("{ranks}", str(ranks)) for word in shlex.split(launcher)]
     except ValueError:

@@ -118,7 +118,7 @@ def run_study(
         overwrite: Whether results of other runs in the folders of these may be replaced.
     """
     runs = plan(study, overrides)
-    launcher = launcher_words(study.launcher, study.ranks)
+    launcher = launcher_words(study.launcher, study.ranks) if study.ranks > 1 else []
     if not overwrite:
         refuse_to_overwrite(runs, out)
     wanted = study.wanted

@@ -1,9 +1,10 @@
 """Run a load set: design load cases of IEC 61400-1 as runs of one turbine, all cores at a time.
 
 The file of the set names the case of the turbine and the situations. OUT gets a folder for each
-run and tables: runs.csv with how they went, set.csv with means and extremes of all channels,
-extrapolated.csv with loads of return periods, fatigue.csv and markov.csv with equivalent loads and
-cycles of the life. set.nc has them as arrays. Called again, it runs what is missing.
+run, and tables. There is runs.csv with how they went. Means and extremes of all channels are in
+set.csv, those at each wind speed in winds.csv. Loads of return periods are in extrapolated.csv,
+those of the life in fatigue.csv and markov.csv. Arrays of all are in set.nc. Called again, the
+command runs what is missing.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
 
     if comm.size > 1:
-        raise InputError("start a load set without mpirun; it runs one process for each core")
+        raise InputError("start a load set without mpirun; with launcher it uses several nodes")
     need_dolfinx()
     from turbine_fenicsx.load_sets.load_set import LoadSet
     from turbine_fenicsx.load_sets.run import run_set

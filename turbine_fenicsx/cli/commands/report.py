@@ -1,4 +1,4 @@
-"""Write one HTML page about a run, or about modes, that opens from disk without a network.
+"""Write one HTML page about a run, modes, or a load set, that opens from disk without a network.
 
 Case, mesh, diagrams, pictures, tables and versions, all from the output folder and all inside the
 page. The page leaves out missing files and figures that cannot be drawn here, and says so in a
@@ -34,6 +34,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=1.0,
         help="factor of the deformation in the pictures, see render --help",
     )
+    parser.add_argument(
+        "--beside",
+        metavar="FILE",
+        nargs="+",
+        default=[],
+        help="tables such as winds.csv of other load sets or codes, drawn over the wind speed",
+    )
     parser.add_argument("--no-pictures", action="store_true", help="leave the pictures out")
 
 
@@ -58,9 +65,11 @@ def _find_worst(options: argparse.Namespace, comm: Any) -> str:
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.postprocessing.page import format_note
     from turbine_fenicsx.records.conventions import MOTION
-    from turbine_fenicsx.records.output_folder import is_older
+    from turbine_fenicsx.records.output_folder import holds_set, is_older
 
     folder = Path(options.folder)
+    if on_rank0(comm, lambda: holds_set(folder)):
+        return ""
     result = folder / ("worst.json" if options.no_pictures else PICTURE)
     if on_rank0(comm, lambda: not is_older(result, folder / MOTION)):
         return ""
@@ -92,7 +101,12 @@ def _check(options: argparse.Namespace) -> tuple[Path, list[float] | None]:
     """The path of the page, and times of the pictures, after a look at all options."""
     from turbine_fenicsx.cli.commands._numbers import parse_numbers
     from turbine_fenicsx.foundation.errors import InputError
-    from turbine_fenicsx.records.output_folder import holds_modes, make_target_folder, need_folder
+    from turbine_fenicsx.records.output_folder import (
+        holds_modes,
+        holds_set,
+        make_target_folder,
+        need_folder,
+    )
 
     times = None if options.times is None else parse_numbers("--times", options.times)
     if not 0.0 <= options.scale < float("inf"):
@@ -100,8 +114,10 @@ def _check(options: argparse.Namespace) -> tuple[Path, list[float] | None]:
     if options.out is not None and Path(options.out).suffix != ".html":
         raise InputError(f"--out {options.out}: the name of a page ends in .html")
     folder = need_folder(options.folder)
-    if times is not None and holds_modes(folder):
-        raise InputError(f"--times {options.times}: modes have none")
+    if times is not None and (holds_modes(folder) or holds_set(folder)):
+        raise InputError(f"--times {options.times}: modes and load sets have none")
+    if options.beside and not holds_set(folder):
+        raise InputError(f"--beside: {str(folder)!r} is not the folder of a load set")
     path = Path(options.out or folder / "report.html")
     make_target_folder(path.parent)
     return path, times
@@ -110,13 +126,16 @@ def _check(options: argparse.Namespace) -> tuple[Path, list[float] | None]:
 def _write(options: argparse.Namespace, path: Path, times: list[float] | None, note: str) -> None:
     """Write the page."""
     from turbine_fenicsx.foundation.errors import InputError
+    from turbine_fenicsx.load_sets.report import report_set
     from turbine_fenicsx.postprocessing.mode_report import report_modes
     from turbine_fenicsx.postprocessing.report import report
-    from turbine_fenicsx.records.output_folder import holds_modes
+    from turbine_fenicsx.records.output_folder import holds_modes, holds_set
     from turbine_fenicsx.turbine.case.description import describe_case
 
     shown = options.scale, not options.no_pictures, describe_case
-    if holds_modes(options.folder):
+    if holds_set(options.folder):
+        page = report_set(options.folder, options.beside)
+    elif holds_modes(options.folder):
         page = report_modes(options.folder, *shown)
     else:
         page = report(options.folder, times, *shown, note)
