@@ -1,5 +1,5 @@
 .DEFAULT_GOAL := help
-.PHONY: help setup demo demo-iea demo-reduced quick test test-all attack lint docs reference gallery verification bench bench-peers clean
+.PHONY: help setup demo demo-iea demo-reduced demo-set quick test test-all attack lint docs reference gallery verification bench bench-peers clean
 # Where things are installed, and results go; both may lie outside of the checkout.
 export VENV ?= .venv
 OUT ?= out
@@ -26,6 +26,12 @@ demo-reduced: setup ## run ten minutes of turbulence with reduced blades into ou
 	$(VENV)/bin/turbine-fenicsx run $(OUT)/turbulence/turbulence.toml -o $(OUT)/turbulence/run --overwrite
 	$(VENV)/bin/turbine-fenicsx recover $(OUT)/turbulence/run --overwrite
 	$(VENV)/bin/python demos/turbulence/draw.py $(OUT)/turbulence/run
+
+demo-set: setup ## run power production of the IEA 15 MW turbine with rigid blades at all winds into out/load_set and write its report
+	mkdir -p $(OUT)/load_set
+	cp demos/load_set/*.toml $(OUT)/load_set
+	$(VENV)/bin/turbine-fenicsx dlc $(OUT)/load_set/set.toml -o $(OUT)/load_set/runs
+	$(VENV)/bin/turbine-fenicsx report $(OUT)/load_set/runs
 
 # The tests of formulas, without those that compile the forms of every material and cell.
 FORMULAS = tests/test_layers.py tests/test_language.py $(addprefix tests/unit/,foundation materials bodies joints forces system) \

@@ -102,3 +102,18 @@ different = [
 print(len(whole), "rows,", len(parts), "in parts,", len(different), "different")
 sys.exit(len(whole) != len(parts) or bool(different))
 EOF
+echo "== a load set: srun starts its runs"
+mkdir set
+cp "$checkout/demos/load_set/turbine.toml" set
+cat >set/local.toml <<EOF
+case = "turbine.toml"
+situations = ["1.2"]
+situation."1.2" = {winds = ["12 m/s"], seeds = 4, duration = "2 s", transient = "1 s"}
+EOF
+{ echo 'launcher = "srun --ntasks=1 --exact"'; cat set/local.toml; } >set/nodes.toml
+turbine-fenicsx dlc set/local.toml -o local --quiet
+sbatch --wait --ntasks=2 --output=set.out --wrap "turbine-fenicsx dlc set/nodes.toml -o nodes --progress log"
+cat set.out
+for table in runs.csv set.csv winds.csv fatigue.csv markov.csv set.nc; do
+    cmp "local/$table" "nodes/$table"
+done

@@ -14,6 +14,7 @@ SET = """
 case = "case.toml"
 situations = ["1.1", "1.2", "4.1"]
 extremes = {block = "0.2 s"}
+launcher = "env"
 [situation."1.2"]
 winds = ["12 m/s"]
 seeds = 2
@@ -106,6 +107,14 @@ def test_called_again_it_runs_what_is_missing_with_the_same_tables(folder, done)
     again = start(folder, "-o", "out")
     assert again.stderr.count("was finished before") == 2 and again.returncode == 0
     assert {name: (folder / "out" / name).read_bytes() for name in before} == before
+
+
+def test_a_launcher_that_is_not_there_is_refused_before_anything_runs(folder, capfd):
+    wrong = folder / "wrong.toml"
+    wrong.write_text(SET.replace('"env"', '"no-such-program -n 1"'))
+    assert main(["dlc", str(wrong), "-o", str(folder / "wrong")]) == 2
+    assert "launcher = 'no-such-program -n 1': there is no" in capfd.readouterr().err
+    assert not (folder / "wrong").exists()
 
 
 def test_the_page_of_a_set_is_written_and_times_are_refused(folder, done, capfd):

@@ -10,7 +10,7 @@ the probability p_k of the winds of a speed, ten minutes have a larger value wit
     P(x) = sum_k p_k (1 - F_k(x)^n),   n = 600 s/T_b,
 
 and the load of a return period T is where P(x) = 600 s/T (IEC 61400-1, annex on extrapolation).
-Confidence is that of a parametric bootstrap, samples of the distributions that were found: drawing
+Confidence is that of a parametric bootstrap, samples of the distributions that were found. Drawing
 the blocks again instead encloses the load in 8 of 10 cases in place of 9, and in 7 of few blocks.
 """
 

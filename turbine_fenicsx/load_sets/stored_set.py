@@ -93,7 +93,8 @@ def read_rows(path: Path, needed: Sequence[str], missing: bool = False) -> Rows:
     """
     if missing and not path.exists():
         return []
-    table = csv.DictReader(read_text(path, "table of a load set").splitlines())
+    lines = read_text(path, "table of a load set").splitlines()
+    table = csv.DictReader(line for line in lines if not line.startswith("#"))
     lacking = [column for column in needed if column not in (table.fieldnames or ())]
     if lacking:
         raise InputError(f"the table {str(path)!r} has no column {lacking[0]!r}")

@@ -68,7 +68,9 @@ def test_the_page_has_runs_extremes_and_their_diagrams(folder):
 
 def test_tables_of_others_are_drawn_beside(folder, monkeypatch):
     other = folder / "published.csv"
-    other.write_text(f"column,wind_speed_[m/s],mean\n{MOMENT},5,1.5e6\n{MOMENT},7,2.5e6\n")
+    other.write_text(
+        f"# by others\ncolumn,wind_speed_[m/s],mean\n{MOMENT},5,1.5e6\n{MOMENT},7,2.5e6\n"
+    )
     drawn = []
     monkeypatch.setattr(
         set_panels, "draw_winds", lambda own, others, path: drawn.append(others) or path.touch()
