@@ -14,19 +14,20 @@ from turbine_fenicsx.load_sets.lifetime import LIFE
 from turbine_fenicsx.load_sets.stored_set import Rows, WindTable
 from turbine_fenicsx.postprocessing.page import format_label
 from turbine_fenicsx.postprocessing.plot_style import put_prefix_into_label
+from turbine_fenicsx.records import names
 from turbine_fenicsx.records.names import split_unit
 
+ROOT = tuple(names.ROOT_MOMENT(blade=1, axis=axis) for axis in "yx")
+BASE = tuple(names.TOWER_BASE_MOMENT(axis=axis) for axis in "yx")
+FLAP = names.TIP_FLAP(tip=1)
+
 SHOWN = (
-    *("GenPwr_[kW]", "rotor_speed_[rpm]", "BldPitch1_[deg]"),
-    *("aero_thrust_[N]", "root_moment_1_y_[Nm]", "root_moment_1_x_[Nm]"),
-    *("tower_base_moment_y_[Nm]", "tower_base_moment_x_[Nm]", "tip_flap_1_[m]"),
+    *("GenPwr_[kW]", names.ROTOR_SPEED, "BldPitch1_[deg]", names.AERO_THRUST),
+    *(*ROOT, *BASE, FLAP),
 )
 """Channels over the wind speed."""
 
-EXTREME = (
-    *("root_moment_1_y_[Nm]", "root_moment_1_x_[Nm]", "tower_base_moment_y_[Nm]"),
-    *("tower_base_moment_x_[Nm]", "yaw_bearing_moment_z_[Nm]", "tip_flap_1_[m]"),
-)
+EXTREME = (*ROOT, *BASE, names.YAW_BEARING_MOMENT(axis="z"), FLAP)
 """Loads whose exceedance is drawn."""
 
 LINES = ("--", ":", "-.")

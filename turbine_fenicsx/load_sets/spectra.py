@@ -13,7 +13,11 @@ from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.output_folder import read_history
 
-CHANNELS = ("hub_wind_x_[m/s]", "root_moment_1_y_[Nm]", "tower_base_moment_y_[Nm]")
+CHANNELS = (
+    names.HUB_WIND(axis="x"),
+    names.ROOT_MOMENT(blade=1, axis="y"),
+    names.TOWER_BASE_MOMENT(axis="y"),
+)
 """Channels whose spectra are found."""
 
 SEGMENT = 0.25
