@@ -20,7 +20,7 @@ LAYERS = [
     {"materials", "bodies", "joints", "forces", "meshing", "windio", "case", "records"},
     {"system"},
     {"linear_solvers"},
-    {"time_stepping", "analysis", "reduction"},
+    {"time_stepping", "analysis", "reduction", "sections"},
     {"simulation"},
     {"wind", "control", "beam_files"},
     {"turbine.tables"},

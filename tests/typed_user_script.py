@@ -255,12 +255,13 @@ def reduced(comm: MPI.Intracomm, file: Path) -> tfx.State:
 
 
 def sections(comm: MPI.Intracomm) -> tfx.State:
-    """A beam of section matrices, bent by its weight."""
+    """A beam of the matrices of its section, bent by its weight."""
+    size = mesh.create_rectangle(MPI.COMM_SELF, [(-0.25, -0.1), (0.25, 0.1)], [4, 4])
+    section = tfx.analyse_section(size, tfx.StVenantKirchhoff(0.0, 5e8), 1000.0)
+    print(assert_type(section, tfx.Section).shear_centre)
     line = assert_type(tfx.BeamLine.straight(length=10.0, twist=0.2), tfx.BeamLine)
-    matrices = np.array([np.diag([1e7, 1e7, 1e8, 1e6, 1e6, 1e6]), np.diag([1.0] * 6)])
-    of_beam = tfx.BeamSections(
-        np.array([0.0, line.length]), matrices[[0, 0]], 100.0 * matrices[[1, 1]]
-    )
+    both = [np.array([matrix, matrix]) for matrix in (section.stiffness, section.inertia)]
+    of_beam = tfx.BeamSections(np.array([0.0, line.length]), both[0], both[1])
     box = tfx.box_carrier("beam", line, (0.5, 0.2), cells=12, comm=comm)
     carrier = assert_type(box.carrier, tfx.Carrier)
     basis = assert_type(

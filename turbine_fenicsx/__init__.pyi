@@ -95,6 +95,8 @@ from turbine_fenicsx.reduction.load_path import LoadPath as LoadPath
 from turbine_fenicsx.reduction.reduce_body import reduce_body as reduce_body
 from turbine_fenicsx.reduction.smooth_loads import smooth_loads as smooth_loads
 from turbine_fenicsx.reduction.verdict import Verdict as Verdict
+from turbine_fenicsx.sections.section import Section as Section
+from turbine_fenicsx.sections.section import analyse_section as analyse_section
 from turbine_fenicsx.simulation.checkpoint import Checkpoints as Checkpoints
 from turbine_fenicsx.simulation.observer import Observer as Observer
 from turbine_fenicsx.simulation.observer import RestartableObserver as RestartableObserver

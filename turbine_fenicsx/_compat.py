@@ -97,7 +97,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors of R^3."""
     if hasattr(fem, "functionspace"):
         return fem.functionspace(mesh, ("Lagrange", degree, (3,)))
-    return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+    return fem.VectorFunctionSpace(mesh, ("Lagrange", degree), dim=3)
 
 
 @_form_cache()
@@ -105,7 +105,8 @@ def cellwise_space(mesh: Any, shape: tuple[int, ...] = (), degree: int = 0) -> A
     """Space of fields that are polynomials in each cell, by default constant, and may jump."""
     if hasattr(fem, "functionspace"):
         return fem.functionspace(mesh, ("DG", degree, shape))
-    element = ("DQ" if degree and cell_name(mesh) == "hexahedron" else "DG", degree)
+    is_product = cell_name(mesh) in ("quadrilateral", "hexahedron")
+    element = ("DQ" if degree and is_product else "DG", degree)
     if shape == ():
         return fem.FunctionSpace(mesh, element)
     if len(shape) == 2:
@@ -253,7 +254,7 @@ def _coordinate_element(cell: str, degree: int) -> Any:
         from basix import LagrangeVariant
         from basix.ufl import element  # from 0.7
     except ImportError:
-        return ufl.VectorElement("Lagrange", cell, degree, variant="equispaced")
+        return ufl.VectorElement("Lagrange", ufl.Cell(cell, 3), degree, variant="equispaced")
     return element("Lagrange", cell, degree, LagrangeVariant.equispaced, shape=(3,))
 
 

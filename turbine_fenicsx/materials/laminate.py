@@ -40,7 +40,7 @@ class Laminate:
 
     Raises:
         ModelError: for fields with another number of components, or on a mesh of other cells than
-            hexahedra.
+            hexahedra, and quadrilaterals of a section.
     """
 
     in_plane: fem.Function
@@ -56,8 +56,11 @@ class Laminate:
                 f"the wall, got shapes {shapes[0]} and {shapes[1]}"
             )
         cell = _compat.cell_name(self.mesh)
-        if cell != "hexahedron":
-            raise ModelError(f"a laminate needs a mesh of hexahedra, got {cell} cells")
+        if cell not in ("hexahedron", "quadrilateral"):
+            raise ModelError(
+                f"a laminate needs a mesh of hexahedra, or a section of quadrilaterals, got {cell} "
+                "cells"
+            )
 
     @classmethod
     def from_table(cls, mesh: Mesh, table: WallTable) -> Laminate:

@@ -1,0 +1,1 @@
+"""Stiffness, mass and stress of the cross-sections of prisms of any material."""
