@@ -44,6 +44,9 @@ OF_NODE, OF_INTERFACE = 9, 12
 SLICES = 4000
 """Parts of the axis in sums over the mass."""
 
+SPAN, AROUND = 40, 32
+"""Elements of the mesh whose cells are the pieces of inclined walls."""
+
 TO_SPAN = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """From x, y, z of windIO to a1, a2, a3 of `turbine_fenicsx.meshing.RotorLayout`."""
 
@@ -153,9 +156,11 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
 def _incline(structure: BladeStructure, blade: WindIOBlade) -> BladeStructure:
     """The structure of a blade whose walls are inclined."""
     from turbine_fenicsx.turbine.blades.inclined_walls import find_inclination
+    from turbine_fenicsx.turbine.blades.wall_rows import WallRows
 
     line = _place_line(structure.line, blade.hub_radius)
-    more = find_inclination(blade, line, structure.stations)
+    walls = WallRows.of(blade, line, SPAN, AROUND)
+    more = find_inclination(walls, structure.stations)
     return replace(structure, stiffness=structure.stiffness + more)
 
 

@@ -8,6 +8,7 @@ from turbine_fenicsx import BeamLine, BeamSections, Case
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.turbine.blades.inclined_walls import find_inclination
 from turbine_fenicsx.turbine.blades.rotor_plan import plan_rotor
+from turbine_fenicsx.turbine.blades.wall_rows import WallRows
 from turbine_fenicsx.windio import read_turbine
 
 WALL = 0.01
@@ -41,7 +42,8 @@ def test_lines_of_a_cone_meet_at_its_apex(tmp_path):
     r[:, 0] += blade.hub_radius
     directors = np.broadcast_to([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0]], (2, 2, 3))
     s = np.array([4.0, 10.0, 16.0])
-    D = find_inclination(blade, BeamLine(np.array([0.0, 1.0]), r, directors), s)
+    line = BeamLine(np.array([0.0, 1.0]), r, directors)
+    D = find_inclination(WallRows.of(blade, line, 40, 32), s)
     h = 40.0 * (1.0 - 0.5 * WALL) - s
     half = D[:, 0, 0]  # E A <x^2>/h^2, half of E A R^2/h^2
     assert half == pytest.approx(D[:, 1, 1], rel=1e-3)
