@@ -27,7 +27,23 @@ def move_stiffness(K: Array, x: Array, y: Array, angle: Array) -> Array:
     Returns:
         Shape (m, 6, 6).
     """
-    T = np.broadcast_to(np.eye(6), K.shape).copy()
+    to_point = find_to_point(x, y, angle)
+    found: Array = to_point.swapaxes(1, 2) @ K @ to_point
+    return found
+
+
+def find_to_point(x: Array, y: Array, angle: Array) -> Array:
+    """R T, which turns strains at the origin into those at a point, in turned axes.
+
+    Args:
+        x: Place of the point, shape (m,) [m].
+        y: The other coordinate.
+        angle: By which the axes are turned about z [rad].
+
+    Returns:
+        Shape (m, 6, 6).
+    """
+    T = np.tile(np.eye(6), (len(x), 1, 1))
     T[:, 0, 5], T[:, 1, 5], T[:, 2, 3], T[:, 2, 4] = -y, x, y, -x
     c, s = np.cos(angle), np.sin(angle)
     R = np.zeros_like(T)
@@ -35,8 +51,7 @@ def move_stiffness(K: Array, x: Array, y: Array, angle: Array) -> Array:
         R[:, first, first], R[:, first, first + 1] = c, s
         R[:, first + 1, first], R[:, first + 1, first + 1] = -s, c
         R[:, first + 2, first + 2] = 1.0
-    to_point = R @ T
-    found: Array = to_point.swapaxes(1, 2) @ K @ to_point
+    found: Array = R @ T
     return found
 
 
