@@ -53,6 +53,9 @@ MODE_RESULTS = (
 STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png")
 """Names of what belongs to steady states."""
 
+SECTIONS = "sections.csv"
+"""Table of the sections of a blade in its output folder."""
+
 STUDY = "study.csv"
 """Table of a study in its output folder."""
 
@@ -324,15 +327,16 @@ def keep_results(folder: str | os.PathLike[str], new: str, overwrite: bool) -> N
 
 
 def refuse_others(folder: str | os.PathLike[str], overwrite: bool) -> None:
-    """Refuse a folder with modes or steady states that may not be replaced, by an InputError."""
-    for kind, holds in (("modes", holds_modes), ("steady states", holds_steady)):
+    """Refuse a folder with results that may not be replaced, by an InputError."""
+    kinds = ("modes", holds_modes), ("steady states", holds_steady), ("sections", holds_sections)
+    for kind, holds in kinds:
         if holds(folder) and not overwrite:
             raise InputError(f"{os.fspath(folder)!r} holds {kind}; --overwrite replaces them")
 
 
 def remove_results(folder: str | os.PathLike[str]) -> None:
     """Remove earlier results, so that nothing of them stands beside the new ones."""
-    for pattern in (*RESULTS, *MODE_RESULTS, *STEADY_RESULTS):
+    for pattern in (*RESULTS, *MODE_RESULTS, *STEADY_RESULTS, "sections.*"):
         for path in Path(folder).glob(pattern):
             with name_file_in_errors("write", path):
                 path.unlink()
@@ -358,6 +362,11 @@ def holds_set(folder: str | os.PathLike[str]) -> bool:
 def holds_steady(folder: str | os.PathLike[str]) -> bool:
     """Whether there are steady states in a folder."""
     return (Path(folder) / "steady.csv").is_file()
+
+
+def holds_sections(folder: str | os.PathLike[str]) -> bool:
+    """Whether there are sections of a blade in a folder."""
+    return (Path(folder) / SECTIONS).is_file()
 
 
 def need_folder(folder: str | os.PathLike[str]) -> Path:

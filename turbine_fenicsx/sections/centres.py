@@ -36,8 +36,8 @@ def find_principal_axes(S: Array) -> tuple[Array, float]:
 
     Returns:
         Smaller and larger stiffness [N m^2], and the angle from x to the axis of the smaller one,
-        between -pi/2 and pi/2 [rad].
+        from 0 to pi [rad].
     """
     stiffness, axes = np.linalg.eigh(np.linalg.inv(S[3:5, 3:5]))
-    x, y = axes[:, 0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
-    return stiffness, float(np.arctan2(y, x))
+    x, y = axes[:, 0]
+    return stiffness, float(np.arctan2(y, x) % np.pi)

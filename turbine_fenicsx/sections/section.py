@@ -47,6 +47,11 @@ class Section:
         return self._unit_loads.compliance
 
     @property
+    def mesh(self) -> Mesh:
+        """The mesh of the section."""
+        return self._prism.mesh
+
+    @property
     def mass(self) -> float:
         """Mass per length [kg/m]."""
         return float(self.inertia[2, 2])

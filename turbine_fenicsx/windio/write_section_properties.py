@@ -23,6 +23,7 @@ def write_section_properties(path: Path, grid: Array, stiffness: Array, inertia:
     M = np.asarray(inertia)
     mass = M[:, 2, 2]
     of = {
+        "grid": np.asarray(grid),
         "mass": mass,
         "cm_x": -M[:, 2, 4] / mass,
         "cm_y": M[:, 2, 3] / mass,
@@ -31,11 +32,10 @@ def write_section_properties(path: Path, grid: Array, stiffness: Array, inertia:
         "i_plr": M[:, 5, 5],
         "i_cp": -M[:, 3, 4],
     }
-    places = np.asarray(grid).tolist()
     tables = {
         "elastic_properties": {
-            "stiffness_matrix": {"grid": places, **K},
-            "inertia_matrix": {"grid": places, **{key: x.tolist() for key, x in of.items()}},
+            "stiffness_matrix": {"grid": np.asarray(grid).tolist(), **K},
+            "inertia_matrix": {key: x.tolist() for key, x in of.items()},
             "structural_damping": {"mu": [0.0] * 6},
         }
     }

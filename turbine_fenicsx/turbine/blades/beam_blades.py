@@ -73,7 +73,7 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
         file, b, m = case.turbine.file, case.blade, case.mesh
         structure = on_rank0(comm, lambda: find_structure(case))
         if file is None:
-            skin = BeamSkin(b.geometry(), _place_line(structure.line, b.hub_radius))
+            skin = BeamSkin(b.geometry(), place_line(structure.line, b.hub_radius))
             return cls(skin, structure, m.span, m.around, b.beam)
         blade = replace(on_rank0(comm, lambda: load_turbine(file).blade), hub_radius=b.hub_radius)
         if case.has_beam_blades and b.beam.taper:
@@ -83,7 +83,7 @@ class BeamBlades(ShapedBlades[WindIOBlade | BeamSkin]):
     @cached_property
     def line(self) -> BeamLine:
         """The reference axis from the rotor centre along a1, a2, a3."""
-        return _place_line(self.structure.line, self.hub_radius)
+        return place_line(self.structure.line, self.hub_radius)
 
     def axis_at(self, s: Array) -> Array:
         """Points of the reference axis, shape (m, 3) [m]."""
@@ -158,13 +158,13 @@ def _incline(structure: BladeStructure, blade: WindIOBlade) -> BladeStructure:
     from turbine_fenicsx.turbine.blades.inclined_walls import find_inclination
     from turbine_fenicsx.turbine.blades.wall_rows import WallRows
 
-    line = _place_line(structure.line, blade.hub_radius)
+    line = place_line(structure.line, blade.hub_radius)
     walls = WallRows.of(blade, line, SPAN, AROUND)
     more = find_inclination(walls, structure.stations)
     return replace(structure, stiffness=structure.stiffness + more)
 
 
-def _place_line(line: BeamLine, hub_radius: float) -> BeamLine:
-    """An axis from its root as one from the rotor centre along a1, a2, a3."""
+def place_line(line: BeamLine, hub_radius: float) -> BeamLine:
+    """An axis from the root of a blade, as one from the rotor centre along a1, a2, a3."""
     points = line.points @ TO_SPAN.T + [hub_radius, 0.0, 0.0]
     return BeamLine(line.stations, points, line.directors @ TO_SPAN.T)

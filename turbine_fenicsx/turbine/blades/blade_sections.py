@@ -52,16 +52,17 @@ class BladeSections:
         """Mass matrices, shape (m, 6, 6)."""
         return np.array([section.inertia for section in self.sections])
 
-    def as_beam(self, taper: bool) -> BeamSections:
+    def as_beam(self, taper: bool, mu: tuple[float, ...] = (0.0,) * 6) -> BeamSections:
         """Matrices from one end of the axis to the other; those of the first and last row there.
 
         Args:
             taper: Whether walls are inclined, or those of prisms.
+            mu: Times of stiffness-proportional damping of each strain [s].
         """
         C = self.stiffness + taper * self.inclination
         s = np.concatenate([[0.0], self.stations, [self.length]])
         ends = np.concatenate([[0], np.arange(len(C)), [len(C) - 1]])
-        return BeamSections(s, C[ends], self.inertia[ends])
+        return BeamSections(s, C[ends], self.inertia[ends], mu)
 
 
 def analyse_rows(

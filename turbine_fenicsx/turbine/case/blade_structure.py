@@ -13,6 +13,7 @@ from turbine_fenicsx.turbine.case.beam_file import load_beam
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
 from turbine_fenicsx.turbine.tables.tables import Tables
 from turbine_fenicsx.windio import WindIOTurbine
+from turbine_fenicsx.windio.outer_shape import OuterShape
 
 ALONG = 400
 """Points along a curved axis."""
@@ -56,13 +57,21 @@ def find_structure(case: Tables) -> BladeStructure:
     return BladeStructure(blade.line, s.stations, s.stiffness, s.inertia, mu)
 
 
+def make_line(outer: OuterShape, grid: Array | tuple[float, ...] = ()) -> BeamLine:
+    """The axis of a blade from its root, over span fractions, x to the suction side.
+
+    Args:
+        grid: Span fractions that are among those of the line.
+    """
+    stations = np.unique(np.concatenate([np.linspace(0.0, 1.0, ALONG), grid]))
+    to_trailing, to_suction = outer.frames(stations)
+    directors = np.stack([to_suction, to_trailing], axis=1)
+    return BeamLine(stations, outer.reference_points(stations), directors)
+
+
 def _read_windio(turbine: WindIOTurbine, mu: Array) -> BladeStructure:
     """The structure of a windIO file."""
-    outer, p = turbine.blade.outer_shape, turbine.blade_sections
+    p = turbine.blade_sections
     assert p is not None
-    stations = np.unique(np.concatenate([np.linspace(0.0, 1.0, ALONG), p.grid]))
-    to_trailing, to_suction = outer.frames(stations)
-    line = BeamLine(
-        stations, outer.reference_points(stations), np.stack([to_suction, to_trailing], axis=1)
-    )
+    line = make_line(turbine.blade.outer_shape, p.grid)
     return BladeStructure(line, line.arc_length(p.grid), p.stiffness, p.inertia, mu)
