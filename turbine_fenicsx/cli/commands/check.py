@@ -20,6 +20,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import InputError
     from turbine_fenicsx.foundation.parallel import on_rank0
     from turbine_fenicsx.records.output_folder import holds_run
+    from turbine_fenicsx.turbine.blades.section_doubts import list_section_doubts
     from turbine_fenicsx.turbine.case.case import Draft
     from turbine_fenicsx.turbine.case.description import describe_bearings
     from turbine_fenicsx.turbine.case.turbine_file import describe_file
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         found = own or inspect_mesh(case, comm)
         if found.mistakes:
             raise InputError("\n".join(found.mistakes))
-        _warn(comm, found.warnings)
+        _warn(comm, [*found.warnings, *on_rank0(comm, lambda: list_section_doubts(case))])
         _print(comm, found.report)
         reduction = on_rank0(comm, lambda: describe_reduction(case, found.nodes_of_blade))
         _print(comm, "\n".join(reduction))

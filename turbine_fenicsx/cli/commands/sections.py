@@ -46,11 +46,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     case = load_case(options, comm)
     need_dolfinx()
     from turbine_fenicsx.foundation.parallel import on_rank0
+    from turbine_fenicsx.meshing.errors import MeshError
 
     try:
         lines = on_rank0(comm, lambda: _find(case, options))
-    except FileError as error:
-        raise InputError(str(error)) from None
+    except (FileError, MeshError) as error:
+        words = str(error).replace("mesh.around =", "--around").replace("mesh.span =", "--stations")
+        raise InputError(words) from None
     if comm.rank == 0 and not options.quiet:
         print("\n".join(lines), flush=True)
     return OK

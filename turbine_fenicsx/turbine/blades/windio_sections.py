@@ -9,6 +9,7 @@ import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.section_matrices import interpolate_matrices
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.sections.properties import find_properties
 from turbine_fenicsx.turbine.blades.beam_blades import place_line
@@ -17,6 +18,7 @@ from turbine_fenicsx.turbine.blades.wall_rows import WallRows
 from turbine_fenicsx.turbine.case.blade_structure import make_line
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.turbine_file import load_turbine
+from turbine_fenicsx.windio import WindIOTurbine
 
 COMPARED = {
     "mass": "mass_[kg/m]",
@@ -93,10 +95,16 @@ def find_sections(
     placed = place_line(line, turbine.blade.hub_radius)
     walls = WallRows.of(turbine.blade, placed, stations, around)
     sections = analyse_rows(walls, case.blade.layup == "laminate", found)
-    given, p = [], turbine.blade_sections
-    if p is not None:
-        at = line.arc_length(p.grid)
-        C, M = (interpolate_matrices(sections.stations, at, x) for x in (p.stiffness, p.inertia))
-        if np.all(np.linalg.eigvalsh(C)[:, 0] > 0.0) and np.all(M[:, 2, 2] > 0.0):
-            given = [find_properties(*both) for both in zip(C, M, strict=True)]
-    return CaseSections(sections, line, given)
+    return CaseSections(sections, line, find_given(turbine, sections.stations))
+
+
+def find_given(turbine: WindIOTurbine, s: Array) -> list[dict[str, float]]:
+    """Columns of the matrices of a file at arc lengths; none if it has none that can be."""
+    p = turbine.blade_sections
+    if p is None:
+        return []
+    at = make_line(turbine.blade.outer_shape).arc_length(p.grid)
+    C, M = (interpolate_matrices(s, at, x) for x in (p.stiffness, p.inertia))
+    if np.any(np.linalg.eigvalsh(C)[:, 0] <= 0.0) or np.any(M[:, 2, 2] <= 0.0):
+        return []
+    return [find_properties(*both) for both in zip(C, M, strict=True)]
