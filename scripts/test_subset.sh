@@ -14,6 +14,7 @@ tests=(
     tests/unit/postprocessing/test_{pictures,plots,report}.py
     tests/unit/records/test_{vtkhdf,xdmf}.py
     tests/unit/reduction/test_beam_basis.py
+    tests/unit/sections/test_section.py
     tests/unit/simulation/{test_checkpoint,observers/test_{fields,gauges,openfast,points}}.py
     tests/unit/system/test_{body_fields,cell_numbers,coupling,linear_form,skin,system}.py
     tests/unit/time_stepping/test_{newton,newton_failures}.py
