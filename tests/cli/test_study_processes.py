@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,11 @@ def fake_runs(tmp_path, monkeypatch):
     path.write_text(f"case = '{RIGID}'\n[grid]\ntime.end = [1, 2, 3, 4, 5]")
     runs = plan(Study.load(path))
 
-    def start(run, folder, launcher, step=None):
+    def start(run, folder, launcher, change=""):
         folder.mkdir(parents=True, exist_ok=True)
         for name in start.results:
             (folder / name).touch()
-        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; step = {step}\n"
+        code = f"folder = {str(folder)!r}; end = {run.value('time.end')}; change = {change!r}\n"
         code += start.code
         with (folder / execute.LOG).open("wb") as log:
             return subprocess.Popen(
@@ -79,9 +80,9 @@ def test_runs_whose_steps_fail_have_a_second_try_with_half_the_step(fake_runs):
     runs, out, start = fake_runs
     start.code = (
         "import sys\n"
-        "open(folder + '/tries', 'a').write(f'{step} ')\n"
+        "open(folder + '/tries', 'a').write(f'{change} ')\n"
         "if end == 1: sys.exit(2)\n"
-        "if end == 2 and step is None: sys.exit(3)\n"
+        "if end == 2 and not change: sys.exit(3)\n"
         "if end == 3: sys.exit(4)\n"
     )
     reasons = {}
@@ -92,10 +93,22 @@ def test_runs_whose_steps_fail_have_a_second_try_with_half_the_step(fake_runs):
     execute.execute(runs, out, 2, [], note, retry=True)
     half = 0.5 * runs[0].case.time.step
     tries = {run.value("time.end"): (out / run.name / "tries").read_text() for run in runs}
-    twice = f"None {half!r} "
-    assert tries == {1: "None ", 2: twice, 3: twice, 4: "None ", 5: "None "}
+    twice = f" time.step={half!r} "
+    assert tries == {1: " ", 2: twice, 3: twice, 4: " ", 5: " "}
     wrong = "the energy balance is wrong"
     assert reasons == {1: "wrong input", 2: "", 3: wrong, 4: "", 5: ""}
+
+
+def test_runs_without_a_start_have_a_second_try_with_wind_that_sets_in(fake_runs):
+    runs, out, start = fake_runs
+    start.results = ()
+    start.code = "import sys; print(change); sys.exit(0 if 'ramp' in change else 3)"
+    case = runs[0].case
+    wind = case.wind.model_copy(update={"speed": 8.0})
+    windy = replace(runs[0], case=case.model_copy(update={"wind": wind}))
+    execute.execute([windy, runs[1]], out, 2, [], lambda outcome: None, retry=True)
+    said = [(out / run.name / execute.LOG).read_text().strip() for run in runs[:2]]
+    assert said == ["wind.ramp=5.0", f"time.step={0.5 * runs[1].case.time.step!r}"]
 
 
 NO_SLOTS = """

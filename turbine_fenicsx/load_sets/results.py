@@ -27,7 +27,7 @@ EXTRAPOLATED = "extrapolated"
 def format_runs(
     runs: Sequence[SetRun], results: Results, failed: Mapping[str, str], out: Path
 ) -> str:
-    """``runs.csv``: what each run is, how it went, and with which step."""
+    """``runs.csv``: what each run is, how it went, with which step and ramp."""
     rows: list[dict[str, float | str]] = []
     for each in runs:
         name = each.run.name
@@ -41,17 +41,20 @@ def format_runs(
                 "variant": each.variant,
                 "seed": "" if each.seed is None else each.seed,
                 "state": state,
-                "step_[s]": _read_step(out / name) if state == "finished" else "",
+                **_read_tries(out / name, state == "finished"),
                 "reason": failed.get(name, ""),
             }
         )
     return format_rows(rows)
 
 
-def _read_step(folder: Path) -> float:
-    """The step that a finished run has taken [s]."""
+def _read_tries(folder: Path, finished: bool) -> dict[str, Any]:
+    """Keys that a second try changes, as a finished run has them [s]."""
+    if not finished:
+        return {"step_[s]": "", "ramp_[s]": ""}
     tables: Any = read_tables(folder / "case.json")
-    return float(tables["time"]["step"])
+    ramp = tables.get("wind", {}).get("ramp", 0.0)
+    return {"step_[s]": float(tables["time"]["step"]), "ramp_[s]": float(ramp)}
 
 
 def format_extremes(

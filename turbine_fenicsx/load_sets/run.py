@@ -61,7 +61,7 @@ def run_set(
 ) -> SetResult:
     """Run a load set; runs that are finished already are read only.
 
-    A run whose steps fail has a second try with half the step. Tables are written also if some runs
+    A run that fails has a second try, see `execute`. Tables are written also if some runs
     fail or the set is interrupted.
 
     Args:

@@ -31,6 +31,8 @@ _CODES = {
     130: "interrupted",
 }
 _OF_STEPS = (3, 4)
+RAMP = 5.0
+"""Time in which the wind of a second try sets in [s]."""
 # Several mpirun at a time would all bind their ranks to the same first cores (Open MPI 4, 5, 6).
 _UNBOUND = {
     "OMPI_MCA_hwloc_base_binding_policy": "none",
@@ -76,7 +78,8 @@ def execute(
 
     Args:
         launcher: Words before the command of each run.
-        retry: Whether a run whose steps fail has a second try with half the step.
+        retry: Whether a run that fails has a second try: with half the step, or where there is no
+            equilibrium to start from, with wind that sets in gradually.
         report: Called with each outcome as it comes; an exception ends all runs.
     """
     waiting: deque[Run] = deque()
@@ -99,8 +102,8 @@ def execute(
                     run, process, start = entry
                     if retry and run not in retried and process.returncode in _OF_STEPS:
                         retried.append(run)
-                        step = 0.5 * run.case.time.step
-                        active.append((run, _start(run, out / run.name, launcher, step), start))
+                        change = _change_for_second_try(run, out / run.name)
+                        active.append((run, _start(run, out / run.name, launcher, change), start))
                         continue
                     reason = _find_reason(process.returncode, out / run.name)
                     report(Outcome(run, reason, time.perf_counter() - start))
@@ -110,13 +113,21 @@ def execute(
             _stop([process for _, process, _ in active], number)
 
 
+def _change_for_second_try(run: Run, folder: Path) -> str:
+    """A change of the case of a run that has failed."""
+    has_started = (folder / "history.csv").is_file()
+    if not has_started and run.case.wind.blows:
+        return f"wind.ramp={max(RAMP, run.case.wind.ramp)!r}"
+    return f"time.step={0.5 * run.case.time.step!r}"
+
+
 def _start(
-    run: Run, folder: Path, launcher: Sequence[str], step: float | None = None
+    run: Run, folder: Path, launcher: Sequence[str], change: str = ""
 ) -> subprocess.Popen[bytes]:
     """Start a run, or resume it if it was interrupted.
 
     Args:
-        step: Time step in place of that of the case [s].
+        change: A key of the case with another value; none if empty.
     """
     folder.mkdir(parents=True, exist_ok=True)
     goes_on = is_interrupted(run, folder)
@@ -132,8 +143,8 @@ def _start(
     # -P: no Python file of the present folder is run in place of a library
     python = [sys.executable, "-P", "-m", "turbine_fenicsx"]
     command = [*launcher, *python, *task, "--progress", "log"]
-    if step is not None:
-        command += ["--set", f"time.step={step!r}"]
+    if change:
+        command += ["--set", change]
     # os.environ is as it was when this process began, before MPI added to it.
     with (folder / LOG).open("ab" if goes_on else "wb") as log:
         return subprocess.Popen(
