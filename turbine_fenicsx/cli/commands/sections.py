@@ -69,9 +69,9 @@ def _find(case: Any, options: argparse.Namespace) -> list[str]:
     from turbine_fenicsx.turbine.blades.windio_sections import find_sections
 
     keep_results(options.out, "sections", options.overwrite)
+    folder = make_target_folder(options.out)
     progress = _Progress(options.stations, options.quiet)
     found = find_sections(case, options.stations, options.around, progress)
-    folder = make_target_folder(options.out)
     remove_results(folder)
     mu = case.blade.damping.mu or (0.0,) * 6
     files = write_sections(folder, found.sections, found.line, case.title, mu)
