@@ -59,7 +59,7 @@ ARGUMENTS = {
     "report": ["out", "--no-pictures"],
     "restart": ["out", "--quiet", "--set", "time.end=0.03"],
     "run": [str(RIGID), "-o", "other", *SHORT],
-    "sections": [str(STEADY), "-o", "sections", "--stations", "4", "--around", "20", "--quiet"],
+    "sections": [str(STEADY), "-o", "sections", "--stations", "6", "--around", "24", "--quiet"],
     "steady": [str(STEADY), "--wind", "8", "-o", "steady", "--quiet"],
     "study": ["study.toml", "-o", "study"],
     "wind": [str(STEADY), "-o", "new.bts", *MADE],
