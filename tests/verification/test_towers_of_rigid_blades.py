@@ -44,8 +44,9 @@ def test_their_motion_is_kept_and_gives_fields_but_no_plies(outs, model):
     motion = FullMotion(recorded)
     (u,) = motion.find_state(len(recorded.motion.times) - 1).u
     if model == "reduced":  # beams have no nodes of their own
-        highest = np.argmax(motion.turbine.system.flexible_models[0].positions[:, 1])
-        assert u.array[3 * highest + 2] == pytest.approx(read(outs[model])[TOP][-1], rel=1e-2)
+        y = motion.turbine.system.flexible_models[0].positions[:, 1]
+        top = u.array.reshape(-1, 3)[y > y.max() - 1e-6, 2]  # the section tilts
+        assert top.mean() == pytest.approx(read(outs[model])[TOP][-1], rel=1e-2)
     with pytest.raises(InputError, match="no plies"):
         PlyRecovery(recorded)
     with pytest.raises(InputError, match="no strains"):
