@@ -54,7 +54,7 @@ def write_sections(
     for kind, taper in KINDS.items():
         beam = found.as_beam(taper, mu)
         own, blade = make_target_folder(folder / kind), BeamBlade(line, beam)
-        words = f"{title}, sections of {kind}" if kind == "prisms" else f"{title}, {kind} walls"
+        words = f"{title}, {kind}"
         write_beamdyn(own / "beamdyn.dat", blade, words)
         write_hawc2(own / "hawc2.htc", blade, words)
         grid = _find_fractions(line, np.asarray(beam.stations))

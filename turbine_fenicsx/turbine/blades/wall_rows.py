@@ -21,6 +21,10 @@ AT = {tuple(place): k for k, place in enumerate(HEXAHEDRON.lattice.tolist())}
 """Nodes of a cell by their places along the span, around the section and outwards, from 0 to 2."""
 
 
+PIECES = 100
+"""Number of straight pieces of the axis that points are located along."""
+
+
 @dataclass(frozen=True, eq=False)
 class WallRows:
     """Cells of a blade without a plate at its tip, row by row from the root.
@@ -69,4 +73,4 @@ class WallRows:
 
     def locate(self, points: Array) -> Places:
         """Points as places in sections, along the axis and its directors."""
-        return BeamElements(self.line, len(self.rows), 1).locate(points)
+        return BeamElements(self.line, PIECES, 1).locate(points)

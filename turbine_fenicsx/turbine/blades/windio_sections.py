@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class CaseSections:
     line: BeamLine
     given: list[dict[str, float]]
 
-    @property
+    @cached_property
     def own(self) -> list[dict[str, float]]:
         """Columns of each section."""
         of = self.sections
