@@ -37,7 +37,7 @@ def test_two_readers_find_the_same_walls(load):
         assert thick == pytest.approx(own.wall(np.full(len(middles), s), middles), rel=1e-6)
     mesh = load("shells").make_shells(blade, 30, 40)
     mass = own.length * own.line_mass.integral
-    assert mesh.mass == pytest.approx(mass, rel=0.03)  # layers lie on the middle of the wall
+    assert mesh.mass == pytest.approx(mass, rel=0.05)  # layers lie on the middle of the wall
 
 
 def test_loads_on_nodes_work_on_the_motion_of_their_section(load):

@@ -106,7 +106,7 @@ class _Growing:
 
     def add_web(self, web, lines, high):
         """Rows of a web, where it has layers."""
-        first, last, places = self.blade.webs[web]
+        first, last, _ = self.blade.webs[web]
         rows = [
             i
             for i in range(0, len(self.s) - 1, 2)
