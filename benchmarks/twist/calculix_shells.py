@@ -12,7 +12,7 @@ import numpy as np
 from section_motion import STIFF
 
 
-def solve(shells, materials, loads, folder, held=False, nonlinear=False):
+def solve(shells, materials, loads, folder, held=False, large=False):
     """Displacements under each load, shape (number of loads, n, 3) [m].
 
     Args:
@@ -21,11 +21,12 @@ def solve(shells, materials, loads, folder, held=False, nonlinear=False):
         loads: Forces on the nodes, shape (n, 3) each [N].
         folder: Where files go.
         held: Whether sections keep their shape in their plane.
-        nonlinear: Whether displacements are large.
+        large: Whether displacements are large. Each load then begins where the one before it ends,
+            and the tip is free.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "blade.inp").write_text(write_input(shells, materials, loads, held, nonlinear))
+    (folder / "blade.inp").write_text(write_input(shells, materials, loads, held, large))
     environment = dict(os.environ, OMP_NUM_THREADS=str(os.cpu_count()))
     with (folder / "ccx.log").open("w") as log:
         command = ["ccx", "-i", "blade"]
@@ -33,10 +34,10 @@ def solve(shells, materials, loads, folder, held=False, nonlinear=False):
     found = read_displacements(folder / "blade.frd", len(shells.nodes))
     if len(found) < len(loads):
         raise RuntimeError(f"CalculiX found {len(found)} of {len(loads)} solutions, see {log.name}")
-    return found[-1:] if nonlinear else found
+    return found
 
 
-def write_input(shells, materials, loads, held, nonlinear):
+def write_input(shells, materials, loads, held, large):
     """The input file."""
     text = ["*NODE,NSET=ALL"]
     n = len(shells.nodes)
@@ -60,25 +61,17 @@ def write_input(shells, materials, loads, held, nonlinear):
         text += [f"{t:.8e},,M{used.index(name)},O{k}" for name, t in reversed(stack)]
     for i in between:
         text += _hold(shells, i, shells.whole[i], n + 2 * i, warps=True)
-    text += _hold(
-        shells,
-        stiff[0],
-        np.concatenate([shells.whole[i] for i in stiff]),
-        n + 2 * stiff[0],
-        warps=False,
-    )
+    if not large:
+        nodes = np.concatenate([shells.whole[i] for i in stiff])
+        text += _hold(shells, stiff[0], nodes, n + 2 * stiff[0], warps=False)
     text += ["*BOUNDARY", *(f"{k + 1},1,6" for k in shells.whole[0])]
     for load in loads:
-        text += ["*STEP,NLGEOM,INC=1000" if nonlinear else "*STEP", "*STATIC"]
-        text += ["0.1,1.0"] if nonlinear else []
+        text += ["*STEP,NLGEOM,INC=1000" if large else "*STEP", "*STATIC"]
+        text += ["0.1,1.,1e-5,0.2"] if large else []
         text += ["*CLOAD,OP=NEW"]
         for k in np.flatnonzero(np.any(load != 0.0, axis=1)):
             text += [f"{k + 1},{d + 1},{load[k, d]:.10e}" for d in range(3)]
-        text += [
-            "*NODE FILE,OUTPUT=2D" + (",FREQUENCY=1000" if nonlinear else ""),
-            "U",
-            "*END STEP",
-        ]
+        text += ["*NODE FILE,OUTPUT=2D" + (",FREQUENCY=1000" if large else ""), "U", "*END STEP"]
     return "\n".join(text) + "\n"
 
 
