@@ -12,7 +12,7 @@ import numpy as np
 from section_motion import STIFF
 
 
-def solve(shells, materials, loads, folder, held=False, large=False):
+def solve(shells, materials, loads, folder, held=False):
     """Displacements under each load, shape (number of loads, n, 3) [m].
 
     Args:
@@ -21,12 +21,10 @@ def solve(shells, materials, loads, folder, held=False, large=False):
         loads: Forces on the nodes, shape (n, 3) each [N].
         folder: Where files go.
         held: Whether sections keep their shape in their plane.
-        large: Whether displacements are large. Each load then begins where the one before it ends,
-            and the tip is free.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "blade.inp").write_text(write_input(shells, materials, loads, held, large))
+    (folder / "blade.inp").write_text(write_input(shells, materials, loads, held))
     environment = dict(os.environ, OMP_NUM_THREADS=str(os.cpu_count()))
     with (folder / "ccx.log").open("w") as log:
         command = ["ccx", "-i", "blade"]
@@ -37,7 +35,7 @@ def solve(shells, materials, loads, folder, held=False, large=False):
     return found
 
 
-def write_input(shells, materials, loads, held, large):
+def write_input(shells, materials, loads, held):
     """The input file."""
     text = ["*NODE,NSET=ALL"]
     n = len(shells.nodes)
@@ -61,17 +59,14 @@ def write_input(shells, materials, loads, held, large):
         text += [f"{t:.8e},,M{used.index(name)},O{k}" for name, t in reversed(stack)]
     for i in between:
         text += _hold(shells, i, shells.whole[i], n + 2 * i, warps=True)
-    if not large:
-        nodes = np.concatenate([shells.whole[i] for i in stiff])
-        text += _hold(shells, stiff[0], nodes, n + 2 * stiff[0], warps=False)
+    nodes = np.concatenate([shells.whole[i] for i in stiff])
+    text += _hold(shells, stiff[0], nodes, n + 2 * stiff[0], warps=False)
     text += ["*BOUNDARY", *(f"{k + 1},1,6" for k in shells.whole[0])]
     for load in loads:
-        text += ["*STEP,NLGEOM,INC=1000" if large else "*STEP", "*STATIC"]
-        text += ["0.1,1.,1e-5,0.2"] if large else []
-        text += ["*CLOAD,OP=NEW"]
+        text += ["*STEP", "*STATIC", "*CLOAD,OP=NEW"]
         for k in np.flatnonzero(np.any(load != 0.0, axis=1)):
             text += [f"{k + 1},{d + 1},{load[k, d]:.10e}" for d in range(3)]
-        text += ["*NODE FILE,OUTPUT=2D" + (",FREQUENCY=1000" if large else ""), "U", "*END STEP"]
+        text += ["*NODE FILE,OUTPUT=2D", "U", "*END STEP"]
     return "\n".join(text) + "\n"
 
 

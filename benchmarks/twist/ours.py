@@ -74,63 +74,34 @@ class Solid:
     def solve(self, loads):
         """Displacements under small forces, (len(loads), n, 3); the tip is rigid."""
         T = self._motions()
-        K = self._linearise(T, np.zeros(self.nodes.size))[1]
         right = [T.T @ (force @ AXES).ravel() for force in loads]
-        return [self._nodal(T @ x) for x in solve_sparse(K, right)]
+        found = solve_sparse(T.T @ (self._stiffness() @ T), right)
+        return [(T @ x).reshape(-1, 3) @ AXES.T for x in found]
 
-    def bend(self, force, parts=10):
-        """Displacements under forces that keep their direction, in load steps, (parts, n, 3).
-
-        The tip is free.
-        """
-        T = self._motions(rigid_tip=False)
-        u, found = np.zeros(self.nodes.size), []
-        for part in (np.arange(parts) + 1.0) / parts:
-            for _ in range(30):
-                inner, K = self._linearise(T, u)
-                missing = T.T @ (part * (force @ AXES).ravel() - inner)
-                step = T @ solve_sparse(K, [missing])[0]
-                u = u + step
-                if np.abs(step).max() < 1e-6:
-                    break
-            else:
-                raise RuntimeError(f"no equilibrium at {part:g} of the load")
-            found.append(self._nodal(u))
-        return found
-
-    def _linearise(self, T, u):
-        """Inner forces at displacements, and their derivative for the free motions."""
+    def _stiffness(self):
+        """The stiffness of all nodes, as a matrix of scipy."""
         system = self.made.system()
         model = system.flexible_models[0]
-        at = system.initial_state().u[0]
-        at.array[:] = u
-        forces, K = at.duplicate(), model.new_stiffness()
-        model.static_forces(at, np.zeros(3), 0.0, forces)
-        model.assemble_stiffness(at, 0.0, K)
+        K = model.new_stiffness()
+        model.assemble_stiffness(system.initial_state().u[0], 0.0, K)
         indptr, indices, data = K.getValuesCSR()
-        K.destroy()
-        return forces.array_r.copy(), T.T @ (csr_matrix((data, indices, indptr)) @ T)
+        return csr_matrix((data, indices, indptr))
 
-    def _nodal(self, u):
-        return u.reshape(-1, 3) @ AXES.T
-
-    def _motions(self, rigid_tip=True):
-        """Columns by which nodes can move with a clamped root; sparse, (3 n, m)."""
+    def _motions(self):
+        """Columns by which the nodes can move: clamped root, rigid tip; sparse, (3 n, m)."""
         z = self.nodes[:, 2]
-        clamped, stiff = z < 1e-6, self._beyond() & rigid_tip
+        clamped, stiff = z < 1e-6, self._beyond()
         free = np.flatnonzero(np.repeat(~(clamped | stiff), 3))
         entries = [(free, np.arange(len(free)), np.ones(len(free)))]
         r = (self.nodes - self.axis[-1]) @ AXES
         own = np.flatnonzero(stiff)
-        for d in range(3) if rigid_tip else ():
+        for d in range(3):
             unit = np.eye(3)[d]
             for column, v in ((d, np.tile(unit, (len(own), 1))), (3 + d, np.cross(unit, r[own]))):
                 dofs = (3 * own[:, None] + np.arange(3)).ravel()
                 entries.append((dofs, np.full(len(dofs), len(free) + column), v.ravel()))
         rows, columns, values = (np.concatenate([e[k] for e in entries]) for k in range(3))
-        return coo_matrix(
-            (values, (rows, columns)), shape=(r.size, len(free) + 6 * rigid_tip)
-        ).tocsr()
+        return coo_matrix((values, (rows, columns)), shape=(r.size, len(free) + 6)).tocsr()
 
     def _beyond(self):
         """Whether nodes are beyond the span fraction where the stiff tip begins."""
