@@ -33,7 +33,7 @@ KINDS = {
     "beams with the term": ("blade.beam.taper=true",),
     "prisms": (f"blade.beam.file={SECTIONS}/prisms/beamdyn.dat",),
     "inclined": (f"blade.beam.file={SECTIONS}/inclined/beamdyn.dat",),
-    "reduced solids": ("blade.model=reduced", LAMINATE),
+    "reduced solids": ("blade.model=reduced", LAMINATE, "mesh.around=24"),
     "solids": ("blade.model=full", LAMINATE),
 }
 COLUMNS = {
