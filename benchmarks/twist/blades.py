@@ -51,25 +51,23 @@ def bend_shells(file, rows, held):
     """Motion of sections of the shells at the stations under each load, (loads, stations, 6)."""
     blade = Blade(find_turbine_file(file))
     mesh = shells.make_shells(blade, rows, 40)
-    forces = [
-        (section_motion.at_tip if tip else section_motion.along_axis)(mesh, vector(component, size))
-        for component, tip, size in LOADS.values()
-    ]
     folder = OUT / f"{Path(file).stem}-{'held' if held else 'shells'}"
-    return [
-        section_motion.measure(mesh, u, STATIONS)
-        for u in calculix_shells.solve(mesh, blade.materials, forces, folder, held)
-    ]
+    found = calculix_shells.solve(mesh, blade.materials, find_forces(mesh), folder, held)
+    return [section_motion.measure(mesh, u, STATIONS) for u in found]
 
 
 def bend_solid(file, cells=(70, 40)):
     """The same of the solid."""
     solid = ours.make_solid(file, *cells)
-    forces = [
-        (solid.at_tip if tip else solid.along_axis)(vector(component, size))
-        for component, tip, size in LOADS.values()
+    return [section_motion.measure(solid, u, STATIONS) for u in solid.solve(find_forces(solid))]
+
+
+def find_forces(model):
+    """Forces on the nodes of a model for each load [N]."""
+    return [
+        (section_motion.at_tip if tip else section_motion.along_axis)(model, vector(k, size))
+        for k, tip, size in LOADS.values()
     ]
-    return [solid.measure(u, STATIONS) for u in solid.solve(forces)]
 
 
 def bend_beam(beam):

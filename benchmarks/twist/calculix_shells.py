@@ -5,6 +5,7 @@ through the wall, so that each has the stiffness of its plane stress.
 """
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -22,7 +23,10 @@ def solve(shells, materials, loads, folder, held=False):
         folder: Where files go.
         held: Whether sections keep their shape in their plane.
     """
+    if shutil.which("ccx") is None:
+        raise SystemExit("CalculiX is missing (ccx): apt install calculix-ccx")
     folder = Path(folder)
+    (folder / "blade.frd").unlink(missing_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "blade.inp").write_text(write_input(shells, materials, loads, held))
     environment = dict(os.environ, OMP_NUM_THREADS=str(os.cpu_count()))

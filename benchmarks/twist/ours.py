@@ -14,7 +14,7 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.spatial import cKDTree
-from section_motion import STIFF, rigid_motion, spread
+from section_motion import STIFF, tributary
 
 from turbine_fenicsx.foundation.section_matrices import interpolate_matrices
 from turbine_fenicsx.turbine.blades.wall_rows import WallRows
@@ -32,7 +32,7 @@ AXES = demo["solid"].AXES
 
 @dataclass(frozen=True)
 class Solid:
-    """A clamped blade as a hollow solid of laminates.
+    """A clamped blade as a hollow solid of laminates, as `section_motion` wants it.
 
     Attributes:
         made: Its system and mesh.
@@ -47,29 +47,6 @@ class Solid:
     rows: list
     stations: np.ndarray
     axis: np.ndarray
-
-    def measure(self, u, s):
-        """Displacement of the axis and rotation of sections at span fractions, (len(s), 6)."""
-        at = [
-            rigid_motion(self.nodes[k], w, origin, u[k])
-            for (k, w), origin in zip(self.rows, self.axis, strict=True)
-        ]
-        return np.array([np.interp(s, self.stations, column) for column in np.transpose(at)]).T
-
-    def at_tip(self, load):
-        """Forces on nodes of the skin of the stiff tip, about the end of the axis."""
-        rows = [row for row, s in zip(self.rows, self.stations, strict=True) if s > STIFF]
-        numbers, weights = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
-        found = np.zeros_like(self.nodes)
-        found[numbers] = spread(self.nodes[numbers], weights, self.axis[-1], load)
-        return found
-
-    def along_axis(self, load):
-        """Forces on nodes of the skin by a load on each metre of the axis."""
-        found = np.zeros_like(self.nodes)
-        for (k, w), origin, ds in zip(self.rows, self.axis, tributary(self.axis), strict=True):
-            found[k] += spread(self.nodes[k], w, origin, ds * np.asarray(load))
-        return found
 
     def solve(self, loads):
         """Displacements under small forces, (len(loads), n, 3); the tip is rigid."""
@@ -128,12 +105,6 @@ def solve_sparse(K, right):
     solver.destroy()
     A.destroy()
     return found
-
-
-def tributary(axis):
-    """Length of an axis for which each of its points stands [m]."""
-    step = np.append(0.0, np.linalg.norm(np.diff(axis, axis=0), axis=1))
-    return 0.5 * (step + np.append(step[1:], 0.0))
 
 
 def make_solid(file, span, around):

@@ -1,4 +1,7 @@
-"""Motion of sections of shells, and loads on them.
+"""Motion of sections of shells and solids, and loads on them.
+
+A model has nodes, and rows of nodes of its skin with the lengths that they stand for. Stations are
+the span fractions of the rows, and axis has the points of the axis there.
 
 A section moves as the rigid body that fits its nodes best, weighted by the lengths they stand for.
 Forces on nodes are spread in the same way, so that they work on that motion.
@@ -24,13 +27,13 @@ def rigid_motion(x, weights, origin, u):
     return np.linalg.solve(A.T @ (W * A), A.T @ (W[:, 0] * u.ravel()))
 
 
-def measure(shells, u, stations):
+def measure(model, u, stations):
     """Displacement of the axis and rotation of sections at span fractions, (len(stations), 6)."""
     at = [
-        rigid_motion(shells.nodes[k], w, frame[0], u[k])
-        for (k, w), frame in zip(shells.rows, shells.frames[::2], strict=True)
+        rigid_motion(model.nodes[k], w, origin, u[k])
+        for (k, w), origin in zip(model.rows, model.axis, strict=True)
     ]
-    return np.array([np.interp(stations, shells.stations, column) for column in np.transpose(at)]).T
+    return np.array([np.interp(stations, model.stations, column) for column in np.transpose(at)]).T
 
 
 def spread(x, weights, origin, load):
@@ -51,21 +54,25 @@ def _rigid(r):
     return A.reshape(-1, 6)
 
 
-def at_tip(shells, load):
+def at_tip(model, load):
     """Forces on the nodes of the skin of the stiff tip, about the end of the axis, (n, 3) [N]."""
-    found = np.zeros_like(shells.nodes)
-    rows = [row for row, s in zip(shells.rows, shells.stations, strict=True) if s > STIFF]
+    found = np.zeros_like(model.nodes)
+    rows = [row for row, s in zip(model.rows, model.stations, strict=True) if s > STIFF]
     numbers, weights = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
-    found[numbers] = spread(shells.nodes[numbers], weights, shells.frames[-1][0], load)
+    found[numbers] = spread(model.nodes[numbers], weights, model.axis[-1], load)
     return found
 
 
-def along_axis(shells, load):
+def along_axis(model, load):
     """Forces on the nodes of the skin by a load on each metre of the axis."""
-    found = np.zeros_like(shells.nodes)
-    axis = np.array([frame[0] for frame in shells.frames[::2]])
-    step = np.append(0.0, np.linalg.norm(np.diff(axis, axis=0), axis=1))
-    length = 0.5 * (step + np.append(step[1:], 0.0))
-    for (numbers, weights), origin, ds in zip(shells.rows, axis, length, strict=True):
-        found[numbers] += spread(shells.nodes[numbers], weights, origin, ds * np.asarray(load))
+    found = np.zeros_like(model.nodes)
+    length = tributary(model.axis)
+    for (numbers, weights), origin, ds in zip(model.rows, model.axis, length, strict=True):
+        found[numbers] += spread(model.nodes[numbers], weights, origin, ds * np.asarray(load))
     return found
+
+
+def tributary(axis):
+    """Length of an axis for which each of its points stands [m]."""
+    step = np.append(0.0, np.linalg.norm(np.diff(axis, axis=0), axis=1))
+    return 0.5 * (step + np.append(step[1:], 0.0))

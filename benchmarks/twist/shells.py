@@ -45,6 +45,11 @@ class Shells:
     frames: list
     mass: float
 
+    @property
+    def axis(self):
+        """Points of the axis at the stations, shape (m + 1, 3) [m]."""
+        return np.array([origin for origin, _ in self.frames[::2]])
+
 
 def make_shells(blade, rows, around, high=5, face=1):
     """Mesh a blade.

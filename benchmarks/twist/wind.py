@@ -2,8 +2,8 @@
 
 Usage: wind.py [--wind WINDS] [--only NAME ...]
 
-Without tilt and weight, at the speed and pitch of HAWC2. Steady states stay in out/wind, and what
-is there is not found again. Names are
+Without tilt and weight, at the speed and pitch of HAWC2. Steady states stay in out/wind; those of
+a folder that is there are not found again. Names are
 
 - "beams": matrices of the file; "beams with the term": the same and what inclined walls add;
 - "prisms" and "inclined": beams of sections of the layup, by `turbine-fenicsx sections`;
@@ -13,6 +13,7 @@ is there is not found again. Names are
 import argparse
 import csv
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -24,8 +25,8 @@ WINDS = "4:24:2"
 SLOW = "8,14,20"
 """Winds of full solids, which take minutes each."""
 
-CASE = HERE / "iea22_wind.toml"
 FOLDER = OUT / "wind"
+CASE = FOLDER / "iea22_wind.toml"
 SECTIONS = FOLDER / "sections"
 LAMINATE = "blade.layup=laminate"
 KINDS = {
@@ -107,6 +108,7 @@ def published_by(code, published):
 def gather(winds=WINDS, only=tuple(KINDS)):
     """All kinds and codes by name."""
     FOLDER.mkdir(parents=True, exist_ok=True)
+    shutil.copy(HERE / CASE.name, CASE)  # its folder gets the basis of reduced blades
     published = json.loads((HERE / "iea22_published.json").read_text())
     if not SECTIONS.is_dir():
         run("sections", CASE, "-o", SECTIONS, "--stations", 70, "--set", LAMINATE)

@@ -44,12 +44,26 @@ def find_inclination(walls: WallRows, stations: Array) -> Array:
     _, d = walls.line.at(s)
     normal = np.cross(d[:, 0], d[:, 1])
     a, b = np.einsum("kai,ki->ak", d, along) / np.sum(normal * along, axis=1)
+    parts = incline(w, x, y, a, b)
+    sums = np.array([parts[row].sum(axis=0) for row in walls.rows] + [np.zeros((6, 6))])
+    return interpolate_matrices(stations, np.append(walls.stations, walls.line.length), sums)
+
+
+def incline(w: Array, x: Array, y: Array, a: Array, b: Array) -> Array:
+    """The part w (g g^T - g_0 g_0^T) of each of n pieces of wall, shape (n, 6, 6).
+
+    Args:
+        w: Stiffness int E dA, shape (n,) [N].
+        x: Place along the first axis of the section [m].
+        y: Along the second one [m].
+        a: Slope dx/ds.
+        b: Slope dy/ds.
+    """
     one, none = np.ones_like(x), np.zeros_like(x)
     g = np.stack([a, b, one, y, -x, x * b - y * a])
     g_0 = np.stack([none, none, one, y, -x, none])
-    parts = np.einsum("k,ik,jk->kij", w, g, g) - np.einsum("k,ik,jk->kij", w, g_0, g_0)
-    sums = np.array([parts[row].sum(axis=0) for row in walls.rows] + [np.zeros((6, 6))])
-    return interpolate_matrices(stations, np.append(walls.stations, walls.line.length), sums)
+    parts: Array = np.einsum("k,ik,jk->kij", w, g, g) - np.einsum("k,ik,jk->kij", w, g_0, g_0)
+    return parts
 
 
 def _stretch_stiffness(plies: Plies) -> float:
