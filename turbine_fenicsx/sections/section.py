@@ -33,23 +33,25 @@ class Section:
         stiffness: Symmetric, positive definite, shape (6, 6) [N, N m, N m^2].
         inertia: Mass matrix, shape (6, 6) [kg/m, kg, kg m].
         mass_centre: Shape (2,) [m].
+        prism: The section as matrices of its displacements.
+        unit_loads: Its displacements under unit loads.
     """
 
     stiffness: Array
     inertia: Array
     mass_centre: Array
-    _prism: Prism
-    _unit_loads: UnitLoads
+    prism: Prism
+    unit_loads: UnitLoads
 
     @property
     def compliance(self) -> Array:
         """Strains under unit loads, shape (6, 6)."""
-        return self._unit_loads.compliance
+        return self.unit_loads.compliance
 
     @property
     def mesh(self) -> Mesh:
         """The mesh of the section."""
-        return self._prism.mesh
+        return self.prism.mesh
 
     @property
     def mass(self) -> float:
@@ -88,7 +90,7 @@ class Section:
         Returns:
             Function of vectors [m].
         """
-        return self._combine(self._unit_loads.warping, loads)
+        return self._combine(self.unit_loads.warping, loads)
 
     def stress(self, loads: npt.ArrayLike) -> fem.Function:
         """Stress under forces and moments of the section.
@@ -99,19 +101,23 @@ class Section:
         Returns:
             Function of tensors that is a polynomial in each cell [Pa].
         """
-        prism = self._prism
+        prism = self.prism
         strain = prism.strain_across(self.warping(loads))
-        strain += strain_along(self._combine(self._unit_loads.derivative, loads))
+        strain += strain_along(self._combine(self.unit_loads.derivative, loads))
         found = fem.Function(_compat.cellwise_space(prism.mesh, (3, 3), prism.degree))
         found.interpolate(_compat.expression(prism.stress(strain), found.function_space))
         return found
 
     def _combine(self, unit: Array, loads: npt.ArrayLike) -> fem.Function:
         """The sum of displacements under unit loads."""
-        values = check_array("loads of a section", loads, (6,), "three forces and three moments")
-        found = fem.Function(self._prism.space)
-        found.x.array[:] = unit @ values
+        found = fem.Function(self.prism.space)
+        found.x.array[:] = unit @ check_loads(loads)
         return found
+
+
+def check_loads(loads: npt.ArrayLike) -> Array:
+    """Three forces and three moments of a section, shape (6,)."""
+    return check_array("loads of a section", loads, (6,), "three forces and three moments")
 
 
 def analyse_section(
