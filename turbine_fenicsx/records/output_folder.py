@@ -53,8 +53,8 @@ MODE_RESULTS = (
 STEADY_RESULTS = ("steady.csv", "steady_blade.csv", "steady.yaml", "steady*.png")
 """Names of what belongs to steady states."""
 
-SECTIONS = "sections.csv"
-"""Table of the sections of a blade in its output folder."""
+SECTIONS, SECTION_PLIES = "sections.csv", "section_plies.csv"
+"""Tables of the sections of a blade, and of their plies under loads, in its output folder."""
 
 STUDY = "study.csv"
 """Table of a study in its output folder."""
@@ -336,7 +336,7 @@ def refuse_others(folder: str | os.PathLike[str], overwrite: bool) -> None:
 
 def remove_results(folder: str | os.PathLike[str]) -> None:
     """Remove earlier results, so that nothing of them stands beside the new ones."""
-    for pattern in (*RESULTS, *MODE_RESULTS, *STEADY_RESULTS, "sections.*"):
+    for pattern in (*RESULTS, *MODE_RESULTS, *STEADY_RESULTS, "sections.*", SECTION_PLIES):
         for path in Path(folder).glob(pattern):
             with name_file_in_errors("write", path):
                 path.unlink()

@@ -5,19 +5,16 @@ The YAML file has the layout of the published steady states of the IEA 22 MW tur
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 import yaml
 
-from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.files import replace_file
-from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
+from turbine_fenicsx.records.number_tables import read_columns
 from turbine_fenicsx.records.row_file import join_columns
 
 WIND, SPAN = "wind_speed_[m/s]", "span_[-]"
@@ -88,14 +85,4 @@ def read_steady(path: str | os.PathLike[str]) -> dict[str, Array]:
     Raises:
         InputError: if it has no column of the wind speed, or something else than numbers.
     """
-    text = read_text(str(path), "table of steady states")
-    head, *rows = list(csv.reader(x for x in text.splitlines() if not x.startswith("#"))) or [[]]
-    if WIND not in head or not rows:
-        raise InputError(f"the table {str(path)!r} needs a column {WIND!r} and rows with numbers")
-    try:
-        table = np.array([[float(x) for x in row] for row in rows])
-    except ValueError:
-        table = np.zeros(0)
-    if table.shape != (len(rows), len(head)):
-        raise InputError(f"the table {str(path)!r} needs a number in each column of each row")
-    return dict(zip(head, table.T, strict=True))
+    return read_columns(path, "table of steady states", (WIND,))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,12 +12,12 @@ import numpy as np
 from turbine_fenicsx.case.quantities import Unit, unit_of
 from turbine_fenicsx.foundation.diagram_style import PALETTE
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.text_files import read_text
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.postprocessing.plot_style import put_prefix_into_label
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.records.names import split_unit
+from turbine_fenicsx.records.number_tables import read_columns
 from turbine_fenicsx.study.file import Study
 from turbine_fenicsx.study.picture import STYLE, name_and_unit
 from turbine_fenicsx.study.plan import Run
@@ -43,27 +42,19 @@ def read_reference(path: str, x: str, y: Sequence[str]) -> dict[str, tuple[Array
         By quantity, as `plot_curve` shows them: angles in degrees with the signs of OpenFAST.
         Columns in degrees have these already.
     """
-    lines = read_text(path, "table of references").splitlines()
-    table_rows = list(csv.reader(line for line in lines if not line.startswith("#")))
-    head, rows = table_rows[0] if table_rows else [], table_rows[1:]
-    if x not in head or not 0 < len(rows) <= LARGEST_REFERENCE:
-        raise InputError(f"{path} needs a column {x!r} and rows with numbers")
-    try:
-        table = np.array([[float(word) for word in row] for row in rows])
-    except ValueError as error:
-        raise InputError(f"{path} has a row that is not of numbers: {error}") from None
-    if table.ndim != 2 or table.shape[1] != len(head) or not np.all(np.isfinite(table)):
-        raise InputError(f"{path} must have a finite number in each column of each row")
+    found = read_columns(path, "table of references", (x,))
+    rows = len(found[x])
+    if rows > LARGEST_REFERENCE or not all(np.isfinite(values).all() for values in found.values()):
+        raise InputError(
+            f"the table of references {path!r} needs finite numbers in at most {LARGEST_REFERENCE} "
+            f"rows, got {rows} rows"
+        )
     columns = {}
-    for k, name in enumerate(head):
+    for name, values in found.items():
         short, unit = split_unit(name)
-        columns[short] = table[:, k] * (1.0 if unit in DEGREES else find_scale(short)[0])
+        columns[short] = values * (1.0 if unit in DEGREES else find_scale(short)[0])
     wanted = {name: split_unit(name)[0] for name in y}
-    return {
-        name: (table[:, head.index(x)], columns[short])
-        for name, short in wanted.items()
-        if short in columns
-    }
+    return {name: (found[x], columns[short]) for name, short in wanted.items() if short in columns}
 
 
 def find_scale(quantity: str) -> tuple[float, str]:

@@ -3,7 +3,7 @@
 OUT gets sections.csv, sections.png, and beams for BeamDyn, HAWC2 and windIO. Those in prisms/ have
 sections as other codes assume them. Those in inclined/ know that the walls of a blade that tapers
 are inclined: under bending they twist as the blade does in three dimensions. Where the file has
-matrices, the command compares with them.
+matrices, the command compares with them. With loads in sections it finds the stresses of all plies.
 """
 
 from __future__ import annotations
@@ -34,6 +34,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=40,
         help="number of cells around a section, without those of webs; default: 40",
     )
+    parser.add_argument(
+        "--loads",
+        metavar="FILE",
+        help="table of forces and moments along the blade, such as steady_blade.csv: "
+        "section_plies.csv gets stresses and failure indices of all plies under them",
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace sections in OUT")
     parser.add_argument("--quiet", action="store_true", help="print neither progress nor table")
 
@@ -60,28 +66,40 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
 def _find(case: Any, options: argparse.Namespace) -> list[str]:
     """Find and write the sections; what there is to say."""
+    from turbine_fenicsx.records.loads_along import read_loads
     from turbine_fenicsx.records.output_folder import (
         keep_results,
         make_target_folder,
         remove_results,
     )
+    from turbine_fenicsx.turbine.blades.loaded_plies import (
+        describe_worst,
+        find_loaded_plies,
+        write_loaded_plies,
+    )
     from turbine_fenicsx.turbine.blades.section_files import write_sections
     from turbine_fenicsx.turbine.blades.windio_sections import find_sections
 
+    states = read_loads(options.loads) if options.loads else []
     keep_results(options.out, "sections", options.overwrite)
     folder = make_target_folder(options.out)
     progress = _Progress(options.stations, options.quiet)
     found = find_sections(case, options.stations, options.around, progress)
+    plies = find_loaded_plies(found.sections, found.line, states) if states else []
     remove_results(folder)
     mu = case.blade.damping.mu or (0.0,) * 6
     files = write_sections(folder, found.sections, found.line, case.title, mu)
+    lines = [*_list_rows(found), *found.compare()]
+    if plies:
+        files.append(write_loaded_plies(folder, plies))
+        lines += describe_worst(plies)
     try:
         from turbine_fenicsx.postprocessing.section_plots import plot_sections
 
         files.append(plot_sections(folder, found))
     except ImportError:
         print("no picture: matplotlib is not installed", file=sys.stderr)
-    return [*_list_rows(found), *found.compare(), f"results {options.out}/: {', '.join(files)}"]
+    return [*lines, f"results {options.out}/: {', '.join(files)}"]
 
 
 def _list_rows(found: Any) -> list[str]:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx import _compat
-from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.cell_fields import cell_field
 from turbine_fenicsx.materials.laminate import Laminate
 from turbine_fenicsx.materials.laminate_theory import WallTable, tabulate_walls
@@ -31,16 +31,24 @@ class BladeSections:
     Axes x and y are the directors of the axis there, and all matrices are about it.
 
     Args:
-        stations: Arc lengths, shape (m,) [m].
-        sections: Each as a prism.
-        length: Of the axis [m].
+        walls: The rows of cells.
+        sections: Each as a prism, m of them.
         inclination: What inclined walls add to the stiffness, shape (m, 6, 6).
     """
 
-    stations: Array
+    walls: WallRows
     sections: tuple[Section, ...]
-    length: float
     inclination: Array
+
+    @property
+    def stations(self) -> Array:
+        """Arc lengths, shape (m,) [m]."""
+        return self.walls.stations
+
+    @property
+    def length(self) -> float:
+        """Of the axis [m]."""
+        return self.walls.line.length
 
     @cached_property
     def stiffness(self) -> Array:
@@ -51,6 +59,12 @@ class BladeSections:
     def inertia(self) -> Array:
         """Mass matrices, shape (m, 6, 6)."""
         return np.array([section.inertia for section in self.sections])
+
+    def find_cells(self, k: int) -> IntArray:
+        """Numbers of the cells of a row, in the order of the cells of its section."""
+        order = np.asarray(self.sections[k].mesh.topology.original_cell_index)
+        cells: IntArray = self.walls.rows[k][order]
+        return cells
 
     def as_beam(self, taper: bool, mu: tuple[float, ...] = (0.0,) * 6) -> BeamSections:
         """Matrices from one end of the axis to the other; those of the first and last row there.
@@ -80,7 +94,7 @@ def analyse_rows(
         sections.append(analyse_row(walls, k, table))
         found(k + 1)
     inclination = find_inclination(walls, walls.stations)
-    return BladeSections(walls.stations, tuple(sections), walls.line.length, inclination)
+    return BladeSections(walls, tuple(sections), inclination)
 
 
 def analyse_row(walls: WallRows, k: int, table: WallTable) -> Section:

@@ -161,8 +161,8 @@ class HollowBlades(ShapedBlades[WindIOBlade]):
         last = comm.allreduce(float(np.max(cells.span[:, 0], initial=0.0)), op=MPI.MAX)
         made_up = cells.is_ridge | ((cells.span[:, 0] == last) & closed)
         numbers: dict[str, list[int]] = {}
-        for part, name in enumerate(cells.parts):
-            numbers.setdefault(name.replace(", ", "_").replace(" ", "_"), []).append(part)
+        for part, name in enumerate(cells.panels):
+            numbers.setdefault(name, []).append(part)
         every = {
             name: np.flatnonzero(np.isin(cells.part, own) & ~made_up)
             for name, own in numbers.items()

@@ -82,6 +82,11 @@ class WallCells:
         return _list_parts(self.shape)
 
     @property
+    def panels(self) -> tuple[str, ...]:
+        """Their names in output, where panels may share one."""
+        return tuple(name.replace(", ", "_").replace(" ", "_") for name in self.parts)
+
+    @property
     def is_tip(self) -> Array:
         """Which cells are the plate at the tip, shape (n,)."""
         return np.asarray(self.part == len(self.parts) - 1)

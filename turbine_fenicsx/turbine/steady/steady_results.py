@@ -201,9 +201,7 @@ FINE = 1001
 
 _DEFLECTIONS = tuple(f"deflection_{axis}_[m]" for axis in "xyz")
 _SECTION_LOADS = tuple(
-    f"section_{kind}_{axis}_[{unit}]"
-    for kind, unit in (("force", "N"), ("moment", "Nm"))
-    for axis in "xyz"
+    family(axis=axis) for family in (names.SPAN_FORCE, names.SPAN_MOMENT) for axis in "xyz"
 )
 _ROTATIONS = tuple(f"rotation_{axis}_[deg]" for axis in "xyz")
 
