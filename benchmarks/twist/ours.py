@@ -52,33 +52,61 @@ class Solid:
         """Displacements under small forces, (len(loads), n, 3); the tip is rigid."""
         T = self._motions()
         right = [T.T @ (force @ AXES).ravel() for force in loads]
-        found = solve_sparse(T.T @ (self._stiffness() @ T), right)
-        return [(T @ x).reshape(-1, 3) @ AXES.T for x in found]
+        K = self._linearise(T, np.zeros(self.nodes.size))[1]
+        return [(T @ x).reshape(-1, 3) @ AXES.T for x in solve_sparse(K, right)]
 
-    def _stiffness(self):
-        """The stiffness of all nodes, as a matrix of scipy."""
+    def bend(self, force, factors):
+        """Displacements under multiples of forces that keep their direction; the tip is free.
+
+        Returns:
+            Shape (len(factors), n, 3) [m].
+        """
+        T = self._motions(stiff_tip=False)
+        u, found = np.zeros(self.nodes.size), []
+        for factor in factors:
+            for _ in range(30):
+                inner, K = self._linearise(T, u)
+                missing = T.T @ (factor * (force @ AXES).ravel() - inner)
+                step = T @ solve_sparse(K, [missing])[0]
+                u = u + step
+                if np.abs(step).max() < 1e-6:
+                    break
+            else:
+                raise RuntimeError(f"no equilibrium at {factor:g} times the load")
+            found.append(u.reshape(-1, 3) @ AXES.T)
+            print(f"solid: {factor:g} of the load", flush=True)
+        return np.array(found)
+
+    def _linearise(self, T, u):
+        """Inner forces at displacements, and their derivative for the free motions."""
         system = self.made.system()
         model = system.flexible_models[0]
-        K = model.new_stiffness()
-        model.assemble_stiffness(system.initial_state().u[0], 0.0, K)
+        at = system.initial_state().u[0]
+        at.array[:] = u
+        forces, K = at.duplicate(), model.new_stiffness()
+        model.static_forces(at, np.zeros(3), 0.0, forces)
+        model.assemble_stiffness(at, 0.0, K)
         indptr, indices, data = K.getValuesCSR()
-        return csr_matrix((data, indices, indptr))
+        found = forces.array_r.copy(), T.T @ (csr_matrix((data, indices, indptr)) @ T)
+        K.destroy()
+        return found
 
-    def _motions(self):
-        """Columns by which the nodes can move: clamped root, rigid tip; sparse, (3 n, m)."""
+    def _motions(self, stiff_tip=True):
+        """Columns by which nodes can move with a clamped root; sparse, (3 n, m)."""
         z = self.nodes[:, 2]
-        clamped, stiff = z < 1e-6, self._beyond()
+        clamped, stiff = z < 1e-6, self._beyond() & stiff_tip
         free = np.flatnonzero(np.repeat(~(clamped | stiff), 3))
         entries = [(free, np.arange(len(free)), np.ones(len(free)))]
         r = (self.nodes - self.axis[-1]) @ AXES
         own = np.flatnonzero(stiff)
-        for d in range(3):
+        for d in range(3 * stiff_tip):
             unit = np.eye(3)[d]
             for column, v in ((d, np.tile(unit, (len(own), 1))), (3 + d, np.cross(unit, r[own]))):
                 dofs = (3 * own[:, None] + np.arange(3)).ravel()
                 entries.append((dofs, np.full(len(dofs), len(free) + column), v.ravel()))
         rows, columns, values = (np.concatenate([e[k] for e in entries]) for k in range(3))
-        return coo_matrix((values, (rows, columns)), shape=(r.size, len(free) + 6)).tocsr()
+        shape = r.size, len(free) + 6 * stiff_tip
+        return coo_matrix((values, (rows, columns)), shape).tocsr()
 
     def _beyond(self):
         """Whether nodes are beyond the span fraction where the stiff tip begins."""

@@ -152,4 +152,4 @@ def describe_worst(plies: Sequence[LoadedPly]) -> list[str]:
                 f"largest index of {criterion}: {p.indices[k]:.3g} in {p.panel}, ply {p.ply} "
                 f"({p.material}), at {p.span:.3f} of the span{wind}; 1 is failure"
             )
-    return lines or ["no index of failure: the file has no strengths of its materials"]
+    return lines or ["no index of failure: no ply whose strengths the file has is loaded"]

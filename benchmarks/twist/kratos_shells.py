@@ -1,0 +1,172 @@
+"""Kratos: large displacements of the shells of a blade, clamped at the root.
+
+The elements have four nodes, those at the corners of the elements of eight, and are corotational
+(ShellThickElementCorotational3D4N of Kratos 10.1). Loads keep their direction.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SLICES = 24
+"""Number of slices through a wall."""
+
+
+@dataclass(frozen=True)
+class Quadrilaterals:
+    """Shells of four nodes, as `section_motion` wants them.
+
+    Attributes:
+        nodes: Shape (n, 3) [m].
+        cells: Nodes of each, along the span first, shape (k, 4).
+        plies: Materials and thicknesses of each cell, from outside inwards.
+        along: Direction of the span in each cell, shape (k, 3).
+        rows: Nodes of the skin in each row of nodes, with the lengths that they stand for [m].
+        stations: Span fractions of these.
+        axis: Points of the axis there [m].
+    """
+
+    nodes: np.ndarray
+    cells: np.ndarray
+    plies: list
+    along: np.ndarray
+    rows: list
+    stations: np.ndarray
+    axis: np.ndarray
+
+    @classmethod
+    def of(cls, shells):
+        """The corners of shells of eight nodes."""
+        used, cells = np.unique(shells.cells[:, :4], return_inverse=True)
+        rows = []
+        for numbers, _ in shells.rows:
+            at = np.searchsorted(used, numbers[np.isin(numbers, used)])
+            x = shells.nodes[used[at]]
+            step = np.linalg.norm(np.roll(x, -1, axis=0) - x, axis=1)
+            rows.append((at, 0.5 * (step + np.roll(step, 1))))
+        cells = cells.reshape(-1, 4)
+        nodes = shells.nodes[used]
+        return cls(nodes, cells, shells.plies, shells.along, rows, shells.stations, shells.axis)
+
+
+def solve(model, materials, forces, factors):
+    """Displacements under multiples of forces that rise, shape (len(factors), n, 3) [m].
+
+    Args:
+        model: The mesh; its first row of nodes is clamped.
+        materials: Materials of windIO by name.
+        forces: On the nodes, shape (n, 3) [N].
+    """
+    try:
+        import KratosMultiphysics as kratos
+        import KratosMultiphysics.ConstitutiveLawsApplication as laws
+        import KratosMultiphysics.StructuralMechanicsApplication as structures
+        from KratosMultiphysics import LinearSolversApplication as _  # noqa: F401
+        from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
+    except ImportError as error:
+        raise SystemExit(f"Kratos 10.1 is missing: {error}") from None
+    kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
+    whole = kratos.Model()
+    part = whole.CreateModelPart("blade", 2)
+    pairs = ((kratos.DISPLACEMENT, kratos.REACTION), (kratos.ROTATION, kratos.REACTION_MOMENT))
+    for variable in (*sum(pairs, ()), structures.POINT_LOAD, kratos.VOLUME_ACCELERATION):
+        part.AddNodalSolutionStepVariable(variable)
+    part.ProcessInfo[kratos.DOMAIN_SIZE] = 3
+    for k, x in enumerate(model.nodes.tolist(), 1):
+        part.CreateNewNode(k, *x)
+    angles = _find_angles(model)
+    for k, (cell, stack) in enumerate(zip((model.cells + 1).tolist(), model.plies, strict=True), 1):
+        properties = part.CreateNewProperties(k)
+        layers = kratos.Matrix(SLICES, 9)
+        for row, values in enumerate(_slice(stack, materials)):
+            for column, value in enumerate(values):
+                layers[row, column] = value
+        properties.SetValue(structures.SHELL_ORTHOTROPIC_LAYERS, layers)
+        properties.SetValue(kratos.CONSTITUTIVE_LAW, laws.LinearElasticOrthotropic2DLaw())
+        name = "ShellThickElementCorotational3D4N"
+        element = part.CreateNewElement(name, k, cell, properties)
+        angle = kratos.KratosGlobals.GetVariable("MATERIAL_ORIENTATION_ANGLE")
+        element.SetValue(angle, float(angles[k - 1]))
+    ways = [
+        [kratos.KratosGlobals.GetVariable(f"{x.Name()}_{axis}") for x in pair]
+        for pair in pairs
+        for axis in "XYZ"
+    ]
+    for way, reaction in ways:
+        kratos.VariableUtils().AddDof(way, reaction, part)
+        for k in model.rows[0][0]:
+            part.GetNode(int(k) + 1).Fix(way)
+    loaded = np.flatnonzero(np.any(forces != 0.0, axis=1))
+    for number, k in enumerate(loaded.tolist(), 1):
+        part.CreateNewCondition("PointLoadCondition3D1N", number, [k + 1], part.GetProperties(1))
+    linear = ConstructSolver(
+        kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}')
+    )
+    strategy = kratos.ResidualBasedNewtonRaphsonStrategy(
+        part,
+        kratos.ResidualBasedIncrementalUpdateStaticScheme(),
+        kratos.ResidualCriteria(1e-6, 1e-3),
+        kratos.ResidualBasedBlockBuilderAndSolver(linear),
+        30,
+        False,
+        False,
+        True,
+    )
+    strategy.SetEchoLevel(0)
+    found = []
+    for step, factor in enumerate(factors, 1):
+        part.CloneTimeStep(float(step))
+        part.ProcessInfo[kratos.STEP] = step
+        for k in loaded.tolist():
+            force = kratos.Array3((factor * forces[k]).tolist())
+            part.GetNode(k + 1).SetSolutionStepValue(structures.POINT_LOAD, 0, force)
+        strategy.Initialize()
+        strategy.InitializeSolutionStep()
+        strategy.Predict()
+        if not strategy.SolveSolutionStep():
+            raise SystemExit(f"Kratos found no equilibrium at {factor:g} times the load")
+        strategy.FinalizeSolutionStep()
+        values = [list(n.GetSolutionStepValue(kratos.DISPLACEMENT)) for n in part.Nodes]
+        found.append(values)
+        print(f"Kratos: {factor:g} of the load", flush=True)
+    return np.array(found)
+
+
+def _slice(stack, materials):
+    """Slices of equal thickness through a wall, in place of layers.
+
+    Each has the mean stiffness of what it cuts. The stretch of a stack whose layers differ in
+    thickness is off by up to 40 % in these elements, and exact where they do not.
+
+    Returns:
+        Thickness, angle, density, E1, E2, nu12, G12, G13 and G23 of each.
+    """
+    ends = np.concatenate([[0.0], np.cumsum([thickness for _, thickness in stack])])
+    cuts = np.linspace(0.0, ends[-1], SLICES + 1)
+    stiffness = np.array([_stiffness(materials[name]) for name, _ in stack])
+    sums = np.vstack([np.zeros(6), np.cumsum(stiffness * np.diff(ends)[:, None], axis=0)])
+    whole = np.column_stack([np.interp(cuts, ends, column) for column in sums.T])
+    thickness = ends[-1] / SLICES
+    for q11, q22, q12, *shear in (np.diff(whole, axis=0) / thickness).tolist():
+        nu = q12 / q22
+        yield (thickness, 0.0, 1.0, q11 - q12 * nu, q22 - q12 * q12 / q11, nu, *shear)
+
+
+def _stiffness(material):
+    """Q11, Q22, Q12 of plane stress, G12, G13, G23."""
+    E, G, nu = (np.atleast_1d(material[k]).astype(float) for k in ("E", "G", "nu"))
+    E, G = (np.resize(v, 3) for v in (E, G))
+    share = 1.0 - nu[0] ** 2 * E[1] / E[0]
+    return [E[0] / share, E[1] / share, nu[0] * E[1] / share, *G]
+
+
+def _find_angles(model):
+    """Angles from the first edges of cells to the span, about their normals [rad]."""
+    x = model.nodes[model.cells]
+    normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    flat = [
+        v - np.sum(v * normal, axis=1)[:, None] * normal for v in (x[:, 1] - x[:, 0], model.along)
+    ]
+    first, along = (v / np.linalg.norm(v, axis=1)[:, None] for v in flat)
+    return np.arcsin(np.sum(np.cross(first, along) * normal, axis=1))
