@@ -1,6 +1,6 @@
 """Large deflection of the IEA 22 MW blade under a flapwise line load: shells and solid.
 
-Usage: large.py [--rows N]
+Usage: large.py [--rows N] [--around N] [--only shells | solid]
 
 Loads act on the axis, as forces on the skin that keep their direction. The tip is free. Shells are
 those of Kratos, from a reader apart from this package's (`kratos_shells`). A section turns as the
@@ -19,8 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.windio import find_turbine_file
 
-LINE_LOADS = (0.01, 1.0, 2.0, 3.0, 4.5, 6.0, 7.5, 9.0)
-"""On each metre of the axis [kN/m]."""
+LINE_LOADS = np.array([0.01, *np.arange(0.5, 9.1, 0.5)])
+"""On each metre of the axis [kN/m]; those of whole numbers are shown."""
 
 
 def turn_sections(model, u, s):
@@ -50,6 +50,8 @@ def main():
             continue
         model, found = way()
         for load, u in zip(LINE_LOADS, found, strict=True):
+            if load % 1.0 == 0.5:
+                continue
             motion = turn_sections(model, u, SHOWN)
             twist = " | ".join(f"{1e3 * v:.4g}" for v in motion[:, 5])
             print(f"| {name}, {load:g} kN/m | {twist} | {motion[-1, 0]:.5g} |")
