@@ -50,3 +50,34 @@ def test_loads_on_nodes_work_on_the_motion_of_their_section(load):
     assert np.cross(x - origin, forces).sum(axis=0) == pytest.approx(load_[3:])
     work = np.sum(forces * u)
     assert work == pytest.approx(load_ @ motion.rigid_motion(x, w, origin, u))
+
+
+def test_slices_of_a_wall_have_the_stiffness_of_its_layers(load):
+    shells = load("kratos_shells")
+    stiff = {"E": [40e9, 10e9, 10e9], "G": [4e9, 3e9, 2e9], "nu": [0.3, 0.3, 0.3]}
+    foam = {"E": 1e8, "G": 4e7, "nu": 0.25}
+    materials = {"stiff": stiff, "foam": foam}
+    stack = [("stiff", 0.002), ("foam", 0.05), ("stiff", 0.003)]
+    slices = np.array(list(shells._slice(stack, materials, 1.0)))
+    t, _, _, E1, E2, nu, *G = slices.T
+    assert t.sum() == pytest.approx(0.055)
+    share = 1.0 - nu**2 * E2 / E1
+    thick = [0.005, 0.05]
+    for found, of_layer in (
+        (E1 / share, [40e9 / (1.0 - 0.09 / 4.0), 1e8 / (1.0 - 0.0625)]),
+        (nu * E2 / share, [0.3 * 10e9 / (1.0 - 0.09 / 4.0), 0.25e8 / (1.0 - 0.0625)]),
+        (G[0], [4e9, 4e7]),
+        (G[2], [2e9, 4e7]),
+    ):
+        assert t @ found == pytest.approx(np.dot(thick, of_layer))
+
+
+def test_quadrilaterals_keep_the_corners_of_shells(load):
+    blade = load("layup").Blade(find_turbine_file(FILE))
+    mesh = load("shells").make_shells(blade, 20, 40)
+    made = load("kratos_shells").Quadrilaterals.of(mesh)
+    assert made.nodes[made.cells] == pytest.approx(mesh.nodes[mesh.cells[:, :4]])
+    for (few, lengths), (numbers, every) in zip(made.rows, mesh.rows, strict=True):
+        assert len(few) == len(numbers) // 2
+        assert lengths.sum() == pytest.approx(every.sum(), rel=5e-3)
+    assert load("kratos_shells")._find_angles(made) == pytest.approx(0.0, abs=0.2)
