@@ -6,6 +6,7 @@ near the free tip under a small part of the load, so that walls are stiffer ther
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from section_motion import STIFF
@@ -55,7 +56,9 @@ class Quadrilaterals:
 
 
 def solve(model, materials, forces, factors):
-    """Displacements under multiples of forces that rise, shape (len(factors), n, 3) [m].
+    """Displacements under multiples of forces that rise, shape (m, n, 3) [m].
+
+    They end where no equilibrium is found.
 
     Args:
         model: The mesh; its first row of nodes is clamped.
@@ -64,10 +67,9 @@ def solve(model, materials, forces, factors):
     """
     try:
         import KratosMultiphysics as kratos
-        import KratosMultiphysics.ConstitutiveLawsApplication as laws
+        import KratosMultiphysics.ConstitutiveLawsApplication
+        import KratosMultiphysics.LinearSolversApplication
         import KratosMultiphysics.StructuralMechanicsApplication as structures
-        from KratosMultiphysics import LinearSolversApplication as _  # noqa: F401
-        from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
     except ImportError as error:
         raise SystemExit(f"Kratos 10.2 is missing: {error}") from None
     kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
@@ -79,64 +81,75 @@ def solve(model, materials, forces, factors):
     part.ProcessInfo[kratos.DOMAIN_SIZE] = 3
     for k, x in enumerate(model.nodes.tolist(), 1):
         part.CreateNewNode(k, *x)
-    angles = _find_angles(model)
-    tip = model.nodes[model.cells, 2].mean(axis=1) > STIFF * model.nodes[:, 2].max()
-    for k, (cell, stack) in enumerate(zip((model.cells + 1).tolist(), model.plies, strict=True), 1):
-        properties = part.CreateNewProperties(k)
-        layers = kratos.Matrix(SLICES, 9)
-        times = TIP if tip[k - 1] else 1.0
-        for row, values in enumerate(_slice(stack, materials, times)):
-            for column, value in enumerate(values):
-                layers[row, column] = value
-        properties.SetValue(structures.SHELL_ORTHOTROPIC_LAYERS, layers)
-        properties.SetValue(kratos.CONSTITUTIVE_LAW, laws.LinearElasticOrthotropic2DLaw())
-        name = "ShellThickElementCorotational3D4N"
-        element = part.CreateNewElement(name, k, cell, properties)
-        angle = kratos.KratosGlobals.GetVariable("MATERIAL_ORIENTATION_ANGLE")
-        element.SetValue(angle, float(angles[k - 1]))
-    ways = [
-        [kratos.KratosGlobals.GetVariable(f"{x.Name()}_{axis}") for x in pair]
-        for pair in pairs
-        for axis in "XYZ"
-    ]
-    for way, reaction in ways:
+    _add_cells(kratos, part, model, materials)
+    for pair, axis in product(pairs, "XYZ"):
+        way, reaction = (_variable(kratos, f"{x.Name()}_{axis}") for x in pair)
         kratos.VariableUtils().AddDof(way, reaction, part)
         for k in model.rows[0][0]:
             part.GetNode(int(k) + 1).Fix(way)
-    loaded = np.flatnonzero(np.any(forces != 0.0, axis=1))
-    for number, k in enumerate(loaded.tolist(), 1):
+    loaded = np.flatnonzero(np.any(forces != 0.0, axis=1)).tolist()
+    for number, k in enumerate(loaded, 1):
         part.CreateNewCondition("PointLoadCondition3D1N", number, [k + 1], part.GetProperties(1))
-    linear = ConstructSolver(
-        kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}')
-    )
-    strategy = kratos.ResidualBasedNewtonRaphsonStrategy(
-        part,
-        kratos.ResidualBasedIncrementalUpdateStaticScheme(),
-        kratos.ResidualCriteria(1e-12, 1e-5),
-        kratos.ResidualBasedBlockBuilderAndSolver(linear),
-        30,
-        False,
-        False,
-        True,
-    )
-    strategy.SetEchoLevel(0)
+    strategy = _make_strategy(kratos, part)
     found = []
     for step, factor in enumerate(factors, 1):
         part.CloneTimeStep(float(step))
         part.ProcessInfo[kratos.STEP] = step
-        for k in loaded.tolist():
+        for k in loaded:
             force = kratos.Array3((factor * forces[k]).tolist())
             part.GetNode(k + 1).SetSolutionStepValue(structures.POINT_LOAD, 0, force)
         strategy.Initialize()
         strategy.InitializeSolutionStep()
         strategy.Predict()
         if not strategy.SolveSolutionStep():
-            raise SystemExit(f"Kratos found no equilibrium at {factor:g} times the load")
+            print(f"Kratos finds no equilibrium at {factor:g} of the load", flush=True)
+            break
         strategy.FinalizeSolutionStep()
-        values = [list(n.GetSolutionStepValue(kratos.DISPLACEMENT)) for n in part.Nodes]
-        found.append(values)
+        found.append([list(n.GetSolutionStepValue(kratos.DISPLACEMENT)) for n in part.Nodes])
         print(f"Kratos: {factor:g} of the load", flush=True)
     return np.array(found)
+
+
+def _variable(kratos, name):
+    return kratos.KratosGlobals.GetVariable(name)
+
+
+def _add_cells(kratos, part, model, materials):
+    """Elements with their layers and axes."""
+    laws, structures = kratos.ConstitutiveLawsApplication, kratos.StructuralMechanicsApplication
+    angles = _find_angles(model)
+    tip = model.nodes[model.cells, 2].mean(axis=1) > STIFF * model.nodes[:, 2].max()
+    for k, cell in enumerate((model.cells + 1).tolist()):
+        properties = part.CreateNewProperties(k + 1)
+        layers = kratos.Matrix(SLICES, 9)
+        times = TIP if tip[k] else 1.0
+        for row, values in enumerate(_slice(model.plies[k], materials, times)):
+            for column, value in enumerate(values):
+                layers[row, column] = value
+        properties.SetValue(structures.SHELL_ORTHOTROPIC_LAYERS, layers)
+        properties.SetValue(kratos.CONSTITUTIVE_LAW, laws.LinearElasticOrthotropic2DLaw())
+        name = "ShellThickElementCorotational3D4N"
+        element = part.CreateNewElement(name, k + 1, cell, properties)
+        element.SetValue(_variable(kratos, "MATERIAL_ORIENTATION_ANGLE"), float(angles[k]))
+
+
+def _make_strategy(kratos, part):
+    """Newton's method with a direct solver."""
+    from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
+
+    kind = kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}')
+    strategy = kratos.ResidualBasedNewtonRaphsonStrategy(
+        part,
+        kratos.ResidualBasedIncrementalUpdateStaticScheme(),
+        kratos.ResidualCriteria(1e-12, 1e-5),
+        kratos.ResidualBasedBlockBuilderAndSolver(ConstructSolver(kind)),
+        30,  # iterations
+        False,
+        False,
+        True,
+    )
+    strategy.SetEchoLevel(0)
+    return strategy
 
 
 def _slice(stack, materials, times):

@@ -11,6 +11,7 @@ import argparse
 
 import kratos_shells
 import numpy as np
+import ours
 import section_motion
 import shells
 from blades import FILES, SHOWN, vector
@@ -19,8 +20,11 @@ from scipy.spatial.transform import Rotation
 
 from turbine_fenicsx.windio import find_turbine_file
 
-LINE_LOADS = np.array([0.01, *np.arange(0.5, 9.1, 0.5)])
-"""On each metre of the axis [kN/m]; those of whole numbers are shown."""
+LINE_LOADS = (0.01, *range(1, 10))
+"""On each metre of the axis [kN/m]."""
+
+PARTS = 4
+"""Steps of the shells from one to the next."""
 
 
 def turn_sections(model, u, s):
@@ -49,9 +53,7 @@ def main():
         if options.only not in (None, name):
             continue
         model, found = way()
-        for load, u in zip(LINE_LOADS, found, strict=True):
-            if load % 1.0 == 0.5:
-                continue
+        for load, u in zip(LINE_LOADS, found, strict=False):
             motion = turn_sections(model, u, SHOWN)
             twist = " | ".join(f"{1e3 * v:.4g}" for v in motion[:, 5])
             print(f"| {name}, {load:g} kN/m | {twist} | {motion[-1, 0]:.5g} |")
@@ -62,12 +64,12 @@ def _bend_shells(file, options):
     mesh = shells.make_shells(blade, options.rows, options.around, high=6, face=2)
     model = kratos_shells.Quadrilaterals.of(mesh)
     force = section_motion.along_axis(model, vector(0, 1e3))
-    return model, kratos_shells.solve(model, blade.materials, force, LINE_LOADS)
+    factors = [LINE_LOADS[0], *np.arange(1, PARTS * LINE_LOADS[-1] + 1) / PARTS]
+    found = kratos_shells.solve(model, blade.materials, force, factors)
+    return model, found[::PARTS]
 
 
 def _bend_solid(file):
-    import ours
-
     solid = ours.make_solid(file, 40, 32)
     return solid, solid.bend(section_motion.along_axis(solid, vector(0, 1e3)), LINE_LOADS)
 

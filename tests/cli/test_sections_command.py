@@ -87,6 +87,7 @@ def test_loads_give_the_stresses_of_all_plies(found, capsys, tmp_path):
             f"{HEAD}\n1.5,1,2,3,4,5,6\n",
             "has span_[-] = 1.5: fractions of the length are from 0 to 1",
         ),
+        (HEAD + "\n" + "0.5,1,2,3,4,5,6\n" * 1001, "has 1001 states; at most 1000 are allowed"),
         (f"{HEAD}\n0.5,1,2,3,4,5,6\n0.501,1,2,3,4,5,6\n", "holds for none of the sections, at 0."),
     ],
 )

@@ -13,6 +13,9 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.number_tables import read_columns
 from turbine_fenicsx.records.steady_tables import SPAN, WIND
 
+MOST = 1000
+"""States of a table; each has some thousand plies."""
+
 
 @dataclass(frozen=True, eq=False)
 class LoadsAlong:
@@ -61,5 +64,9 @@ def read_loads(path: str | os.PathLike[str]) -> list[LoadsAlong]:
         )
     new = (np.diff(span) <= 0.0) | (np.diff(wind) != 0.0)
     parts = np.split(np.arange(len(span)), np.flatnonzero(new) + 1)
+    if len(parts) > MOST:
+        raise InputError(
+            f"the table of loads {str(path)!r} has {len(parts)} states; at most {MOST} are allowed"
+        )
     given = WIND in found
     return [LoadsAlong(float(wind[k[0]]) if given else None, span[k], loads[k]) for k in parts]
