@@ -80,4 +80,11 @@ def test_quadrilaterals_keep_the_corners_of_shells(load):
     for (few, lengths), (numbers, every) in zip(made.rows, mesh.rows, strict=True):
         assert len(few) == len(numbers) // 2
         assert lengths.sum() == pytest.approx(every.sum(), rel=5e-3)
-    assert load("kratos_shells")._find_angles(made) == pytest.approx(0.0, abs=0.2)
+
+
+def test_fibres_lie_along_the_span_where_cells_do_not(load):
+    kratos = load("kratos_shells")
+    square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    span = np.array([[np.cos(0.3), np.sin(0.3), 0.2]])
+    model = kratos.Quadrilaterals(square, np.array([[0, 1, 2, 3]]), [], span, [], None, None)
+    assert kratos._find_angles(model) == pytest.approx([0.3])

@@ -137,11 +137,11 @@ def shape_functions(cell: str, degree: int, points: npt.NDArray[np.float64]) -> 
 
     Args:
         degree: Of the shape functions.
-        points: Shape (points, 3).
+        points: Shape (points, d), with the dimension d of the cell.
 
     Returns:
         Values, shape (points, nodes), and derivatives with respect to the coordinates of the
-        reference cell, shape (points, nodes, 3).
+        reference cell, shape (points, nodes, d).
     """
     kind, variant = getattr(basix.CellType, cell), basix.LagrangeVariant.equispaced
     element = basix.create_element(basix.ElementFamily.P, kind, degree, variant)

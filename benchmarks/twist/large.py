@@ -3,8 +3,8 @@
 Usage: large.py [--rows N] [--around N] [--only shells | solid]
 
 Loads act on the axis, as forces on the skin that keep their direction. The tip is free. Shells are
-those of Kratos, from a reader apart from this package's (`kratos_shells`). A section turns as the
-rigid body that fits its nodes best (Kabsch), whose rotation vector is shown.
+those of Kratos, made by a second reader, and stiffer near the tip (`kratos_shells`).
+A section turns as the rigid body that fits its nodes best (Kabsch), whose rotation vector is shown.
 """
 
 import argparse

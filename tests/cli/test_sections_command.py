@@ -7,12 +7,10 @@ from windio_files import small_turbine, write_turbine
 
 from turbine_fenicsx.beam_files.any_file import read_beam
 from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.records.loads_along import COLUMNS
+from turbine_fenicsx.records.steady_tables import SPAN
 
-HEAD = "span_[-]," + ",".join(
-    f"section_{kind}_{axis}_[{unit}]"
-    for kind, unit in (("force", "N"), ("moment", "Nm"))
-    for axis in "xyz"
-)
+HEAD = ",".join([SPAN, *COLUMNS])
 FEW = ["--stations", "4", "--around", "16"]
 
 

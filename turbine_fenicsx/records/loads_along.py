@@ -13,6 +13,9 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.number_tables import read_columns
 from turbine_fenicsx.records.steady_tables import SPAN, WIND
 
+COLUMNS = tuple(f(axis=x) for f in (names.SPAN_FORCE, names.SPAN_MOMENT) for x in "xyz")
+"""Forces and moments beside the place."""
+
 MOST = 1000
 """States of a table; each has some thousand plies."""
 
@@ -50,9 +53,8 @@ def read_loads(path: str | os.PathLike[str]) -> list[LoadsAlong]:
     Raises:
         InputError: if it lacks a column, or numbers are not finite, or places lie off the blade.
     """
-    columns = tuple(f(axis=x) for f in (names.SPAN_FORCE, names.SPAN_MOMENT) for x in "xyz")
-    found = read_columns(path, "table of loads", (SPAN, *columns))
-    span, loads = found[SPAN], np.column_stack([found[name] for name in columns])
+    found = read_columns(path, "table of loads", (SPAN, *COLUMNS))
+    span, loads = found[SPAN], np.column_stack([found[name] for name in COLUMNS])
     wind = found.get(WIND, np.zeros_like(span))
     if not all(np.isfinite(x).all() for x in (span, loads, wind)):
         raise InputError(f"the table of loads {str(path)!r} needs finite numbers")

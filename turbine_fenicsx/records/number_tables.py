@@ -24,8 +24,11 @@ def read_columns(
     Raises:
         InputError: if it lacks one of these, or has no rows, or something else than numbers.
     """
-    text = read_text(path, kind)
-    head, *rows = list(csv.reader(x for x in text.splitlines() if not x.startswith("#"))) or [[]]
+    lines = [x for x in read_text(path, kind).splitlines() if not x.startswith("#")]
+    try:
+        head, *rows = list(csv.reader(lines)) or [[]]
+    except csv.Error as error:
+        raise InputError(f"the {kind} {str(path)!r} is no table of columns: {error}") from None
     missing = [name for name in needed if name not in head]
     if missing or not rows:
         raise InputError(

@@ -102,6 +102,14 @@ def join_columns(names: Sequence[str]) -> str:
     return text.getvalue()
 
 
+def write_table(
+    path: str | os.PathLike[str], head: Sequence[str], rows: Iterable[Sequence[str]]
+) -> None:
+    """Write a table of comma-separated texts, whole or not at all."""
+    lines = [join_columns(row) for row in (head, *rows)]
+    replace_file(path, "".join(f"{line}\n" for line in lines).encode())
+
+
 def split_columns(head: str) -> list[str]:
     """The names in such a head."""
     return next(csv.reader([head]), [])

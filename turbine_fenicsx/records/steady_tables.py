@@ -15,7 +15,7 @@ from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.number_tables import read_columns
-from turbine_fenicsx.records.row_file import join_columns
+from turbine_fenicsx.records.row_file import write_table
 
 WIND, SPAN = "wind_speed_[m/s]", "span_[-]"
 """Columns of the wind speed, and of the place as a fraction of the length of the blade."""
@@ -51,9 +51,7 @@ def write_steady(folder: Path, states: Sequence[tuple[Numbers, Along]]) -> list[
         for k in range(len(values[SPAN]))
     ]
     for name, rows in ((STEADY, numbers), (BLADE, along)):
-        lines = [join_columns([*rows[0]])]
-        lines += [join_columns([f"{x:.9g}" for x in row.values()]) for row in rows]
-        replace_file(folder / name, "".join(f"{line}\n" for line in lines).encode())
+        write_table(folder / name, [*rows[0]], ([f"{x:.9g}" for x in r.values()] for r in rows))
     text = yaml.safe_dump([_lay_out(*state) for state in states], sort_keys=False)
     replace_file(folder / LAYOUT, text.encode())
     return [STEADY, BLADE, LAYOUT]

@@ -9,13 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.ply_failure import CRITERIA
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.loads_along import LoadsAlong
 from turbine_fenicsx.records.output_folder import SECTION_PLIES
-from turbine_fenicsx.records.row_file import join_columns
+from turbine_fenicsx.records.row_file import write_table
 from turbine_fenicsx.records.steady_tables import SPAN, WIND
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.sections.section_plies import SectionPlies
@@ -131,13 +130,13 @@ def write_loaded_plies(folder: Path, plies: Sequence[LoadedPly]) -> str:
     """Write a row for each ply; the name of the file."""
     winds = [WIND] if plies[0].wind is not None else []
     head = ["state", *winds, SPAN, "panel", "ply", "material", "angle_[deg]", "arc_[-]"]
-    lines = [join_columns([*head, *STRESSES, *INDICES])]
+    rows = []
     for p in plies:
         wind = [] if p.wind is None else [f"{p.wind:g}"]
         place = [f"{p.span:.6g}", p.panel, str(p.ply), p.material]
         numbers = [np.degrees(p.angle) + 0.0, p.arc, *p.stresses, *p.indices]
-        lines.append(join_columns([str(p.state), *wind, *place, *(f"{x:.6g}" for x in numbers)]))
-    replace_file(folder / SECTION_PLIES, "".join(f"{line}\n" for line in lines).encode())
+        rows.append([str(p.state), *wind, *place, *(f"{x:.6g}" for x in numbers)])
+    write_table(folder / SECTION_PLIES, [*head, *STRESSES, *INDICES], rows)
     return SECTION_PLIES
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from turbine_fenicsx.beam_files.beam_blade import BeamBlade
 from turbine_fenicsx.beam_files.write_beamdyn import write_beamdyn
 from turbine_fenicsx.beam_files.write_hawc2 import write_hawc2
-from turbine_fenicsx.foundation.files import replace_file
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records.output_folder import SECTIONS, make_target_folder
-from turbine_fenicsx.records.row_file import join_columns
+from turbine_fenicsx.records.row_file import write_table
 from turbine_fenicsx.reduction.beam_line import BeamLine
 from turbine_fenicsx.sections.properties import find_properties
 from turbine_fenicsx.turbine.blades.blade_sections import BladeSections
@@ -48,9 +47,7 @@ def write_sections(
         mu: Times of stiffness-proportional damping of each strain [s].
     """
     rows = tabulate_sections(found)
-    lines = [join_columns([*rows[0]])]
-    lines += [join_columns([f"{x:.9g}" for x in row.values()]) for row in rows]
-    replace_file(folder / SECTIONS, "".join(f"{each}\n" for each in lines).encode())
+    write_table(folder / SECTIONS, [*rows[0]], ([f"{x:.9g}" for x in r.values()] for r in rows))
     for kind, taper in KINDS.items():
         beam = found.as_beam(taper, mu)
         own, blade = make_target_folder(folder / kind), BeamBlade(line, beam)

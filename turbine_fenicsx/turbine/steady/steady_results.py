@@ -26,6 +26,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.conventions import BLADES
+from turbine_fenicsx.records.loads_along import COLUMNS
 from turbine_fenicsx.simulation.observers.station_loads import find_loads
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.aero_blade import load_aero_blade
@@ -193,16 +194,13 @@ class SteadyReader:
             return {}
         frame = turning_frame(self._turbine.system, ROTOR, operating.rotor_speed, state)
         found = self._sections.at_rest(state, frame).reshape(len(BLADES), -1, 6).mean(axis=0)
-        return dict(zip(_SECTION_LOADS, found.T, strict=True))
+        return dict(zip(COLUMNS, found.T, strict=True))
 
 
 FINE = 1001
 """Points of the reference axis of a blade, between which places are linear."""
 
 _DEFLECTIONS = tuple(f"deflection_{axis}_[m]" for axis in "xyz")
-_SECTION_LOADS = tuple(
-    family(axis=axis) for family in (names.SPAN_FORCE, names.SPAN_MOMENT) for axis in "xyz"
-)
 _ROTATIONS = tuple(f"rotation_{axis}_[deg]" for axis in "xyz")
 
 
