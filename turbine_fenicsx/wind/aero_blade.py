@@ -116,3 +116,35 @@ class AeroBlade:
     def table(self) -> PolarTable:
         """The polars of all stations."""
         return PolarTable(self.polars)
+
+
+def place_blades(blade: AeroBlade, frames: Array, centre: Array) -> tuple[Array, Array, Array]:
+    """Sections of all blades in the initial configuration, at right angles to their bent spans.
+
+    Args:
+        frames: Span, way of the rotation and span x way of each blade, shape (B, 3, 3).
+        centre: Of the rotor, shape (3,) [m].
+
+    Returns:
+        Aerodynamic centres, shape (n, 3) [m]; span, direction of the chord and to the suction side
+        as columns, shape (n, 3, 3); lengths of the span by its part along the axis, shape (n,).
+    """
+    B, n = len(frames), len(blade.radius)
+    span, way, normal = np.repeat(frames, n, axis=0).swapaxes(0, 1)
+    prebend = np.zeros(n) if blade.prebend is None else blade.prebend
+    bend, slope, c, s, back = (
+        np.tile(np.broadcast_to(values, (n,)), B)[:, None]
+        for values in (
+            prebend,
+            np.gradient(prebend, blade.radius),
+            np.cos(blade.twist),
+            np.sin(blade.twist),
+            blade.chord * np.subtract(blade.aerodynamic_centre, blade.reference),
+        )
+    )
+    points = centre + np.tile(blade.radius, B)[:, None] * span + bend * normal
+    stretch = np.sqrt(1.0 + slope * slope)
+    span, normal = (span + slope * normal) / stretch, (normal - slope * span) / stretch
+    chordwise, suction = c * way - s * normal, c * normal + s * way
+    axes = np.stack([span, chordwise, suction], axis=2)
+    return points - back * chordwise, axes, stretch[:, 0]

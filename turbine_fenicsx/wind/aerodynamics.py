@@ -3,7 +3,8 @@
 Blade elements see the wind, their own velocity and the induced velocity of the wake. The wake
 follows the loads with a delay (`turbine_fenicsx.wind.wake`) and is skewed where the rotor does not
 face the wind (`turbine_fenicsx.wind.skew`). Stall has a separate delay
-(`turbine_fenicsx.wind.stall`), and sections that turn about the span have loads that dampen it
+(`turbine_fenicsx.wind.stall`), lift of attached flow has one
+(`turbine_fenicsx.wind.shed_wake`), and sections that turn about the span have loads that dampen it
 (`turbine_fenicsx.wind.pitch_rate`). Where nothing changes this is the balance of blade elements and
 momentum of `turbine_fenicsx.wind.rotor`.
 """
@@ -23,7 +24,7 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind import plane_slopes
-from turbine_fenicsx.wind.aero_blade import AeroBlade
+from turbine_fenicsx.wind.aero_blade import AeroBlade, place_blades
 from turbine_fenicsx.wind.inflow import Inflow
 from turbine_fenicsx.wind.momentum import (
     MAX_INDUCTION,
@@ -33,7 +34,9 @@ from turbine_fenicsx.wind.momentum import (
     solve_momentum,
 )
 from turbine_fenicsx.wind.pitch_rate import PitchRate
+from turbine_fenicsx.wind.polar import find_plate_share
 from turbine_fenicsx.wind.section_air import (
+    AirState,
     Loads,
     Places,
     Properties,
@@ -44,10 +47,14 @@ from turbine_fenicsx.wind.section_air import (
     find_flow,
     find_plane_flow,
 )
+from turbine_fenicsx.wind.shed_wake import ShedWake
 from turbine_fenicsx.wind.skew import SkewedWake
 from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
 from turbine_fenicsx.wind.wake import Wake
+
+STATES = ("attached", "shed")
+"""States of the air at sections, by the names they are saved with."""
 
 MIN_WIND = 0.1
 """Minimum wind through the rotor that carries a wake away [m/s]."""
@@ -89,6 +96,7 @@ class RotorAerodynamics:
         induction: Whether there is a wake. A rotor that hardly turns has none; see
             `turbine_fenicsx.wind.momentum.find_induction_share`.
         pitch_rate: Whether sections that turn about the span have loads from that.
+        unsteady: Whether lift of attached flow takes time, by the vorticity that sections shed.
 
     Raises:
         ModelError: if there are fewer than three blades, whose roots do not define the rotor's
@@ -108,6 +116,7 @@ class RotorAerodynamics:
         tower: TowerShadow | None = None,
         induction: bool = True,
         pitch_rate: bool = True,
+        unsteady: bool = True,
     ) -> None:
         B, n = len(np.asarray(frames)), len(blade.radius)
         F = check_array("frames of the blades", frames, (B, 3, 3), "three axes for each blade")
@@ -118,44 +127,32 @@ class RotorAerodynamics:
         self._centre = check_array("centre of the rotor", centre, (3,), "three numbers")
         self._blade, self._inflow, self._B = blade, inflow, B
         self._density = check_positive("density of the air", density)
-        span, way, normal = np.repeat(F, n, axis=0).swapaxes(0, 1)
-        prebend = np.zeros(n) if blade.prebend is None else blade.prebend
-        radius, bend = np.tile(blade.radius, B), np.tile(prebend, B)[:, None]
-        points = self._centre + radius[:, None] * span + bend * normal
-        # sections stand at right angles to the bent span
-        slope = np.tile(np.gradient(prebend, blade.radius), B)[:, None]
-        stretch = np.sqrt(1.0 + slope * slope)
-        span, normal = (span + slope * normal) / stretch, (normal - slope * span) / stretch
-        c, s = (f(np.tile(blade.twist, B))[:, None] for f in (np.cos, np.sin))
-        chordwise, suction = c * way - s * normal, c * normal + s * way
-        self._axes = np.stack([span, chordwise, suction], axis=2)
-        self._chord = np.tile(blade.chord, B)
-        back = np.broadcast_to(np.subtract(blade.aerodynamic_centre, blade.reference), (n,))
-        self._points = points - np.tile(back * blade.chord, B)[:, None] * chordwise
+        self._points, self._axes, stretch = place_blades(blade, F, self._centre)
+        self._chord, radius = np.tile(blade.chord, B), np.tile(blade.radius, B)
         solidity = B * self._chord / (2.0 * np.pi * radius)
         self._annuli = Annuli(radius, solidity, B, blade.tip_radius, blade.hub_radius)
-        self._lengths = np.tile(blade.parts, B) * stretch[:, 0]
+        self._lengths = np.tile(blade.parts, B) * stretch
         centre = np.tile(np.broadcast_to(blade.aerodynamic_centre, (n,)), B)
-        turning = PitchRate(blade.table, self._chord, centre) if pitch_rate else None
+        sigma = np.tile(find_plate_share(blade.table), B)
+        turning = PitchRate(sigma, self._chord, centre) if pitch_rate else None
+        self._shedding = ShedWake(sigma, self._chord) if unsteady else None
         self._roots = n * np.arange(B)
         self._stall, self._skew, self._tower = stall, skew, tower
         self._induction = induction
+        of_all = self._chord, self._lengths, self._density, stall, turning, self._shedding
         polars = blade.table
         table = (
             polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
         )
-        self._air = compile_section_air(
-            Properties(table, self._chord, self._lengths, self._density, stall, turning)
-        )
+        self._air = compile_section_air(Properties(table, *of_all))
         self._wake: Wake | None = None
-        self._attached: Array | None = None
-        self._half_step = np.inf
+        self._state = AirState()
         self._seen: tuple[SectionMotion, float, _Sections] | None = None
         self._local: tuple[Array, Array] | None = None
 
     def start_step(self, times: StepTimes) -> None:
-        """Separation continues to the middle of the step, where loads are asked for."""
-        self._half_step = 0.5 * times.dt
+        """States continue to the middle of the step, where loads are asked for."""
+        self._state = self._state._replace(duration=0.5 * times.dt)
 
     def loads(self, motion: SectionMotion, time: float) -> tuple[Array, Array]:
         """Lift, drag and their moments; see `LineLoad.loads`."""
@@ -164,15 +161,12 @@ class RotorAerodynamics:
         return found.force, found.moment
 
     def accept(self, motion: SectionMotion, times: StepTimes) -> None:
-        """Wake and separation move on by a step."""
-        self._half_step = 0.5 * times.dt
+        """The states move on by a step."""
+        self.start_step(times)
         sections = self._find_sections(motion, times.middle)
         wake = self._find_wake(sections)
         found = self._find_loads(sections, wake.velocity)
-        if self._stall is not None:
-            before = found.attached if self._attached is None else self._attached
-            f_st, W = found.attached, found.speed
-            self._attached = self._stall.follow(before, f_st, times.dt, self._chord, W)
+        self._state = self._follow(found, times.dt)
         if self._wake is None:
             self._wake = wake
             return
@@ -181,26 +175,40 @@ class RotorAerodynamics:
         R = self._blade.tip_radius
         self._wake = wake.advance(balanced, times.dt, a, sections.radius, R, speed)
 
+    def _follow(self, found: Loads, dt: float) -> AirState:
+        """States of separation and of shed vorticity a step later."""
+        attached, shed, W = self._state.attached, self._state.shed, found.speed
+        if self._stall is not None:
+            before = found.attached if attached is None else attached
+            attached = self._stall.follow(before, found.attached, dt, self._chord, W)
+        if self._shedding is not None:
+            z = self._shedding.balance(found.across) if shed is None else shed
+            shed = self._shedding.follow(z, found.across, dt, W)
+        return self._state._replace(attached=attached, shed=shed)
+
     def save(self) -> RestartData:
-        """Wake and separation; nothing before the first step."""
+        """Wake, separation and shed vorticity; nothing before the first step."""
         data = RestartData()
         if self._wake is not None:
             data.add("wake", self._wake.save())
-        if self._attached is not None:
-            data.arrays["attached"] = self._attached.copy()
+        for name in STATES:
+            values = getattr(self._state, name)
+            if values is not None:
+                data.arrays[name] = values.copy()
         return data
 
     def restore(self, data: RestartData) -> None:
-        """Restore a wake and a separation, or begin with new ones."""
-        wake, attached = data.part("wake"), data.arrays.get("attached")
+        """Restore a wake and states, or begin with new ones."""
+        wake, found = data.part("wake"), (data.arrays.get(name) for name in STATES)
         self._wake = Wake.restore(wake) if wake else None
-        self._attached = None if attached is None else attached.copy()
+        attached, shed = (None if values is None else values.copy() for values in found)
+        self._state = AirState(attached, shed, self._state.duration)
 
     def find_flow(self, motion: SectionMotion, time: float) -> SectionFlow:
         """Flow and line loads of all sections, as in `loads`."""
         s = self._find_sections(motion, time)
         w = self._skew_wake(s, self._find_wake(s).velocity)
-        line = self._air.find_loads(s.places, s.wind, w, self._attached, self._half_step).line
+        line = self._air.find_loads(s.places, s.wind, w, self._state).line
         V = find_flow(s.places, s.wind, w)
         forward, up, _ = find_plane_flow(s.places, V)
         W = np.hypot(forward, up)
@@ -249,16 +257,16 @@ class RotorAerodynamics:
         """Derivatives of the loads by an increment of a step; see `SlopedLoad.find_slopes`."""
         s = self._find_sections(motion, times.middle)
         w, places = self._skew_wake(s, self._find_wake(s).velocity), s.places
-        V, state = find_flow(places, s.wind, w), (self._attached, self._half_step)
+        V = find_flow(places, s.wind, w)
         slopes = plane_slopes.differentiate(
-            lambda p: self._air.find_plane_loads(p, *state)[0],
+            lambda p: self._air.find_plane_loads(p, self._state)[0],
             find_plane_flow(places, V),
             self._chord,
         )
         axes, lever = (places.chordwise, places.suction, places.span), places.lever
         spins = s.omega, places.relative
         changes = plane_slopes.find_changes(axes, V, lever, spins, times.dt)
-        loads = self._air.find_loads(places, s.wind, w, *state)
+        loads = self._air.find_loads(places, s.wind, w, self._state)
         of_lengths = self._lengths[:, None, None] * (slopes @ changes)
         return plane_slopes.spread(axes, of_lengths, lever, (loads.force, loads.moment))
 
@@ -273,8 +281,7 @@ class RotorAerodynamics:
 
     def _find_loads(self, s: _Sections, w: Array) -> Loads:
         """Loads on the sections with induced velocities w along normal and against way, (n, 2)."""
-        state = self._attached, self._half_step
-        return self._air.find_loads(s.places, s.wind, self._skew_wake(s, w), *state)
+        return self._air.find_loads(s.places, s.wind, self._skew_wake(s, w), self._state)
 
     def _find_wake(self, s: _Sections) -> Wake:
         """The wake as it is, or one in balance with the loads where there is none yet."""

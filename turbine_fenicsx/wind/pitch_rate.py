@@ -25,7 +25,6 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind.polar import PolarTable, find_lift_slope
 
 MIN_SPEED = 1e-6
 """Minimum speed of the flow that is divided by [m/s]."""
@@ -35,7 +34,7 @@ class PitchRate:
     """Loads that sections have from turning.
 
     Args:
-        table: Polars of the stations of a blade.
+        sigma: Lift slope of the stations of a blade as a part of that of a flat plate [-].
         chord: c at the stations of all blades, shape (n,) [m].
         centre: x_ac, the aerodynamic centre as a fraction of the chord, shape (n,) [-].
 
@@ -44,10 +43,7 @@ class PitchRate:
         middle: From there to the middle of the chord, 1/2 - x_ac, shape (n,) [-].
     """
 
-    def __init__(self, table: PolarTable, chord: Array, centre: npt.ArrayLike) -> None:
-        found = [find_lift_slope(table.angles, lift) for lift in table.values[:, :, 0]]
-        slopes = np.array([0.0 if x is None else x[1] for x in found])[table.rows]
-        sigma = np.minimum(slopes / (2.0 * np.pi), 1.0)
+    def __init__(self, sigma: Array, chord: Array, centre: npt.ArrayLike) -> None:
         self.area = 0.25 * np.pi * np.resize(sigma, len(chord)) * chord**2
         self._chord = chord
         self.middle = np.broadcast_to(0.5 - np.asarray(centre), chord.shape)

@@ -184,6 +184,17 @@ def measure_from(alpha_0: float, angle: Array) -> Array:
     return x
 
 
+def find_plate_share(table: PolarTable) -> Array:
+    """Lift slope of stations as a part of that of a flat plate, sigma, shape (stations,) [-].
+
+    Returns:
+        C_l,alpha/(2 pi), at most one; 0 for a cylinder.
+    """
+    found = [find_lift_slope(table.angles, lift) for lift in table.values[:, :, 0]]
+    slopes = np.array([0.0 if x is None else x[1] for x in found])[table.rows]
+    return np.asarray(np.minimum(slopes / (2.0 * np.pi), 1.0))
+
+
 def find_lift_slope(angle: Array, lift: Array) -> tuple[float, float] | None:
     """The angle without lift alpha_0 [rad], and the slope C_l,alpha of attached flow [1/rad].
 

@@ -4,8 +4,8 @@ typedef struct {
   int sections, angles, columns;
   const double *starts, *widths, *lower, *change; /* of the table of coefficients */
   const int *rows;                                /* first row of each section there */
-  const double *chord, *lengths, *area, *middle;
-  double density, lag, slowest, least;
+  const double *chord, *lengths, *area, *middle, *sigma;
+  double density, lag, slowest, least, full, none, shares[3], rates[3];
 } Air;
 
 static void place(const Air *air, const double *axes, const double *local, const double *position,
@@ -62,11 +62,26 @@ static int find_interval(const Air *air, double angle)
   return low;
 }
 
+/* Velocity that shed vorticity induces across the chord. */
+static double find_shed_velocity(const Air *air, int k, double forward, double v, double speed,
+                                 const double *shed, double duration)
+{
+  const double x = (air->none - fabs(atan2(v, forward))) / (air->none - air->full);
+  const double passed = 2.0 * duration * speed / air->chord[k];
+  double delta = 0.0;
+  if (x <= 0.0)
+    return 0.0;
+  for (int i = 0; i < 3; i++) /* z_i - A_i v after the time that has passed */
+    delta += (shed[3 * k + i] - air->sigma[k] * air->shares[i] * v) * exp(-passed * air->rates[i]);
+  return x < 1.0 ? x * delta : delta;
+}
+
 static void load_section(const Air *air, int k, double forward, double up, double rate,
-                         const double *attached, double duration, double a[3], double *f_st,
-                         double *W)
+                         const double *attached, const double *shed, double duration,
+                         double a[3], double *f_st, double *W, double *v)
 {
   const double chord = air->chord[k], speed = sqrt(forward * forward + up * up);
+  const double moving = speed > air->slowest ? speed : air->slowest;
   double washed = 0.0, turned = 0.0, turning = 0.0, C[5];
   if (air->area) { /* loads of turning */
     const double flow = speed > air->least ? speed : air->least;
@@ -75,6 +90,9 @@ static void load_section(const Air *air, int k, double forward, double up, doubl
     turned = air->area[k] * forward * rate;
     turning = -lever * turned;
   }
+  *v = up + washed;
+  if (air->sigma && shed)
+    up += find_shed_velocity(air, k, forward, *v, moving, shed, duration);
   const double angle = atan2(up + washed, forward);
   const int i = find_interval(air, angle);
   const ptrdiff_t row = (ptrdiff_t)(air->rows[k] + i) * air->columns;
@@ -85,24 +103,27 @@ static void load_section(const Air *air, int k, double forward, double up, doubl
   *f_st = 1.0;
   double lift = C[0];
   if (air->columns == 5) { /* C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep) */
-    const double tau = air->lag * chord / (speed > air->slowest ? speed : air->slowest);
+    const double tau = air->lag * chord / moving;
     *f_st = C[3];
     if (attached)
       lift += (attached[k] - C[3]) * exp(-duration / tau) * C[4];
   }
-  const double q = 0.5 * air->density * chord * speed;
+  const double flow = sqrt(forward * forward + up * up);
+  const double q = 0.5 * air->density * chord * flow;
   a[0] = q * (lift * up - C[1] * forward);
   a[1] = q * (lift * forward + C[1] * up) + air->density * turned;
-  a[2] = q * speed * chord * C[2] + air->density * turning;
+  a[2] = q * flow * chord * C[2] + air->density * turning;
 }
 
 static void find_plane_loads(const Air *air, const double *p, const double *attached,
-                             double duration, double *loads, double *f_st, double *W)
+                             const double *shed, double duration, double *loads, double *f_st,
+                             double *W, double *v)
 {
   const int n = air->sections;
   for (int k = 0; k < n; k++) {
     double a[3];
-    load_section(air, k, p[k], p[n + k], p[2 * n + k], attached, duration, a, f_st + k, W + k);
+    load_section(air, k, p[k], p[n + k], p[2 * n + k], attached, shed, duration, a, f_st + k,
+                 W + k, v + k);
     for (int i = 0; i < 3; i++)
       loads[i * n + k] = a[i];
   }
@@ -110,8 +131,8 @@ static void find_plane_loads(const Air *air, const double *p, const double *atta
 
 static void find_loads(const Air *air, double **places, const double *wind,
                        const double *axial, const double *along, const double *attached,
-                       double duration, double *force, double *moment, double *line, double *f_st,
-                       double *W)
+                       const double *shed, double duration, double *force, double *moment,
+                       double *line, double *f_st, double *W, double *v)
 {
   const int n = air->sections;
   for (int k = 0; k < n; k++) {
@@ -124,7 +145,7 @@ static void find_loads(const Air *air, double **places, const double *wind,
     for (int i = 0; i < 3; i++)
       V[i] = wind[3 * k + i] - axial[k] * normal[i] - along[k] * way[i];
     load_section(air, k, -dot(V, chordwise), dot(V, suction), dot(relative, span), attached,
-                 duration, a, f_st + k, W + k);
+                 shed, duration, a, f_st + k, W + k, v + k);
     for (int i = 0; i < 3; i++) {
       line[3 * k + i] = a[0] * chordwise[i] + a[1] * suction[i];
       force[3 * k + i] = air->lengths[k] * line[3 * k + i];

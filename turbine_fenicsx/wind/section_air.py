@@ -19,9 +19,10 @@ from turbine_fenicsx.foundation.c_code import CompiledCode
 from turbine_fenicsx.foundation.rotations import cross_rows
 from turbine_fenicsx.foundation.rotations import skew as cross_matrix
 from turbine_fenicsx.foundation.types import Array
-from turbine_fenicsx.wind import pitch_rate, stall
+from turbine_fenicsx.wind import pitch_rate, shed_wake, stall
 from turbine_fenicsx.wind.pitch_rate import PitchRate
 from turbine_fenicsx.wind.polar import AngleTable
+from turbine_fenicsx.wind.shed_wake import ShedWake
 from turbine_fenicsx.wind.stall import OeyeStall
 
 DECLARATION = """
@@ -29,15 +30,16 @@ typedef struct {
   int sections, angles, columns;
   const double *starts, *widths, *lower, *change;
   const int *rows;
-  const double *chord, *lengths, *area, *middle;
-  double density, lag, slowest, least;
+  const double *chord, *lengths, *area, *middle, *sigma;
+  double density, lag, slowest, least, full, none, shares[3], rates[3];
 } Air;
 void place(const Air *, const double *, const double *, const double *, const double *,
            const double *, const double *, const double *, double, double *, double *);
-void find_plane_loads(const Air *, const double *, const double *, double, double *, double *,
-                      double *);
+void find_plane_loads(const Air *, const double *, const double *, const double *, double,
+                      double *, double *, double *, double *);
 void find_loads(const Air *, double **, const double *, const double *, const double *,
-                const double *, double, double *, double *, double *, double *, double *);
+                const double *, const double *, double, double *, double *, double *, double *,
+                double *, double *);
 """
 
 
@@ -64,6 +66,14 @@ class Rotation(NamedTuple):
     speed: float
 
 
+class AirState(NamedTuple):
+    """States of the air at the start of a step, and where in it loads are asked for."""
+
+    attached: Array | None = None  # attached part of the chord, shape (n,) [-]; None in balance
+    shed: Array | None = None  # of `ShedWake`, shape (n, 3) [m/s]; None in balance
+    duration: float = np.inf  # time since, infinite at rest [s]
+
+
 class Loads(NamedTuple):
     """Loads on all sections at one moment, and what they follow from."""
 
@@ -72,6 +82,7 @@ class Loads(NamedTuple):
     line: Array  # forces for each length of the span, shape (n, 3) [N/m]
     attached: Array  # attached part of the chord in balance, f_st, shape (n,) [-]
     speed: Array  # of the flow across the section, W, shape (n,) [m/s]
+    across: Array  # flow across the chord at three quarters of it, v, shape (n,) [m/s]
 
 
 class SectionFlow(NamedTuple):
@@ -101,6 +112,7 @@ class Properties:
         density: Of the air [kg/m^3].
         stall: How long separation takes; None for the lift of the table.
         pitch_rate: Loads that sections have from turning; None for none.
+        shed_wake: Vorticity that they shed; None for lift without a delay.
     """
 
     table: AngleTable
@@ -109,6 +121,7 @@ class Properties:
     density: float
     stall: OeyeStall | None
     pitch_rate: PitchRate | None
+    shed_wake: ShedWake | None
 
 
 class SectionAir(Protocol):
@@ -122,25 +135,21 @@ class SectionAir(Protocol):
                 the initial configuration, as columns, shape (n, 3, 4).
         """
 
-    def find_plane_loads(
-        self, p: Array, attached: Array | None, duration: float
-    ) -> tuple[Array, Array, Array]:
-        """Loads for each length along chord and suction side and about the span, f_st and W.
+    def find_plane_loads(self, p: Array, state: AirState) -> tuple[Array, Array, Array, Array]:
+        """Loads for each length along chord and suction side and about the span, f_st, W and v.
 
         Args:
             p: V_forward, V_up and the rate about the span, shape (3, n).
-            attached: The attached part of the chord at the start, shape (n,); None for balance.
-            duration: Time since [s].
+            state: Of the air.
         """
 
-    def find_loads(
-        self, s: Places, wind: Array, w: Array, attached: Array | None, duration: float
-    ) -> Loads:
-        """Loads on sections; the last arguments as of `find_plane_loads`.
+    def find_loads(self, s: Places, wind: Array, w: Array, state: AirState) -> Loads:
+        """Loads on sections.
 
         Args:
             wind: Relative to the sections, without the wake, shape (n, 3) [m/s].
             w: Induced velocities along the normal and against the way, shape (n, 2) [m/s].
+            state: Of the air.
         """
 
 
@@ -169,41 +178,42 @@ class NumpyAir:
         directions = (lever, span, chordwise, suction, normal, way, outward, position, velocity)
         return Places(*directions, omega - speed * shaft), radius
 
-    def find_plane_loads(
-        self, p: Array, attached: Array | None, duration: float
-    ) -> tuple[Array, Array, Array]:
+    def find_plane_loads(self, p: Array, state: AirState) -> tuple[Array, Array, Array, Array]:
         """As of `SectionAir`."""
         of = self._properties
         forward, up, rate = p
         W = np.hypot(forward, up)
         added = None if of.pitch_rate is None else of.pitch_rate.find(rate, forward, W)
         washed, turned, turning = (np.zeros(1),) * 3 if added is None else added
+        v = up + washed
+        if of.shed_wake is not None and state.shed is not None:
+            z = of.shed_wake.follow(state.shed, v, state.duration, W)
+            up = up + of.shed_wake.find_velocity(z, v, forward)
         C = of.table(np.arctan2(up + washed, forward)).T
         C_l, C_d, C_m = C[:3]
         f_st = np.ones_like(W)
         if of.stall is not None:  # C_l = C_l,st + (f - f_st)(C_l,inv - C_l,sep)
             f_st, difference = C[3:]
-            before = f_st if attached is None else attached
-            f = of.stall.follow(before, f_st, duration, of.chord, W)
+            before = f_st if state.attached is None else state.attached
+            f = of.stall.follow(before, f_st, state.duration, of.chord, W)
             C_l = C_l + (f - f_st) * difference
         # q c W is the same for lift, along (up, forward) of the section, and drag, along V
-        q = self._half_density * W
+        flow = np.hypot(forward, up)
+        q = self._half_density * flow
         along_chord, along_suction = q * (C_l * up - C_d * forward), q * (C_l * forward + C_d * up)
         along_suction = along_suction + of.density * turned
-        pitching = q * W * of.chord * C_m + of.density * turning
-        return np.stack([along_chord, along_suction, pitching]), f_st, W
+        pitching = q * flow * of.chord * C_m + of.density * turning
+        return np.stack([along_chord, along_suction, pitching]), f_st, W, v
 
-    def find_loads(
-        self, s: Places, wind: Array, w: Array, attached: Array | None, duration: float
-    ) -> Loads:
+    def find_loads(self, s: Places, wind: Array, w: Array, state: AirState) -> Loads:
         """As of `SectionAir`."""
         p = find_plane_flow(s, find_flow(s, wind, w))
-        a, f_st, W = self.find_plane_loads(p, attached, duration)
+        a, *rest = self.find_plane_loads(p, state)
         lengths = self._properties.lengths
         line = a[0][:, None] * s.chordwise + a[1][:, None] * s.suction
         force = lengths[:, None] * line
         moment = cross_rows(s.lever, force) + (lengths * a[2])[:, None] * s.span
-        return Loads(force, moment, line, f_st, W)
+        return Loads(force, moment, line, *rest)
 
 
 class CompiledAir(CompiledCode):
@@ -213,12 +223,14 @@ class CompiledAir(CompiledCode):
         super().__init__(module)
         self._n = len(properties.chord)
         turning, separating = properties.pitch_rate, properties.stall
+        shedding = properties.shed_wake
         table = properties.table
         kept = {
             **{name: getattr(table, name) for name in ("starts", "widths", "lower", "change")},
             "chord": properties.chord,
             "lengths": properties.lengths,
             **({} if turning is None else {"area": turning.area, "middle": turning.middle}),
+            **({} if shedding is None else {"sigma": shedding.sigma}),
         }
         self._kept = {
             name: self._address(np.broadcast_to(values, np.shape(values) or (self._n,)))
@@ -228,11 +240,9 @@ class CompiledAir(CompiledCode):
         self._air = self._ffi.new("Air *", {**self._kept, "rows": self._rows})
         air = self._air
         air.sections, air.angles, air.columns = self._n, len(table.starts) + 1, table.columns
-        air.density, air.least, air.slowest = (
-            properties.density,
-            pitch_rate.MIN_SPEED,
-            stall.SLOWEST,
-        )
+        air.density, air.least = properties.density, pitch_rate.MIN_SPEED
+        air.slowest, air.full, air.none = stall.SLOWEST, stall.FULL, stall.NONE
+        air.shares, air.rates = shed_wake.SHARES.tolist(), shed_wake.RATES.tolist()
         air.lag = 0.0 if separating is None else separating.lag
 
     def place(self, motion: SectionMotion, local: Array, rotor: Rotation) -> tuple[Places, Array]:
@@ -244,27 +254,28 @@ class CompiledAir(CompiledCode):
         self._lib.place(self._air, *of_all, rotor.speed, *ends)
         return Places(*places), radius
 
-    def find_plane_loads(
-        self, p: Array, attached: Array | None, duration: float
-    ) -> tuple[Array, Array, Array]:
+    def find_plane_loads(self, p: Array, state: AirState) -> tuple[Array, Array, Array, Array]:
         """As of `SectionAir`."""
-        loads, f_st, W = np.empty((3, self._n)), np.empty(self._n), np.empty(self._n)
-        before = self._ffi.NULL if attached is None else self._address(attached)
-        ends = map(self._address, (loads, f_st, W))
-        self._lib.find_plane_loads(self._air, self._address(p), before, duration, *ends)
-        return loads, f_st, W
+        loads, (f_st, W, v) = np.empty((3, self._n)), np.empty((3, self._n))
+        ends = map(self._address, (loads, f_st, W, v))
+        self._lib.find_plane_loads(self._air, self._address(p), *self._give(state), *ends)
+        return loads, f_st, W, v
 
-    def find_loads(
-        self, s: Places, wind: Array, w: Array, attached: Array | None, duration: float
-    ) -> Loads:
+    def find_loads(self, s: Places, wind: Array, w: Array, state: AirState) -> Loads:
         """As of `SectionAir`."""
-        found = Loads(*np.empty((3, self._n, 3)), *np.empty((2, self._n)))
-        before = self._ffi.NULL if attached is None else self._address(attached)
+        found = Loads(*np.empty((3, self._n, 3)), *np.empty((3, self._n)))
         places = [self._address(x) for x in s]
         given = (self._ffi.new("double *[]", places), *map(self._address, (wind, *w.T)))
         ends = map(self._address, found)
-        self._lib.find_loads(self._air, *given, before, duration, *ends)
+        self._lib.find_loads(self._air, *given, *self._give(state), *ends)
         return found
+
+    def _give(self, state: AirState) -> tuple[Any, Any, float]:
+        """States as arguments in C."""
+        attached, shed = (
+            self._ffi.NULL if x is None else self._address(x) for x in (state.attached, state.shed)
+        )
+        return attached, shed, state.duration
 
 
 def compile_section_air(properties: Properties) -> SectionAir:

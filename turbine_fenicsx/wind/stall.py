@@ -100,5 +100,9 @@ def separate(angle: Array, lift: Array) -> tuple[Array, Array]:
     root = np.clip(2.0 * np.sqrt(np.maximum(ratio, 0.0)) - 1.0, 0.0, 1.0)
     partly = inviscid * (3.0 + root) / (4.0 + 4.0 * root)
     difference = np.where(root > 0.0, partly, inviscid - lift)
-    window = np.clip((NONE - np.abs(x)) / (NONE - FULL), 0.0, 1.0)
-    return root * root, difference * window
+    return root * root, difference * fade(x)
+
+
+def fade(x: Array) -> Array:
+    """Part of a delay that acts at angles from that without lift on, 0 to 1."""
+    return np.asarray(np.clip((NONE - np.abs(x)) / (NONE - FULL), 0.0, 1.0))

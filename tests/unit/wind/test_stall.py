@@ -16,6 +16,7 @@ from turbine_fenicsx.wind.stall import OeyeStall, separate, tabulate_separation
 
 F_ST = np.clip((np.radians(25.0) - np.abs(ANGLES)) / np.radians(15.0), 0.0, 1.0)
 INVISCID = 2.0 * np.pi * np.sin(ANGLES)
+STILL = {"wind": SteadyWind(0.0), "unsteady": False}
 NEAR = np.abs(ANGLES) < np.radians(29.0)
 
 
@@ -80,8 +81,8 @@ def test_the_attached_part_follows_in_closed_form_whatever_the_steps():
 def test_after_a_step_lift_comes_to_the_polar_with_four_chords_over_the_speed():
     # no wind, and blades that flap downwind at once, to negative angles of attack: so no wake
     blade, flap = stalling_blade(), 5.0
-    source = aerodynamics(blade, wind=SteadyWind(0.0), stall=OeyeStall())
-    static = aerodynamics(blade, wind=SteadyWind(0.0))
+    source = aerodynamics(blade, stall=OeyeStall(), **STILL)
+    static = aerodynamics(blade, **STILL)
     run(source, blade, 2)
     gaps = []
     for k in range(2, 6):
@@ -102,9 +103,7 @@ def test_after_a_step_lift_comes_to_the_polar_with_four_chords_over_the_speed():
 
 def test_in_a_step_lift_is_that_of_its_middle():
     blade = stalling_blade()
-    source, static = (
-        aerodynamics(blade, wind=SteadyWind(0.0), stall=stall) for stall in (OeyeStall(), None)
-    )
+    source, static = (aerodynamics(blade, stall=stall, **STILL) for stall in (OeyeStall(), None))
     run(source, blade, 2)
     motion = turning(blade, 0.0, flap=5.0)
     polar = static.loads(motion, 0.0)[0]
@@ -122,8 +121,8 @@ def test_lift_lags_behind_an_angle_that_goes_up_and_down():
     # where it rises there is more of it than the polar has, where it falls less; negative angles,
     # by blades that flap downwind, make no wake
     blade = stalling_blade()
-    source = aerodynamics(blade, wind=SteadyWind(0.0), stall=OeyeStall())
-    static = aerodynamics(blade, wind=SteadyWind(0.0))
+    source = aerodynamics(blade, stall=OeyeStall(), **STILL)
+    static = aerodynamics(blade, **STILL)
     station, omega = 10, np.pi / 4.0
     run(static, blade, 1, flap=5.0)  # else each call looks for a balance
     over = {True: [], False: []}

@@ -93,7 +93,7 @@ def _list_settings(case: Tables) -> dict[str, tuple[str, ...]]:
     """AeroDyn's settings, and those of their values that are what the case does."""
     aero = case.aero
     wake = ("1", "2") if aero.induction else ("0",)
-    stall = aero.dynamic_stall == "oeye"
+    unsteady = aero.unsteady or aero.dynamic_stall == "oeye"
     shadow = aero.tower_shadow
     yes, no = ("true", "default"), ("false", "default")
     return {
@@ -102,8 +102,8 @@ def _list_settings(case: Tables) -> dict[str, tuple[str, ...]]:
         "TwrShadow": ("1", "true") if shadow == "powles" else ("0", "false"),
         "Skew_Mod": ("1",) if aero.skewed_wake else ("0", "default"),
         "SkewMod": ("2",) if aero.skewed_wake else ("1",),
-        "UA_Mod": ("2", "3", "4", "5") if stall else ("0", "1"),
-        "AFAeroMod": ("2",) if stall else ("1",),
+        "UA_Mod": ("2", "3", "4", "5") if unsteady else ("0", "1"),
+        "AFAeroMod": ("2",) if unsteady else ("1",),
         **dict.fromkeys(("TipLoss", "HubLoss", "TanInd", "AIDrag", "TIDrag"), yes),
         **dict.fromkeys(("TwrAero", "FrozenWake", "CavitCheck", "Buoyancy", "NacelleDrag"), no),
     }

@@ -110,6 +110,8 @@ def _name_models(case: Tables) -> str:
     found = ["dynamic inflow" if aero.induction else "no induction"]
     if aero.dynamic_stall == "oeye":
         found.append("dynamic stall")
+    if aero.unsteady:
+        found.append("shed vorticity")
     if aero.skewed_wake:
         found.append("a skewed wake")
     if aero.tower_shadow != "none":

@@ -143,6 +143,7 @@ class Wind(Component):
             **make_aero_models(case),
             induction=case.aero.induction,
             pitch_rate=case.aero.pitch_rate,
+            unsteady=case.aero.unsteady,
         )
         if case.turbine.rotor_speed:
             roots = len(blade.radius) * np.arange(layout.n_blades)

@@ -63,6 +63,9 @@ class AeroCase(Section):
     pitch_rate: Flag = True
     """Loads of sections that turn about the span, which dampen torsion, see
     theory/unsteady_aerodynamics; ``false`` takes the polars alone."""
+    unsteady: Flag = True
+    """Lift of attached flow takes time, which takes damping away, see
+    theory/unsteady_aerodynamics; ``false`` takes that of the polar."""
     skewed_wake: Flag = False
     """More induction where the wake of a rotor that does not face the wind is deep."""
     tower_shadow: Literal["none", "potential", "powles"] = "none"

@@ -110,8 +110,8 @@ def test_a_check_tells_of_the_aerodynamics(aerodyn):
     wind, aero = describe_aerodynamics(case(aerodyn, table))
     assert wind == "wind of 11 m/s at 90 m above ground, shear 0.2, EOG of class IB from 30 s on"
     assert aero == (
-        "aerodynamics of rotor.dat: blade-element momentum theory with dynamic inflow, 12 stations "
-        "from 2.748 to 55.75 m, chords from 1.03 to 3.97 m"
+        "aerodynamics of rotor.dat: blade-element momentum theory with dynamic inflow and "
+        "shed vorticity, 12 stations from 2.748 to 55.75 m, chords from 1.03 to 3.97 m"
     )
 
 
@@ -204,7 +204,7 @@ def test_models_of_the_aerodynamics_are_named_and_the_tower_has_its_shape(aerody
     before = models["tower"].disturb(9.0 * E3[None], np.array([[0.0, -40.0, -5.0]]))
     assert before[0] == pytest.approx(0.75 * 9.0 * E3)
     assert (
-        "dynamic inflow, dynamic stall, a skewed wake and the tower's shadow"
+        "dynamic inflow, dynamic stall, shed vorticity, a skewed wake and the tower's shadow"
         in (describe_aerodynamics(both)[1])
     )
     unused = Case.parse({**given, "aero": {**aero, "tower_shadow": "potential", "tower_drag": 0.7}})
