@@ -8,6 +8,7 @@ import numpy as np
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.load_slopes import find_slopes
+from turbine_fenicsx.forces.load_states import StateLoad, WithoutStates, find_states
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -73,6 +74,11 @@ class LineSource:
     def slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
         """Derivatives of the loads by increments of a step, shape (n, 6, 6)."""
         return find_slopes(self._source, motion, times)
+
+    @property
+    def states(self) -> StateLoad | WithoutStates:
+        """The source as loads that follow from states."""
+        return find_states(self._source)
 
     def tell(self, times: StepTimes) -> None:
         """Announce the motion for which the source is called outside of the steps of a run."""

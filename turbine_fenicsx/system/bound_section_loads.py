@@ -57,7 +57,7 @@ class BoundSectionLoads(LineSource):
         self._kept = None
         self.start_step(times)
         if not self._checked:  # an error in an iteration would become one of PETSc
-            self.loads(self._find_motion(u, np.zeros_like(u)), times.middle)
+            self.loads(self.find_motion(u, np.zeros_like(u)), times.middle)
             self._checked = True
 
     def add_forces(self, u: Array, v: Array, time: float, factor: float, out: Array) -> None:
@@ -99,10 +99,23 @@ class BoundSectionLoads(LineSource):
         """
         return self.slopes(self._evaluate(u, v, times.middle)[0], times)
 
+    def respond(self, u: Array, v: Array, time: float, states: Array) -> tuple[Array, Array]:
+        """Forces on the nodes, shape (3 n,) [N], and rates of states of the source. Collective.
+
+        Args:
+            u: Displacements of the owned nodes, shape (3 n,) [m].
+            v: Their velocities, shape (3 n,) [m/s].
+            time: Time [s].
+            states: Of the source, shape (stations, k).
+        """
+        found, forces = self.states.respond(self.find_motion(u, v), time, states), np.zeros_like(u)
+        forces[self._dofs] = self._spread(found.force, found.moment)
+        return forces, found.rates
+
     def loads_at(self, u: Array, v: Array, time: float) -> StepLoads:
         """Loads for displacements and velocities outside of a step. Collective."""
         self._kept = None
-        motion = self._find_motion(u, v)
+        motion = self.find_motion(u, v)
         times = StepTimes.from_start(time, 0.0)
         self.tell(times)
         return StepLoads(motion, *self.loads(motion, time), times)
@@ -111,13 +124,13 @@ class BoundSectionLoads(LineSource):
         """Motion of the sections and loads on them; those of the last call for the same again."""
         kept = self._kept
         if kept is None or not kept.is_of(u, v, time):
-            motion = self._find_motion(u, v)
+            motion = self.find_motion(u, v)
             kept = _Evaluation(u.copy(), v.copy(), time, motion, *self.loads(motion, time))
             self._kept = kept if self._keeps else None
         return kept.motion, kept.force, kept.moment
 
-    def _find_motion(self, u: Array, v: Array) -> SectionMotion:
-        """How the sections move."""
+    def find_motion(self, u: Array, v: Array) -> SectionMotion:
+        """How the sections move with displacements and velocities, shapes (3 n,). Collective."""
         u, v = (values[self._dofs].reshape(-1, 3) for values in (u, v))
         return self.transfer.motion(self._X + u, v)
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
+from turbine_fenicsx.forces.load_states import Response
 from turbine_fenicsx.forces.section_loads import SectionMotion
 from turbine_fenicsx.foundation.argument_checks import check_array, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
@@ -47,14 +48,18 @@ from turbine_fenicsx.wind.section_air import (
     find_flow,
     find_plane_flow,
 )
+from turbine_fenicsx.wind.section_states import SectionStates
 from turbine_fenicsx.wind.shed_wake import ShedWake
 from turbine_fenicsx.wind.skew import SkewedWake
 from turbine_fenicsx.wind.stall import OeyeStall, tabulate_separation
 from turbine_fenicsx.wind.tower_shadow import TowerShadow
-from turbine_fenicsx.wind.wake import Wake
+from turbine_fenicsx.wind.wake import SHARE, Wake, find_rates, find_time_constants
 
 STATES = ("attached", "shed")
 """States of the air at sections, by the names they are saved with."""
+
+WAKE = "wake"
+"""The model whose states are the first."""
 
 MIN_WIND = 0.1
 """Minimum wind through the rotor that carries a wake away [m/s]."""
@@ -135,11 +140,12 @@ class RotorAerodynamics:
         centre = np.tile(np.broadcast_to(blade.aerodynamic_centre, (n,)), B)
         sigma = np.tile(find_plate_share(blade.table), B)
         turning = PitchRate(sigma, self._chord, centre) if pitch_rate else None
-        self._shedding = ShedWake(sigma, self._chord) if unsteady else None
+        shedding = ShedWake(sigma, self._chord) if unsteady else None
         self._roots = n * np.arange(B)
-        self._stall, self._skew, self._tower = stall, skew, tower
+        self._states = SectionStates(stall, shedding, self._chord)
+        self._skew, self._tower = skew, tower
         self._induction = induction
-        of_all = self._chord, self._lengths, self._density, stall, turning, self._shedding
+        of_all = self._chord, self._lengths, self._density, stall, turning, shedding
         polars = blade.table
         table = (
             polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
@@ -166,25 +172,44 @@ class RotorAerodynamics:
         sections = self._find_sections(motion, times.middle)
         wake = self._find_wake(sections)
         found = self._find_loads(sections, wake.velocity)
-        self._state = self._follow(found, times.dt)
+        self._state = self._states.follow(self._state, found, times.dt)
         if self._wake is None:
             self._wake = wake
             return
         balanced, a = self._balance(sections, wake.velocity, found.line)
-        speed = abs(float(np.mean(dot(sections.wind, sections.places.normal))))
-        R = self._blade.tip_radius
+        R, speed = self._blade.tip_radius, self._find_mean_wind(sections)
         self._wake = wake.advance(balanced, times.dt, a, sections.radius, R, speed)
 
-    def _follow(self, found: Loads, dt: float) -> AirState:
-        """States of separation and of shed vorticity a step later."""
-        attached, shed, W = self._state.attached, self._state.shed, found.speed
-        if self._stall is not None:
-            before = found.attached if attached is None else attached
-            attached = self._stall.follow(before, found.attached, dt, self._chord, W)
-        if self._shedding is not None:
-            z = self._shedding.balance(found.across) if shed is None else shed
-            shed = self._shedding.follow(z, found.across, dt, W)
-        return self._state._replace(attached=attached, shed=shed)
+    @property
+    def state_models(self) -> tuple[str, ...]:
+        """The wake's z and w at each section, then `SectionStates.models`."""
+        return (*(WAKE,) * (4 * self._induction), *self._states.models)
+
+    def balance(self, motion: SectionMotion, time: float) -> Array:
+        """States after this motion has lasted for long; see `StateLoad.balance`."""
+        s = self._find_sections(motion, time)
+        w = self._find_balance(s)
+        found = self._air.find_loads(s.places, s.wind, self._skew_wake(s, w), AirState())
+        of_wake = [(1.0 - SHARE) * w, w] if self._induction else []
+        return np.hstack([*of_wake, self._states.balance(found)])
+
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
+        """Loads and rates of states; see `StateLoad.respond`."""
+        s, n = self._find_sections(motion, time), 4 * self._induction
+        z, w = np.hsplit(states[:, :n], 2) if n else np.zeros((2, len(states), 2))
+        now = self._states.read(states[:, n:])
+        found = self._air.find_loads(s.places, s.wind, self._skew_wake(s, w), now)
+        rates = [self._states.find_rates(now, found)]
+        if n:
+            w_qs, a = self._balance(s, w, found.line)
+            R, speed = self._blade.tip_radius, self._find_mean_wind(s)
+            taus = find_time_constants(a, s.radius, R, speed)
+            rates = [*find_rates(z, w, w_qs, taus), *rates]
+        return Response(found.force, found.moment, np.hstack(rates))
+
+    def _find_mean_wind(self, s: _Sections) -> float:
+        """Mean wind along the normals [m/s]."""
+        return abs(float(np.mean(dot(s.wind, s.places.normal))))
 
     def save(self) -> RestartData:
         """Wake, separation and shed vorticity; nothing before the first step."""
@@ -285,8 +310,10 @@ class RotorAerodynamics:
 
     def _find_wake(self, s: _Sections) -> Wake:
         """The wake as it is, or one in balance with the loads where there is none yet."""
-        if self._wake is not None:
-            return self._wake
+        return Wake.in_balance(self._find_balance(s)) if self._wake is None else self._wake
+
+    def _find_balance(self, s: _Sections) -> Array:
+        """Induced velocities of a wake in balance with the loads, (n, 2)."""
         table, shape = self._blade.table, (self._B, -1)
         chordwise = s.places.chordwise
         setting = np.arctan2(-dot(chordwise, s.places.normal), dot(chordwise, s.places.way))
@@ -298,8 +325,8 @@ class RotorAerodynamics:
         blown, V_x, V_y = s.find_inflow()
         share = self._find_share(s)
         _, a, a_prime = solve_momentum(self._annuli, V_x, V_y, lift_and_drag, share)
-        w = np.stack([a * V_x, a_prime * V_y], axis=1) * blown[:, None]
-        return Wake.in_balance(w)
+        w: Array = np.stack([a * V_x, a_prime * V_y], axis=1) * blown[:, None]
+        return w
 
     def _find_share(self, s: _Sections) -> float:
         """Share of the loads that the wake balances."""

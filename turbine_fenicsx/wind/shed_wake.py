@@ -60,9 +60,16 @@ class ShedWake:
             W: Speed of the flow, shape (n,) [m/s].
         """
         # z_i' = b_i (2 W/c) (A_i v - z_i), exactly
-        passed = 2.0 * duration * np.maximum(W, SLOWEST) / self.chord
         end = self.balance(v)
-        return np.asarray(end + (z - end) * np.exp(-passed[:, None] * RATES))
+        return np.asarray(end + (z - end) * np.exp(-duration * self._find_speeds(W)))
+
+    def find_rate(self, z: Array, v: Array, W: Array) -> Array:
+        """z_i', shape (n, 3) [m/s^2]; arguments as of `follow`."""
+        return np.asarray(self._find_speeds(W) * (self.balance(v) - z))
+
+    def _find_speeds(self, W: Array) -> Array:
+        """b_i 2 W/c, shape (n, 3) [1/s]."""
+        return np.asarray((2.0 * np.maximum(W, SLOWEST) / self.chord)[:, None] * RATES)
 
     def find_velocity(self, z: Array, v: Array, forward: Array) -> Array:
         """The velocity delta that states induce, shape (n,) [m/s].

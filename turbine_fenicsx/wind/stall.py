@@ -66,8 +66,16 @@ class OeyeStall:
             W: Speed of the flow, shape (n,) [m/s].
         """
         # f' = (f_st - f)/tau, exactly
-        tau = self.lag * chord / np.maximum(W, SLOWEST)
+        tau = self._find_tau(chord, W)
         return np.asarray(f_st + (f - f_st) * np.exp(-duration / tau))
+
+    def find_rate(self, f: Array, f_st: Array, chord: Array, W: Array) -> Array:
+        """f', shape (n,) [1/s]; arguments as of `follow`."""
+        return np.asarray((f_st - f) / self._find_tau(chord, W))
+
+    def _find_tau(self, chord: Array, W: Array) -> Array:
+        """tau, shape (n,) [s]."""
+        return np.asarray(self.lag * chord / np.maximum(W, SLOWEST))
 
 
 def tabulate_separation(table: PolarTable, blades: int = 1) -> AngleTable:

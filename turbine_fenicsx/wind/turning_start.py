@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.load_slopes import find_slopes
+from turbine_fenicsx.forces.load_states import Response, find_states
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.argument_checks import check_array, check_number
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -57,6 +60,19 @@ class TurningAtRest:
     def find_slopes(self, motion: SectionMotion, times: StepTimes) -> Array:
         """Slopes of the source; see `SlopedLoad.find_slopes`."""
         return find_slopes(self.source, motion, times)
+
+    @property
+    def state_models(self) -> Sequence[str]:
+        """Those of the source."""
+        return find_states(self.source).state_models
+
+    def balance(self, motion: SectionMotion, time: float) -> Array:
+        """States of the source in balance with a motion that has its velocities."""
+        return find_states(self.source).balance(motion, time)
+
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
+        """Response of the source to a motion that has its velocities."""
+        return find_states(self.source).respond(motion, time, states)
 
     def accept(self, motion: SectionMotion, times: StepTimes) -> None:
         """The source moves on."""

@@ -5,7 +5,11 @@
     tau_1 = 1.1/(1 - 1.3 a) R/V,    tau_2 = (0.39 - 0.26 (r/R)^2) tau_1,
 
 with the induced velocity w_qs of a wake in balance with the loads. A step updates both exactly for
-w_qs constant over it. H. Snel and J. G. Schepers (eds.), Joint Investigation of Dynamic Inflow
+w_qs constant over it. With z = y - 0.6 w_qs the derivative of w_qs goes out,
+
+    tau_1 z' = 0.4 w_qs - z,    tau_2 w' = z + 0.6 w_qs - w.
+
+H. Snel and J. G. Schepers (eds.), Joint Investigation of Dynamic Inflow
 Effects, ECN-C--94-107 (1995).
 """
 
@@ -53,9 +57,8 @@ class Wake:
             R: Radius of the rotor [m].
             V: Speed of the wind [m/s].
         """
-        # time constants, and exact steps of both equations in the head of this file
-        tau_1 = 1.1 / (1.0 - 1.3 * np.clip(a, 0.0, LARGEST_INDUCTION)) * R / max(V, 1e-3)
-        tau_2 = (0.39 - 0.26 * np.minimum(radius / R, 1.0) ** 2) * tau_1
+        # exact steps of both equations in the head of this file
+        tau_1, tau_2 = find_time_constants(a, radius, R, V)
         target = w_qs + SHARE * tau_1[:, None] * (w_qs - self.balanced) / dt
         y = target + np.exp(-dt / tau_1)[:, None] * (self.between - target)
         w = y + np.exp(-dt / tau_2)[:, None] * (self.velocity - y)
@@ -69,3 +72,22 @@ class Wake:
     def restore(cls, data: RestartData) -> Wake:
         """The wake that was saved."""
         return cls(*(data.arrays[name].copy() for name in ("balanced", "between", "velocity")))
+
+
+def find_time_constants(a: Array, radius: Array, R: float, V: float) -> tuple[Array, Array]:
+    """tau_1 and tau_2, shapes (n,) [s]; arguments as of `Wake.advance`."""
+    tau_1 = 1.1 / (1.0 - 1.3 * np.clip(a, 0.0, LARGEST_INDUCTION)) * R / max(V, 1e-3)
+    return tau_1, (0.39 - 0.26 * np.minimum(radius / R, 1.0) ** 2) * tau_1
+
+
+def find_rates(z: Array, w: Array, w_qs: Array, taus: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Z' and w', shapes (n, 2) [m/s^2].
+
+    Args:
+        z: y - 0.6 w_qs, shape (n, 2) [m/s].
+        w: Induced velocities, shape (n, 2) [m/s].
+        w_qs: Those in balance with the loads, shape (n, 2) [m/s].
+        taus: Time constants, shapes (n,) [s].
+    """
+    tau_1, tau_2 = (tau[:, None] for tau in taus)
+    return ((1.0 - SHARE) * w_qs - z) / tau_1, (z + SHARE * w_qs - w) / tau_2
