@@ -55,6 +55,10 @@ class FlatVectors:
         """This rank's part of u of each flexible body, and of (q, T), empty except on rank 0."""
         return np.split(y.array_r, self._ends)
 
+    def split_rows(self, X: Array) -> list[Array]:
+        """The same of columns, shape (local_size, k): rows of each body, and of (q, T)."""
+        return np.split(X, self._ends)
+
     def place_of(self, i: int) -> tuple[float, ...]:
         """Key that identifies an entry of this rank among all, on any number of ranks.
 

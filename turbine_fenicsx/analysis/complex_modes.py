@@ -110,7 +110,7 @@ def complex_modes(
     chosen = [*rigid, *elastic][:count]
     squares = [(abs(pair.eigenvalue) ** 2, pair.round_off) for pair in chosen[len(rigid) :]]
     warn_of_round_off(problem.linear.system.comm, squares)
-    modes = [_mode(problem, pair, k < len(rigid), meter) for k, pair in enumerate(chosen)]
+    modes = [make_mode(problem, pair, k < len(rigid), meter) for k, pair in enumerate(chosen)]
     for pair in (*rigid, *elastic):
         pair.destroy()
     if len(modes) < count:
@@ -232,7 +232,9 @@ def _make_normal(
     return True
 
 
-def _mode(problem: QuadraticProblem, pair: Pair, is_rigid: bool, meter: WhirlMeter | None) -> Mode:
+def make_mode(
+    problem: QuadraticProblem, pair: Pair, is_rigid: bool, meter: WhirlMeter | None
+) -> Mode:
     """The mode of unit modal mass and a phase that does not depend on the iteration."""
     vectors, (a, b) = problem.linear.vectors, pair.parts
     choose_phase(vectors, a, b)

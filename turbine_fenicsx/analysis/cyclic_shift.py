@@ -94,7 +94,7 @@ def cyclic_shift(frame: TurningFrame, state: State, blades: int) -> CyclicShift:
     power = np.eye(len(C))
     for j in range(1, blades):
         power = power @ C
-        J += _weight(j, blades) * power
+        J += find_weight(j, blades) * power
     generators = tuple(None if s is None else _generator(s, blades) for s in shifts)
     return CyclicShift(blades, shifts, generators, C, J)
 
@@ -107,7 +107,7 @@ def joint_rates(model: RigidModel, state: State) -> Array:
     return np.asarray(-rows[:, : model.n_q] / slopes[:, None])
 
 
-def _weight(j: int, blades: int) -> float:
+def find_weight(j: int, blades: int) -> float:
     """Factor of C^j in J."""
     return float(2.0 / blades * np.sin(2.0 * np.pi * j / blades))
 
@@ -205,7 +205,7 @@ def _generator(C: PETSc.Mat, blades: int) -> PETSc.Mat:
         back = power.transpose(PETSc.Mat())
         term = power.copy()
         term.axpy(-1.0, back, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        term.scale(_weight(j, blades))
+        term.scale(find_weight(j, blades))
         if J is None:
             J = term
         else:

@@ -32,12 +32,7 @@ def solve_small(
     """
     comm, free = linear.system.comm, linear.degrees_of_freedom
     x, y = linear.vectors.new_vector(), linear.vectors.new_vector()
-    columns, rng = [], np.random.default_rng(comm.rank)
-    for _ in range(free):
-        x.array[:] = rng.standard_normal(x.array_r.size)
-        allow(x, y)
-        columns.append(y.array_r.copy())
-    Q = _orthonormal(linear, np.array(columns).reshape(free, -1).T)
+    Q = find_allowed(linear, allow)
     reduced = np.zeros((3, free, free))
     for A, multiply in zip(reduced, products, strict=True):
         for k in range(free):
@@ -52,6 +47,23 @@ def solve_small(
         yield complex(mu), x, y
     x.destroy()
     y.destroy()
+
+
+def find_allowed(linear: LinearSystem, allow: Product) -> Array:
+    """This rank's rows of an orthonormal basis of the motions that constraints allow. Collective.
+
+    Args:
+        allow: As of `solve_small`.
+    """
+    x, y = linear.vectors.new_vector(), linear.vectors.new_vector()
+    columns, rng = [], np.random.default_rng(linear.system.comm.rank)
+    for _ in range(linear.degrees_of_freedom):
+        x.array[:] = rng.standard_normal(x.array_r.size)
+        allow(x, y)
+        columns.append(y.array_r.copy())
+    x.destroy()
+    y.destroy()
+    return _orthonormal(linear, np.array(columns).reshape(len(columns), -1).T)
 
 
 def _orthonormal(linear: LinearSystem, X: Array) -> Array:

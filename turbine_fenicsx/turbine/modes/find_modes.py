@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 
@@ -25,7 +24,6 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.interrupts import end_immediately_alone
 from turbine_fenicsx.foundation.parallel import on_rank0
-from turbine_fenicsx.joints.prescribed_motion import PrescribedMotion
 from turbine_fenicsx.linear_solvers.memory import check_memory
 from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.records.folder_lock import lock_folder
@@ -36,7 +34,8 @@ from turbine_fenicsx.records.output_folder import (
 )
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.components.component import Assembly, Component, Turbine
+from turbine_fenicsx.turbine.components.brakes import Brakes
+from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine, list_components
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, YAW
 from turbine_fenicsx.turbine.modes.mode_files import ModeTable, write_shapes, write_tables
@@ -148,8 +147,9 @@ def _find(
         raise InputError(f"a brake on {ROTOR!r} holds it at turbine.azimuth = 0 only")
     if turning:
         case = case.model_copy(update={"loads": case.loads.model_copy(update={"gravity": 0.0})})
+    locked = dict.fromkeys(wanted.locked, lambda: 0.0)
     with end_immediately_alone(comm):
-        turbine = build_turbine(case, comm, [*list_components(case), Brakes(wanted.locked)])
+        turbine = build_turbine(case, comm, [*list_components(case), Brakes(locked)])
     if not force:
         check_memory(turbine.system, "frozen", shared=False)  # the modes' own factor is like it
     free = count_degrees_of_freedom(turbine.system)
@@ -251,20 +251,3 @@ def _make_initial_state(turbine: Turbine) -> State:
     turn_blades(turbine.case, system, state)
     turning_frame(system, ROTOR, 0.0, state).turn(state, turbine.case.turbine.azimuth)
     return state
-
-
-@dataclass(frozen=True)
-class Brakes(Component):
-    """Prescribed motions that keep joint coordinates at zero.
-
-    Args:
-        coordinates: Names of the joint coordinates, for example ``"yaw"``.
-    """
-
-    coordinates: tuple[str, ...]
-
-    def parts(self, assembly: Assembly) -> list[Any]:
-        """A prescribed motion for each coordinate that none has already."""
-        driven = {p.coordinate for p in assembly.parts if isinstance(p, PrescribedMotion)}
-        free = [name for name in self.coordinates if name not in driven]
-        return [PrescribedMotion(name, lambda _: 0.0) for name in free]

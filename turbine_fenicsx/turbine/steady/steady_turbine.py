@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI
@@ -20,12 +21,14 @@ import numpy as np
 from turbine_fenicsx.analysis.turning import turning_equilibrium
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import StepFailure
-from turbine_fenicsx.records.conventions import BLADES
+from turbine_fenicsx.records.conventions import BLADES, OPENFAST_SIGNS
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.inflow import place_inflow
-from turbine_fenicsx.turbine.components.model import build_turbine
+from turbine_fenicsx.turbine.components.brakes import Brakes
+from turbine_fenicsx.turbine.components.model import build_turbine, list_components
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.pitch import BEARINGS
 from turbine_fenicsx.turbine.components.rotor_air import WIND, RotorLoads
 from turbine_fenicsx.turbine.run.start import IN_WIND, list_held, turn_blades
 from turbine_fenicsx.turbine.steady.operating_states import (
@@ -100,10 +103,13 @@ class SteadyTurbine:
         height = self.case.hub_height
         self._wind = SettableWind(SteadyWind(10.0, height, w.shear, w.direction, w.inclination))
         inflow = place_inflow(self.case, self._wind)
-        self.turbine = build_turbine(self.case, comm, inflow=inflow)
+        self._pitch = 0.0
+        held = {name: partial(self._find_bearing, name) for name in BEARINGS}
+        components = [*list_components(self.case), Brakes(held)]
+        self.turbine = build_turbine(self.case, comm, components, inflow)
         self._air = RotorLoads(self.turbine)
         self._azimuths, self._ratio = azimuths, 1.0
-        self._held = list_held(self.case, self.turbine.system)
+        self._held = [x for x in list_held(self.case, self.turbine.system) if x not in held]
 
     def find(
         self, schedule: Schedule, wind: float, near: State | None = None
@@ -178,6 +184,7 @@ class SteadyTurbine:
         """
         system, speed = self.turbine.system, operating.rotor_speed
         self._wind.set_speed(operating.wind)
+        self._pitch = operating.pitch
         self.turbine.part(WIND).source.speed = speed
         start = system.initial_state() if near is None else near.copy()
         try:
@@ -197,6 +204,10 @@ class SteadyTurbine:
         return turning_equilibrium(
             self.turbine.system, ROTOR, speed, start, periodic=True, held=self._held, **TURNING
         )
+
+    def _find_bearing(self, name: str) -> float:
+        """Coordinate of a bearing at the present pitch [rad]."""
+        return OPENFAST_SIGNS[name] * self._pitch
 
     def find_power(self, state: State, operating: OperatingState) -> float:
         """Power of the air in an equilibrium [W]."""
