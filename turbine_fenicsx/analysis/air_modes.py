@@ -8,8 +8,8 @@ rotation about the axis. With the matrices of `turning_modes` and the terms of `
     | zeta|    |     g_z X         g_v X    g_zeta + W J  | | zeta |
 
 whose eigenvalues are all found. There are hundreds, most of them of the air. Those of the structure
-are told apart by the share of a and a' in them, the sum of the products of left and right
-eigenvectors, which is 1 for an eigenvector without states and 0 for one of states alone.
+have a large share of a and a', the sum of the products of left and right eigenvectors: 1 without
+states, 0 for states alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from turbine_fenicsx.analysis.complex_modes import make_mode
 from turbine_fenicsx.analysis.cyclic_shift import CyclicShift, cyclic_shift
 from turbine_fenicsx.analysis.isotropy import check_isotropic
 from turbine_fenicsx.analysis.linear_system import LinearSystem
-from turbine_fenicsx.analysis.mode import Modes
+from turbine_fenicsx.analysis.mode import Mode, Modes
 from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
 from turbine_fenicsx.analysis.slepc import Pair
 from turbine_fenicsx.analysis.small_problem import find_allowed
@@ -45,6 +45,15 @@ MOTIONS = 100
 
 DEPENDENT = 1e-20
 """Part of the modal mass of the rotation below which it is a sum of the slowest modes."""
+
+VIBRATES = 0.1
+"""Least part of an eigenvalue that is frequency; motions of more damping creep back."""
+
+SLOW = 1e-3
+"""Growth below which nothing grows, relative to the speed: the angle of the rotor has none."""
+
+TURNS = 0.5
+"""Part of the modal mass of a motion from which on it is the rotation of a free rotor."""
 
 STRUCTURAL = 0.4
 """Least share of motions in a mode of the structure; the rest are motions of the air."""
@@ -71,7 +80,6 @@ def air_modes(
     count: int = 12,
     blades: int | None = 3,
     air: AirModel = AirModel(),
-    motions: int = MOTIONS,
 ) -> Modes:
     """Modes of a system that turns steadily in the air.
 
@@ -84,40 +92,134 @@ def air_modes(
         count: Number of modes.
         blades: As in `turning_modes`.
         air: How the air follows.
-        motions: Number of modes of the structure whose sums motions are.
 
     Returns:
-        The modes of the structure with the smallest eigenvalues, by rising frequency; those
-        without any frequency come first.
+        The modes, as of `AirProblem.find`.
 
     Raises:
-        InputError: if slepc4py is not installed.
-        ModelError: if nothing in the system has loads on sections, or multiblade coordinates do
-            not suit the rotor.
+        ModelError: as `AirProblem` does.
 
     Note:
         Collective.
     """
-    frame, linear = turning_frame(system, joint, speed, state), LinearSystem(system, state)
-    shift = meter = problem = None
+    problem = AirProblem(system, joint, speed, state, blades)
     try:
-        if blades is not None:
-            shift = cyclic_shift(frame, state, blades)
-            check_isotropic(frame, linear, shift)
-            meter = WhirlMeter(linear, shift, speed)
-        problem = turning_problem(frame, linear, shift)
-        X = _find_motions(frame, problem, motions)
-        terms = _find_terms(frame, linear.vectors, state, X, shift, air)
-        pairs = _find_pairs(problem, X, terms, count)
-        modes = [make_mode(problem, pair, False, meter) for pair in pairs]
-        for pair in pairs:
-            pair.destroy()
+        return problem.find(count, air)
     finally:
-        for thing in (problem, meter, shift, linear):
+        problem.destroy()
+
+
+class AirProblem:
+    """Motions and air about a state of steady rotation.
+
+    Args:
+        system: As in `air_modes`.
+        joint: As in `air_modes`.
+        speed: As in `air_modes`.
+        state: As in `air_modes`.
+        blades: As in `air_modes`.
+        motions: Number of modes of the structure whose sums motions are.
+
+    Attributes:
+        stiffness: X^T K X, shape (m, m) [1/s^2].
+        damping: X^T D X, shape (m, m) [1/s].
+        terms: Of the air, for each of the loads on sections.
+        turned: The rotation of what turns as a sum of the motions, of unit modal mass.
+
+    Raises:
+        ModelError: if nothing in the system has loads on sections, or multiblade coordinates do
+            not suit the rotor.
+
+    Note:
+        Collective, as are all methods.
+    """
+
+    def __init__(
+        self,
+        system: MultibodySystem,
+        joint: str,
+        speed: float,
+        state: State,
+        blades: int | None = 3,
+        motions: int = MOTIONS,
+    ) -> None:
+        self._frame, self._blades = turning_frame(system, joint, speed, state), blades
+        self._linear = LinearSystem(system, state)
+        self._shift = self._meter = self._problem = None
+        try:
+            if blades is not None:
+                self._shift = cyclic_shift(self._frame, state, blades)
+                check_isotropic(self._frame, self._linear, self._shift)
+                self._meter = WhirlMeter(self._linear, self._shift, speed)
+            problem = self._problem = turning_problem(self._frame, self._linear, self._shift)
+            X = self._X = _find_motions(self._frame, problem, motions)
+            vectors = self._linear.vectors
+            self.terms = _find_terms(self._frame, vectors, state, X, self._shift)
+            self.damping = np.zeros((X.shape[1],) * 2)
+            if problem.damping is not None:
+                self.damping = _project(problem.damping, vectors, X)
+            self.stiffness = _project(problem.stiffness, vectors, X)
+            rotation = _find_rotation(self._frame, self._linear)[:, None]
+            along = X.T @ _multiply(self._linear.mass, vectors, rotation)
+            along = sum_over_ranks(system.comm, along)[:, 0]
+            self.turned: Array = along / np.linalg.norm(along)
+        except BaseException:
+            self.destroy()
+            raise
+
+    def find(self, count: int, air: AirModel = AirModel()) -> Modes:
+        """The vibrations of the structure with the smallest eigenvalues, by rising frequency.
+
+        Motions that grow without vibration come first. Those that decay without any are left out,
+        and so is the rotation of a free rotor, which changes its speed slowly.
+
+        Args:
+            count: How many.
+            air: How the air follows.
+        """
+        terms = [terms.freeze(air.frozen).follow(air.instant) for terms in self.terms]
+        return self._find(count, _assemble(self.damping, self.stiffness, terms))
+
+    def find_still(self, count: int) -> Modes:
+        """The same modes where loads of the air stay as they are."""
+        return self._find(count, _assemble(self.damping, self.stiffness, []))
+
+    def _find(self, count: int, A: Array) -> Modes:
+        """The modes of a matrix of first order."""
+        frame, linear = self._frame, self._linear
+        assert self._problem is not None
+        values, motions = on_rank0(frame.system.comm, lambda: _solve(A, self.turned))
+        modes = list[Mode]()
+        for s, a in zip(values, motions.T, strict=True):
+            if len(modes) == count:
+                break
+            parts = linear.vectors.new_vector(), linear.vectors.new_vector()
+            for part, values_of in zip(parts, (a.real, a.imag), strict=True):
+                part.array[:] = self._X @ values_of
+            pair = Pair(complex(s), parts)
+            mode = make_mode(self._problem, pair, False, self._meter)
+            pair.destroy()
+            if self._lasts(mode):
+                modes.append(mode)
+            else:
+                mode.destroy()
+        modes.sort(key=lambda mode: (mode.eigenvalue.imag, abs(mode.eigenvalue)))
+        return Modes(linear.state, tuple(modes), frame.joint, frame.speed, self._blades)
+
+    def _lasts(self, mode: Mode) -> bool:
+        """Whether a mode vibrates, seen from what turns, or grows."""
+        s, speed, whirl = mode.eigenvalue, abs(self._frame.speed), mode.whirl
+        if s.real > SLOW * speed:
+            return True
+        ways = {} if whirl is None else {"forward": -speed, "backward": speed}
+        frequency = s.imag + ways.get(whirl.name if whirl else "", 0.0)
+        return bool(abs(frequency) > VIBRATES * np.hypot(frequency, s.real))
+
+    def destroy(self) -> None:
+        """Free the matrices."""
+        for thing in (self._problem, self._meter, self._shift, self._linear):
             if thing is not None:
                 thing.destroy()
-    modes.sort(key=lambda mode: (mode.eigenvalue.imag, abs(mode.eigenvalue)))
-    return Modes(state, tuple(modes), joint, speed, blades)
 
 
 def _find_motions(frame: TurningFrame, problem: QuadraticProblem, number: int) -> Array:
@@ -159,6 +261,11 @@ def _find_rotation(frame: TurningFrame, linear: LinearSystem) -> Array:
 
 def _project(matrix: PETSc.Mat, vectors: FlatVectors, X: Array) -> Array:
     """X^T A X. Collective."""
+    return sum_over_ranks(vectors.system.comm, X.T @ _multiply(matrix, vectors, X))
+
+
+def _multiply(matrix: PETSc.Mat, vectors: FlatVectors, X: Array) -> Array:
+    """A X, this rank's rows. Collective."""
     x, y = vectors.new_vector(), vectors.new_vector()
     image = np.empty_like(X)
     for j in range(X.shape[1]):
@@ -167,7 +274,7 @@ def _project(matrix: PETSc.Mat, vectors: FlatVectors, X: Array) -> Array:
         image[:, j] = y.array_r
     x.destroy()
     y.destroy()
-    return sum_over_ranks(vectors.system.comm, X.T @ image)
+    return image
 
 
 def _find_terms(
@@ -176,7 +283,6 @@ def _find_terms(
     state: State,
     X: Array,
     shift: CyclicShift | None,
-    air: AirModel,
 ) -> list[AirTerms]:
     """Terms of all loads on sections."""
     system = frame.system
@@ -187,31 +293,9 @@ def _find_terms(
     rows = vectors.split_rows(X)
     return [
         find_air_terms(frame, body, loads, state, rows[body], shift)
-        .freeze(air.frozen)
-        .follow(air.instant)
         for body, model in enumerate(system.flexible_models)
         for loads in model.section_loads
     ]
-
-
-def _find_pairs(
-    problem: QuadraticProblem, X: Array, terms: list[AirTerms], count: int
-) -> list[Pair]:
-    """Eigenvalues of the structure with their motions, by rising size."""
-    vectors = problem.linear.vectors
-    D, K = (
-        np.zeros((X.shape[1],) * 2) if A is None else _project(A, vectors, X)
-        for A in (problem.damping, problem.stiffness)
-    )
-    A = _assemble(D, K, terms)
-    values, motions = on_rank0(vectors.system.comm, lambda: _solve(A, X.shape[1], count))
-    pairs = []
-    for s, a in zip(values, motions.T, strict=True):
-        parts = vectors.new_vector(), vectors.new_vector()
-        for part, values_of in zip(parts, (a.real, a.imag), strict=True):
-            part.array[:] = X @ values_of
-        pairs.append(Pair(complex(s), parts))
-    return pairs
 
 
 def _assemble(D: Array, K: Array, terms: list[AirTerms]) -> Array:
@@ -230,12 +314,18 @@ def _assemble(D: Array, K: Array, terms: list[AirTerms]) -> Array:
     return A
 
 
-def _solve(A: Array, m: int, count: int) -> tuple[Array, Array]:
-    """Eigenvalues of the structure by rising size, one of each pair, and their a, shape (m, k)."""
+def _solve(A: Array, rotation: Array) -> tuple[Array, Array]:
+    """Eigenvalues of the structure by rising size, one of each pair, and their a, shape (m, k).
+
+    Args:
+        rotation: The rotation of what turns, of unit modal mass, shape (m,).
+    """
+    m = len(rotation)
     values, left, right = eig(A, left=True, right=True)
     products = left.conj() * right
-    of_motions = products[: 2 * m].sum(axis=0) / products.sum(axis=0)
-    structural = (np.abs(of_motions) >= STRUCTURAL) & (values.imag >= 0.0)
-    chosen = np.flatnonzero(structural)
-    chosen = chosen[np.argsort(np.abs(values[chosen]))][:count]
-    return values[chosen], right[:m, chosen]
+    of_motions = np.abs(products[: 2 * m].sum(axis=0) / products.sum(axis=0))
+    a = right[:m]
+    turns = np.abs(rotation @ a) ** 2 > TURNS * np.sum(np.abs(a) ** 2, axis=0)
+    numbers = np.flatnonzero((of_motions >= STRUCTURAL) & (values.imag >= 0.0) & ~turns)
+    numbers = numbers[np.argsort(np.abs(values[numbers]))]
+    return values[numbers], a[:, numbers]

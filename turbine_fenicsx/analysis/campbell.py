@@ -166,8 +166,7 @@ class ModeFollower:
     def continue_at(self, before: Modes, speed: float, halvings: int = HALVINGS) -> Modes:
         """Those modes at another speed, in the same order."""
         modes = self._find(speed, ADDITIONAL_MODES)
-        change = abs(speed - before.speed)
-        partners, quality = _match(self._criteria(before, modes), before.modes, modes.modes, change)
+        partners, quality = find_partners(self._system, before, modes)
         if quality.min() < FOLLOWED and halvings:
             modes.destroy()
             modes.state.destroy()
@@ -191,41 +190,55 @@ class ModeFollower:
                 speed * RPM,
                 quality[k],
             )
-        chosen = set(partners.tolist())
-        for k, mode in enumerate(modes.modes):
-            if k not in chosen:
-                mode.destroy()
-        return replace(modes, modes=tuple(modes.modes[k] for k in partners))
+        return choose(modes, partners)
 
     def _warn(self, sentence: str, *values: float) -> None:
         """Log a warning once."""
         if self._system.comm.rank == 0:
             log.warning(sentence, *values)
 
-    def _criteria(self, before: Modes, after: Modes) -> Array:
-        """MAC of each mode before and after, shape (modes before, modes after). Collective."""
-        masses = self._system.rigid_model.masses
-        products = [m.new_vector() for m in self._system.flexible_models]
-        criteria = np.zeros((len(before.modes), len(after.modes)))
-        first = [_parts(mode) for mode in before.modes]
-        for k, mode in enumerate(after.modes):
-            sums = np.zeros((len(first), 2, 2))
-            for c, motion in enumerate(_parts(mode)):
-                for body, model in enumerate(self._system.flexible_models):
-                    model.momentum(motion.u[body], products[body])
-                for i, parts in enumerate(first):
-                    for r, other in enumerate(parts):
-                        sums[i, r, c] = sum(
-                            p.dot(u) for p, u in zip(products, other.u, strict=True)
-                        )
-                        sums[i, r, c] += other.q @ (masses * motion.q)
-            # (a - i b) . M (a' + i b')
-            real = sums[:, 0, 0] + sums[:, 1, 1]
-            imaginary = sums[:, 0, 1] - sums[:, 1, 0]
-            criteria[:, k] = real**2 + imaginary**2
-        for vector in products:
-            vector.destroy()
-        return criteria
+
+def choose(modes: Modes, numbers: IntArray) -> Modes:
+    """Some modes in an order; the others are freed. Collective."""
+    chosen = set(numbers.tolist())
+    for k, mode in enumerate(modes.modes):
+        if k not in chosen:
+            mode.destroy()
+    return replace(modes, modes=tuple(modes.modes[k] for k in numbers))
+
+
+def find_partners(system: MultibodySystem, before: Modes, after: Modes) -> tuple[IntArray, Array]:
+    """Which mode follows each of those before, and its MAC with all of its frequency. Collective.
+
+    Args:
+        after: Modes at another place, at least as many.
+    """
+    criteria = _find_criteria(system, before, after)
+    return _match(criteria, before.modes, after.modes, abs(after.speed - before.speed))
+
+
+def _find_criteria(system: MultibodySystem, before: Modes, after: Modes) -> Array:
+    """MAC of each mode before and after, shape (modes before, modes after). Collective."""
+    masses = system.rigid_model.masses
+    products = [m.new_vector() for m in system.flexible_models]
+    criteria = np.zeros((len(before.modes), len(after.modes)))
+    first = [_parts(mode) for mode in before.modes]
+    for k, mode in enumerate(after.modes):
+        sums = np.zeros((len(first), 2, 2))
+        for c, motion in enumerate(_parts(mode)):
+            for body, model in enumerate(system.flexible_models):
+                model.momentum(motion.u[body], products[body])
+            for i, parts in enumerate(first):
+                for r, other in enumerate(parts):
+                    sums[i, r, c] = sum(p.dot(u) for p, u in zip(products, other.u, strict=True))
+                    sums[i, r, c] += other.q @ (masses * motion.q)
+        # (a - i b) . M (a' + i b')
+        real = sums[:, 0, 0] + sums[:, 1, 1]
+        imaginary = sums[:, 0, 1] - sums[:, 1, 0]
+        criteria[:, k] = real**2 + imaginary**2
+    for vector in products:
+        vector.destroy()
+    return criteria
 
 
 def _parts(mode: Mode) -> list[Motion]:

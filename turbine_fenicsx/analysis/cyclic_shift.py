@@ -28,7 +28,7 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.spatial import cKDTree
 
-from turbine_fenicsx.analysis.turning_frame import TurningFrame
+from turbine_fenicsx.analysis.turning_frame import TurningFrame, turning_frame
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.foundation.types import Array, IntArray
@@ -81,10 +81,10 @@ def cyclic_shift(frame: TurningFrame, state: State, blades: int) -> CyclicShift:
             f"multiblade coordinates need a rotor of three or more equal blades, got {blades!r}: "
             "with two the equations of the whole turbine change with the azimuth"
         )
-    R = rotation_about(frame.axis, 2.0 * np.pi / blades)
+    R = _turn_by_one(frame, blades)
     models = frame.system.flexible_models
     shifts = tuple(
-        _shift_body(model, _find_sources(frame, k, u, R), R, blades) if turns else None
+        _shift_body(model, _find_sources(frame, k, u, blades), R, blades) if turns else None
         for k, (model, u, turns) in enumerate(
             zip(models, state.u, frame.flexible_turns, strict=True)
         )
@@ -112,7 +112,7 @@ def find_weight(j: int, blades: int) -> float:
     return float(2.0 / blades * np.sin(2.0 * np.pi * j / blades))
 
 
-def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, R: Array) -> IntArray:
+def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, blades: int) -> IntArray:
     """Numbers of the nodes that come to lie on those that this rank owns, -1 for none.
 
     Args:
@@ -121,8 +121,8 @@ def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, R: Array) -> IntArr
     """
     model = frame.system.flexible_models[k]
     if model.is_small:
-        return _find_copies(frame, model, R)
-    arms = frame.body_arms(k, u)
+        return _find_copies(frame, model, blades)
+    arms, R = frame.body_arms(k, u), _turn_by_one(frame, blades)
     everywhere = np.concatenate(model.comm.allgather(arms))
     reach = np.max(np.linalg.norm(everywhere, axis=1))
     far, sources = cKDTree(everywhere).query(arms @ R)
@@ -130,9 +130,18 @@ def _find_sources(frame: TurningFrame, k: int, u: PETSc.Vec, R: Array) -> IntArr
     return found
 
 
-def _find_copies(frame: TurningFrame, model: BodyModel, R: Array) -> IntArray:
-    """As `_find_sources`: the vectors of one copy come to lie on those of another."""
-    size = model.dense_block // 3
+def _turn_by_one(frame: TurningFrame, blades: int) -> Array:
+    """R, which takes each blade to the next."""
+    return rotation_about(frame.axis, 2.0 * np.pi / blades)
+
+
+def _find_copies(frame: TurningFrame, model: BodyModel, blades: int) -> IntArray:
+    """As `_find_sources`: the vectors of one copy come to lie on those of another.
+
+    Copies stand where they are placed, about the axis of the joint before it moves.
+    """
+    frame = turning_frame(frame.system, frame.joint, frame.speed)
+    size, R = model.dense_block // 3, _turn_by_one(frame, blades)
     ends = [  # the origin of each copy, and points one metre along its axes, from the axis
         t - frame.point + np.vstack([np.zeros(3), A.T])
         for A, t in (placement.frame() for placement in model.body.placements)

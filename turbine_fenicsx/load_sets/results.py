@@ -36,7 +36,7 @@ def format_runs(
             {
                 "run": name,
                 "situation": each.situation,
-                "wind_speed_[m/s]": each.wind,
+                WIND: each.wind,
                 "yaw_error_[deg]": round(degrees(each.yaw_error), 9),
                 "variant": each.variant,
                 "seed": "" if each.seed is None else each.seed,

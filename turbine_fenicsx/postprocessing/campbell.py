@@ -1,4 +1,4 @@
-"""The Campbell diagram: frequencies over the speed of the rotor, drawn from ``campbell.csv``."""
+"""The Campbell diagram: frequencies over the speed of rotor or wind, from ``campbell.csv``."""
 
 import os
 import warnings
@@ -20,6 +20,7 @@ _KINDS = ("flap", "edge", "fore-aft", "side-side", "twist")
 """Words in the names of modes that have a separate colour."""
 
 _GREY = "#777777"
+_DASHED: dict[str, Any] = {"color": "#999999", "lw": 0.9, "ls": (0, (5, 3))}
 _GAP = 0.031
 """Distance of two names over the height of the panel."""
 
@@ -43,7 +44,8 @@ def plot_campbell(csv_path: str | os.PathLike[str], png: str | os.PathLike[str])
         if damped:
             figure.set_size_inches(9.2, 9.6)
             _draw_damping(axes[1], branches)
-        axes[-1].set_xlabel("speed of the rotor [rpm]")
+        in_wind = branches[0].winds is not None
+        axes[-1].set_xlabel("wind speed [m/s]" if in_wind else "speed of the rotor [rpm]")
         try:
             figure.savefig(png)
         except OSError as error:
@@ -57,9 +59,21 @@ def _draw_frequencies(axes: Any, branches: Sequence[Branch]) -> None:
     """Frequencies, multiples of the speed, and names."""
     top = 1.06 * max(float(b.frequencies.max()) for b in branches)
     _draw_branches(axes, branches, [b.frequencies for b in branches], top)
+    if branches[0].winds is None:
+        _draw_harmonics(axes, top)
+    else:
+        for n in HARMONICS:
+            axes.plot(branches[0].winds, n * np.abs(branches[0].speeds) / 60.0, **_DASHED)
+    axes.set_ylim(0.0, top)
+    axes.set_ylabel("frequency [Hz]")
+    axes.set_title("Campbell diagram")
+
+
+def _draw_harmonics(axes: Any, top: float) -> None:
+    """Multiples of the speed, with their names."""
     speeds = np.array(sorted([0.0, *axes.get_xlim()]))
     for n in HARMONICS:
-        axes.plot(speeds, n * np.abs(speeds) / 60.0, color="#999999", lw=0.9, ls=(0, (5, 3)))
+        axes.plot(speeds, n * np.abs(speeds) / 60.0, **_DASHED)
         far = speeds[np.abs(speeds).argmax()]
         place = 0.93 * min(1.0, 60.0 * top / (n * abs(far))) * far
         axes.text(
@@ -72,9 +86,6 @@ def _draw_frequencies(axes: Any, branches: Sequence[Branch]) -> None:
             fontsize=9.0,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
         )
-    axes.set_ylim(0.0, top)
-    axes.set_ylabel("frequency [Hz]")
-    axes.set_title("Campbell diagram")
 
 
 def _draw_damping(axes: Any, branches: Sequence[Branch]) -> None:
@@ -94,14 +105,14 @@ def _draw_branches(
     bottom: float = 0.0,
 ) -> None:
     """A line for each mode, and its name to the right of it."""
-    speeds = branches[0].speeds
+    speeds = branches[0].places
     axes.set_xlim(float(speeds.min()), float(speeds.max()))
     axes.set_ylim(bottom, top)
     heights = spread([(float(y[-1]) - bottom) / (top - bottom) for y in values], _GAP)
     for branch, y, height in zip(branches, values, heights, strict=True):
         colour = _choose_colour(branch.name)
         marker = "o" if len(speeds) < 30 else ""
-        axes.plot(branch.speeds, y, color=colour, marker=marker, ms=2.5)
+        axes.plot(branch.places, y, color=colour, marker=marker, ms=2.5)
         axes.annotate(
             branch.name,
             (1.0, (float(y[-1]) - bottom) / (top - bottom)),

@@ -17,7 +17,7 @@ from turbine_fenicsx.records.names import split_unit
 from turbine_fenicsx.records.steady_tables import BLADE, SPAN, STEADY, WIND, read_steady
 
 OVER_WIND = (
-    *(names.ROTOR_SPEED, "pitch_[deg]", names.AERO_POWER),
+    *(names.ROTOR_SPEED, names.PITCH, names.AERO_POWER),
     *(names.AERO_THRUST, names.AERO_TORQUE, "power_coefficient_[-]"),
     *("thrust_coefficient_[-]", "tip_deflection_x_[m]", "tip_rotation_z_[deg]"),
     *("root_moment_x_[Nm]", "root_moment_y_[Nm]", "tower_base_moment_y_[Nm]"),

@@ -55,18 +55,25 @@ def read_table(path: str | os.PathLike[str]) -> list[dict[str, float | str]]:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A mode that is followed over the speed.
+    """A mode that is followed over the speed of the rotor, or of the wind.
 
     Args:
         speeds: Shape (n,) [rpm].
         frequencies: Shape (n,) [Hz].
         damping_ratios: Shape (n,).
+        winds: Shape (n,) [m/s]; None without wind.
     """
 
     name: str
     speeds: NDArray[np.float64]
     frequencies: NDArray[np.float64]
     damping_ratios: NDArray[np.float64]
+    winds: NDArray[np.float64] | None = None
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Winds, or speeds of the rotor without any."""
+        return self.speeds if self.winds is None else self.winds
 
 
 def read_campbell(path: str | os.PathLike[str]) -> list[Branch]:
@@ -75,10 +82,9 @@ def read_campbell(path: str | os.PathLike[str]) -> list[Branch]:
     found: dict[float, list[dict[str, float | str]]] = {}
     for row in read_table(path):
         found.setdefault(float(row[names.MODE]), []).append(row)
-    return [
-        Branch(
-            str(rows[-1][names.MODE_NAME]),
-            *(np.array([float(row[column]) for row in rows]) for column in columns),
-        )
-        for rows in found.values()
-    ]
+    branches = []
+    for rows in found.values():
+        given = [c for c in (*columns, names.WIND_SPEED) if c in rows[0]]
+        values = (np.array([float(row[column]) for row in rows]) for column in given)
+        branches.append(Branch(str(rows[-1][names.MODE_NAME]), *values))
+    return branches

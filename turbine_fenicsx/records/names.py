@@ -23,6 +23,8 @@ KRYLOV_ITERATIONS = "krylov_iterations"
 WALL_TIME = "wall_time_[s]"
 
 SPEED = "speed_[rpm]"
+WIND_SPEED = "wind_speed_[m/s]"
+PITCH = "pitch_[deg]"
 MODE = "mode"
 FREQUENCY = "frequency_[Hz]"
 DAMPING_RATIO = "damping_ratio_[-]"

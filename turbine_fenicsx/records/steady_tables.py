@@ -17,7 +17,7 @@ from turbine_fenicsx.records import names
 from turbine_fenicsx.records.number_tables import read_columns
 from turbine_fenicsx.records.row_file import write_table
 
-WIND, SPAN = "wind_speed_[m/s]", "span_[-]"
+WIND, SPAN = names.WIND_SPEED, "span_[-]"
 """Columns of the wind speed, and of the place as a fraction of the length of the blade."""
 
 STEADY, BLADE, LAYOUT = "steady.csv", "steady_blade.csv", "steady.yaml"
@@ -64,7 +64,7 @@ def _lay_out(numbers: Numbers, along: Along) -> dict[str, object]:
         "configuration": {
             "wind_speed": float(numbers[WIND]),
             "rotor_speed": float(numbers[names.ROTOR_SPEED]),
-            "pitch": float(numbers["pitch_[deg]"]),
+            "pitch": float(numbers[names.PITCH]),
             "tip_speed_ratio": float(numbers["tip_speed_ratio_[-]"]),
         },
         "outputs": {

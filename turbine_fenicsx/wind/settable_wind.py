@@ -1,4 +1,4 @@
-"""A steady wind whose speed is set from outside."""
+"""A steady wind whose speed and direction are set from outside."""
 
 from __future__ import annotations
 
@@ -21,6 +21,15 @@ class SettableWind:
     def set_speed(self, speed: float) -> None:
         """Blow at this speed at the height of the hub from now on [m/s]."""
         self._wind = replace(self._wind, speed=speed)
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Direction and upward angle [rad]."""
+        return self._wind.direction, self._wind.inclination
+
+    def set_angles(self, direction: float, inclination: float) -> None:
+        """Blow in this direction from now on [rad]."""
+        self._wind = replace(self._wind, direction=direction, inclination=inclination)
 
     def velocity(self, position: Array, time: float) -> Array:
         """As `Inflow.velocity`."""

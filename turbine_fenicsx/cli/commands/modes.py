@@ -1,8 +1,8 @@
 """Find the modes of a turbine, at rest or turning: frequencies, damping, shapes.
 
-Small vibrations about the equilibrium under the weight, or about steady rotation without weight.
-Several speeds give a Campbell diagram. With -o, the tables go to modes.csv and campbell.csv, the
-shapes to modes.xdmf, which ParaView and the command render draw.
+Small vibrations about the equilibrium under the weight, or about steady rotation without weight,
+in still air or in steady wind. Several speeds give a Campbell diagram. With -o, the tables go to
+modes.csv and campbell.csv, the shapes to modes.xdmf, which ParaView and the command render draw.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from math import isfinite, pi
+from math import degrees, isfinite, pi
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import (
@@ -22,6 +22,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
+from turbine_fenicsx.cli.commands.steady import parse_winds
 from turbine_fenicsx.foundation.errors import InputError
 
 MAX_SPEEDS = 200
@@ -53,6 +54,25 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="speeds of a Campbell diagram, START:END:STEP with a unit, for example 0:14:2 rpm",
     )
     speed.add_argument("--at-rest", action="store_true", help="with a rotor that does not turn")
+    speed.add_argument(
+        "--wind",
+        metavar="WINDS",
+        help="in steady wind, with what the air does to them: speeds in m/s, START:END:STEP or "
+        "separated by commas, for example 3:25:1",
+    )
+    parser.add_argument(
+        "--schedule",
+        metavar="FILE",
+        help="with --wind: speed and pitch over the wind, as of the command steady",
+    )
+    parser.add_argument(
+        "--frozen-wake", action="store_true", help="with --wind: the wake does not follow"
+    )
+    parser.add_argument(
+        "--quasi-steady",
+        action="store_true",
+        help="with --wind: lift follows without any delay, also in stall",
+    )
     parser.add_argument(
         "--lock",
         metavar="NAME",
@@ -72,6 +92,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, comm: Any) -> int:
     """Find the modes and print them."""
     speeds = _speeds(options)
+    winds = None if options.wind is None else parse_winds(options.wind)
+    _check_air(options)
     if options.count is not None and options.count < 1:
         raise InputError(f"--count {options.count}: must be at least 1")
     case = load_case(options, comm)
@@ -79,22 +101,13 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     from turbine_fenicsx.foundation.errors import FileError, StepFailure
     from turbine_fenicsx.foundation.interrupts import catch_signals
     from turbine_fenicsx.foundation.parallel import on_rank0
-    from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
 
-    if speeds is None:
-        speeds = (case.turbine.rotor_speed,)
-    wanted = ModesWanted(options.count, speeds, tuple(dict.fromkeys(options.lock)))
     try:
         with catch_signals() as interrupt:
-            _, files = find_modes(
-                case,
-                options.out,
-                comm,
-                wanted,
-                force=options.force,
-                overwrite=options.overwrite,
-                found=lambda table: _show(table, wanted, options, comm) or interrupt(),
-            )
+            if winds is None:
+                files = _find(case, options, comm, speeds, interrupt)
+            else:
+                files = _find_in_wind(case, options, comm, winds, interrupt)
     except StepFailure as failure:
         return fail(comm, str(failure), NOT_CONVERGED)
     except FileError as error:
@@ -106,6 +119,88 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if comm.allreduce(bool(interrupt.received)):
         raise KeyboardInterrupt
     return OK
+
+
+def _check_air(options: argparse.Namespace) -> None:
+    """Refuse what only wind has."""
+    given = {
+        "--schedule": options.schedule is not None,
+        "--frozen-wake": options.frozen_wake,
+        "--quasi-steady": options.quasi_steady,
+    }
+    without = [name for name, there in given.items() if there]
+    if without and options.wind is None:
+        raise InputError(f"{without[0]} needs --wind")
+
+
+def _find(
+    case: Any,
+    options: argparse.Namespace,
+    comm: Any,
+    speeds: tuple[float, ...] | None,
+    interrupt: Any,
+) -> list[str]:
+    """Find the modes without air; names of the files."""
+    from turbine_fenicsx.turbine.modes.find_modes import ModesWanted, find_modes
+
+    speeds = (case.turbine.rotor_speed,) if speeds is None else speeds
+    wanted = ModesWanted(options.count, speeds, tuple(dict.fromkeys(options.lock)))
+    _, files = find_modes(
+        case,
+        options.out,
+        comm,
+        wanted,
+        force=options.force,
+        overwrite=options.overwrite,
+        found=lambda table: _show(table, wanted, options, comm) or interrupt(),
+    )
+    return files
+
+
+def _find_in_wind(
+    case: Any, options: argparse.Namespace, comm: Any, winds: list[float], interrupt: Any
+) -> list[str]:
+    """Find the modes in wind; names of the files."""
+    from turbine_fenicsx.cli.commands._progress import show_making
+    from turbine_fenicsx.turbine.modes.wind_modes import COUNT, WindModesWanted, find_wind_modes
+
+    wanted = WindModesWanted(
+        winds,
+        options.count or COUNT,
+        options.schedule,
+        frozen_wake=options.frozen_wake,
+        quasi_steady=options.quasi_steady,
+        locked=tuple(dict.fromkeys(options.lock)),
+    )
+    with show_making(comm, options.quiet):
+        _, files = find_wind_modes(
+            case,
+            options.out,
+            comm,
+            wanted,
+            overwrite=options.overwrite,
+            found=lambda table: _show_in_wind(table, winds, options, comm) or interrupt(),
+        )
+    return files
+
+
+def _show_in_wind(table: Any, winds: list[float], options: argparse.Namespace, comm: Any) -> bool:
+    """Print the least damped mode at a wind speed, and all modes at the last."""
+    from turbine_fenicsx.turbine.modes.mode_files import RPM, format_modes
+
+    if comm.rank > 0 or options.quiet:
+        return False
+    place, number = table.place, winds.index(table.place.wind) + 1
+    moving = [row for row in table.rows if row.frequency]
+    least = min(moving, key=lambda row: row.damping_ratio, default=None)
+    words = "" if least is None else f": least damping {100.0 * least.damping_ratio:.2f} %"
+    words += "" if least is None else f", {least.frequency:.3f} Hz, {least.name}"
+    at = f"{place.wind:g} m/s, {place.speed * RPM:.4g} rpm, pitch {degrees(place.pitch):.4g} deg"
+    print(f"wind {number} of {len(winds)}: {at}{words}", file=sys.stderr, flush=True)
+    if place.wind == winds[-1]:
+        print(f"modes at {at}; frequencies are those seen from the ground")
+        print(format_modes(table), flush=True)
+    return False
 
 
 def _speeds(options: argparse.Namespace) -> tuple[float, ...] | None:
@@ -122,12 +217,12 @@ def _show(table: Any, wanted: Any, options: argparse.Namespace, comm: Any) -> bo
     from turbine_fenicsx.turbine.modes.mode_files import RPM, format_modes
 
     if comm.rank == 0 and not options.quiet:
-        speed = f"{table.speed * RPM:.4g} rpm"
+        speed = f"{table.place.speed * RPM:.4g} rpm"
         if len(wanted.speeds) > 1:
-            place = wanted.speeds.index(table.speed) + 1
+            place = wanted.speeds.index(table.place.speed) + 1
             print(f"speed {place} of {len(wanted.speeds)}: {speed}", file=sys.stderr, flush=True)
-        if table.speed == wanted.speeds[-1]:
-            print(f"modes at {speed}" if table.speed else "modes at rest")
+        if table.place.speed == wanted.speeds[-1]:
+            print(f"modes at {speed}" if table.place.speed else "modes at rest")
             print(format_modes(table), flush=True)
     return False
 

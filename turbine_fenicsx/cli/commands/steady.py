@@ -125,7 +125,7 @@ class _Shown:
             print("    m/s     rpm     deg      MW      MN      -      -      m")
             self._headed = True
         print(
-            f"{n['wind_speed_[m/s]']:7.2f} {n[names.ROTOR_SPEED]:7.3f} {n['pitch_[deg]']:7.3f} "
+            f"{n[names.WIND_SPEED]:7.2f} {n[names.ROTOR_SPEED]:7.3f} {n[names.PITCH]:7.3f} "
             f"{1e-6 * n[names.AERO_POWER]:7.3f} {1e-6 * n[names.AERO_THRUST]:7.4f} "
             f"{n['power_coefficient_[-]']:6.3f} {n['thrust_coefficient_[-]']:6.3f} "
             f"{n['tip_deflection_x_[m]']:6.2f}",

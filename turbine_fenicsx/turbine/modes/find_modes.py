@@ -5,13 +5,11 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from mpi4py import MPI
-
-import numpy as np
 
 from turbine_fenicsx.analysis.campbell import ModeFollower
 from turbine_fenicsx.analysis.damped_modes import damped_modes
@@ -29,8 +27,6 @@ from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.records.folder_lock import lock_folder
 from turbine_fenicsx.records.output_folder import (
     keep_results,
-    make_target_folder,
-    remove_results,
 )
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
@@ -38,9 +34,8 @@ from turbine_fenicsx.turbine.components.brakes import Brakes
 from turbine_fenicsx.turbine.components.component import Turbine
 from turbine_fenicsx.turbine.components.model import build_turbine, list_components
 from turbine_fenicsx.turbine.components.nacelle import ROTOR, YAW
-from turbine_fenicsx.turbine.modes.mode_files import ModeTable, write_shapes, write_tables
-from turbine_fenicsx.turbine.modes.mode_table import describe_modes
-from turbine_fenicsx.turbine.run.resume import write_case
+from turbine_fenicsx.turbine.modes.mode_files import ModeTable, Place
+from turbine_fenicsx.turbine.modes.mode_series import Found, find_series, free_modes, write_series
 from turbine_fenicsx.turbine.run.start import list_held, turn_blades
 
 log = logging.getLogger(__name__)
@@ -156,35 +151,12 @@ def _find(
     count = wanted.count or min(COUNT, free)
     more = min(ADDITIONAL_MODES, max(free - count, 0))
     at_each_speed = _find_turning if turning else _find_at_rest
-    tables: list[ModeTable] = []
-    files: list[str] = []
-    before: Modes | None = None
-    for speed in wanted.speeds:
-        try:
-            with end_immediately_alone(comm):
-                modes_here = at_each_speed(turbine, wanted, count + more, before)
-                named, rows = describe_modes(turbine, modes_here)
-        except KeyboardInterrupt:
-            if before is None:
-                raise
-            break
-        if before is not None:
-            _free(before)
-        before = named
-        tables.append(ModeTable(speed, tuple(rows[:count])))
-        if comm.allreduce(bool(found(tables[-1]))):
-            break
-    assert before is not None
-    for mode in before.modes[count:]:
-        mode.destroy()
-    last = replace(before, modes=before.modes[:count])
-    if folder is not None:
-        on_rank0(comm, partial(make_target_folder, folder))
-        on_rank0(comm, partial(remove_results, folder))
-        write_case(case, folder, comm)
-        files += write_tables(folder, turbine, tables)
-        files.append(write_shapes(folder, turbine, last, tables[-1]))
-    _free(last)
+    finders = [
+        partial(at_each_speed, turbine, wanted, count + more, speed) for speed in wanted.speeds
+    ]
+    tables, last = find_series(turbine, finders, count, found)
+    files = [] if folder is None else write_series(case, turbine, folder, tables, last)
+    free_modes(last)
     return tables, files
 
 
@@ -205,7 +177,9 @@ def _leave_out_wind_and_control(case: Case, comm: MPI.Intracomm) -> Case:
     return case.model_copy(update=new)
 
 
-def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Modes | None) -> Modes:
+def _find_at_rest(
+    turbine: Turbine, wanted: ModesWanted, count: int, speed: float, before: Modes | None
+) -> Found:
     """The modes about the equilibrium, with what dampens them."""
     system = turbine.system
     start = _make_initial_state(turbine)
@@ -214,11 +188,13 @@ def _find_at_rest(turbine: Turbine, wanted: ModesWanted, count: int, before: Mod
     damped = any(force.kind == "dissipative" for force in system.motion_forces) or any(
         model.is_viscous for model in system.flexible_models
     )
-    return (damped_modes if damped else modes)(system, state, count)
+    return Found((damped_modes if damped else modes)(system, state, count), Place(speed))
 
 
-def _find_turning(turbine: Turbine, wanted: ModesWanted, count: int, before: Modes | None) -> Modes:
-    """The modes at the next speed, in the order of those before."""
+def _find_turning(
+    turbine: Turbine, wanted: ModesWanted, count: int, speed: float, before: Modes | None
+) -> Found:
+    """The modes at a speed, in the order of those before."""
     carried = turbine.case.tower.flexible or YAW not in wanted.locked
     blades = len(BLADES) if carried else None
     start = _make_initial_state(turbine)
@@ -226,9 +202,8 @@ def _find_turning(turbine: Turbine, wanted: ModesWanted, count: int, before: Mod
         held = [name for name in _list_held(turbine, wanted) if name != ROTOR]
         follower = ModeFollower(turbine.system, ROTOR, count, blades, start, held)
         if before is None:
-            return follower.start(wanted.speeds[0])
-        place = [abs(speed - before.speed) for speed in wanted.speeds]
-        return follower.continue_at(before, wanted.speeds[int(np.argmin(place)) + 1])
+            return Found(follower.start(speed), Place(speed))
+        return Found(follower.continue_at(before, speed), Place(speed))
     finally:
         start.destroy()
 
@@ -236,12 +211,6 @@ def _find_turning(turbine: Turbine, wanted: ModesWanted, count: int, before: Mod
 def _list_held(turbine: Turbine, wanted: ModesWanted) -> list[str]:
     """Joint coordinates that no brake holds, nor anything else."""
     return [name for name in list_held(turbine.case, turbine.system) if name not in wanted.locked]
-
-
-def _free(modes: Modes) -> None:
-    """Free modes and their state. Collective."""
-    modes.destroy()
-    modes.state.destroy()
 
 
 def _make_initial_state(turbine: Turbine) -> State:

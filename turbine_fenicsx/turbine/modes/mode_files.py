@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import pi
+from math import degrees, pi
 from pathlib import Path
 
 from turbine_fenicsx.analysis.mode import Modes
@@ -24,27 +24,39 @@ RPM = 30.0 / pi
 
 
 @dataclass(frozen=True)
-class ModeTable:
-    """The modes at one speed.
+class Place:
+    """Where modes are looked at.
 
     Args:
         speed: Of the rotor [rad/s].
+        wind: Speed of the wind [m/s]; None without air.
+        pitch: Of the blades in the wind [rad].
     """
 
     speed: float
+    wind: float | None = None
+    pitch: float = 0.0
+
+
+@dataclass(frozen=True)
+class ModeTable:
+    """The modes at one place."""
+
+    place: Place
     rows: tuple[ModeRow, ...]
 
 
 def write_tables(folder: Path, turbine: Turbine, tables: Sequence[ModeTable]) -> list[str]:
     """Write ``modes.csv``, and of several speeds ``campbell.csv``; their names. Collective."""
     rows = [
-        _make_row(table.speed, number, row)
+        _make_row(table.place, number, row)
         for table in tables
         for number, row in enumerate(table.rows, start=1)
     ]
     files = {"modes.csv": rows}
     if len(tables) > 1:
-        columns = (names.SPEED, names.MODE, names.FREQUENCY, names.DAMPING_RATIO, names.MODE_NAME)
+        columns = (*_make_head(tables[0].place), names.MODE, names.FREQUENCY)
+        columns = (*columns, names.DAMPING_RATIO, names.MODE_NAME)
         files["campbell.csv"] = [{column: row[column] for column in columns} for row in rows]
     for name, content in files.items():
         text = format_rows(content).encode()
@@ -65,7 +77,7 @@ def write_shapes(folder: Path, turbine: Turbine, modes: Modes, table: ModeTable)
 
 
 def format_modes(table: ModeTable) -> str:
-    """The modes at one speed as lines to read."""
+    """The modes at one place as lines to read."""
     parts = [part.replace("_", " ") for part in table.rows[0].shares]
     damped = any(abs(row.damping_ratio) > 5e-6 for row in table.rows)
     head = ["", "f [Hz]", *["damping"] * damped, *parts, "moves", "name"]
@@ -89,10 +101,18 @@ def format_modes(table: ModeTable) -> str:
     )
 
 
-def _make_row(speed: float, number: int, row: ModeRow) -> Row:
+def _make_head(place: Place) -> dict[str, float]:
+    """The first columns of ``modes.csv``."""
+    if place.wind is None:
+        return {names.SPEED: place.speed * RPM}
+    turning = {names.SPEED: place.speed * RPM, names.PITCH: degrees(place.pitch)}
+    return {names.WIND_SPEED: place.wind, **turning}
+
+
+def _make_row(place: Place, number: int, row: ModeRow) -> Row:
     """A row of ``modes.csv``."""
     return {
-        names.SPEED: speed * RPM,
+        **_make_head(place),
         names.MODE: number,
         names.FREQUENCY: row.frequency,
         names.DAMPING_RATIO: row.damping_ratio,

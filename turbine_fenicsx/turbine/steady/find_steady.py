@@ -20,12 +20,9 @@ from turbine_fenicsx.records.steady_tables import write_steady
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.run.resume import write_case
-from turbine_fenicsx.turbine.steady.operating_states import Schedule, find_schedule, read_schedule
+from turbine_fenicsx.turbine.steady.operating_states import Schedule, make_schedule
 from turbine_fenicsx.turbine.steady.steady_results import SteadyReader, SteadyState
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
-
-ROSCO = ".in"
-"""End of the name of an input file of ROSCO."""
 
 log = logging.getLogger(__name__)
 
@@ -68,7 +65,7 @@ def find_steady(
     _check(case)
     with lock_folder(comm, out) as folder:
         on_rank0(comm, lambda: keep_results(folder, "steady states", overwrite))
-        plan = on_rank0(comm, lambda: _plan(case, schedule))
+        plan = on_rank0(comm, lambda: make_schedule(case, schedule))
         with end_immediately_alone(comm):
             steady = SteadyTurbine(case, comm, azimuths)
             check_memory(steady.turbine.system, "lu", shared=False)
@@ -113,13 +110,6 @@ def _find(
     if near is not None:
         near.destroy()
     return states
-
-
-def _plan(case: Case, table: str | None) -> Schedule:
-    """Speed and pitch over the wind speed."""
-    if table is not None and Path(table).suffix.lower() != ROSCO:
-        return read_schedule(table)
-    return find_schedule(case, table)
 
 
 def _check(case: Case) -> None:

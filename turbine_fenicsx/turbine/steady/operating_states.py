@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import pi
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -21,8 +22,11 @@ from turbine_fenicsx.wind.rotor import Operation, Rotor, find_performance, find_
 
 RPM, DEGREE = pi / 30.0, pi / 180.0
 
-COLUMNS = {WIND: 1.0, names.ROTOR_SPEED: RPM, "pitch_[deg]": DEGREE}
+COLUMNS = {WIND: 1.0, names.ROTOR_SPEED: RPM, names.PITCH: DEGREE}
 """Columns of a schedule, and factors to SI units."""
+
+ROSCO = ".in"
+"""End of the name of an input file of ROSCO."""
 
 SECTORS = 12
 """Azimuths over which loads of stiff blades are averaged."""
@@ -177,6 +181,21 @@ def read_schedule(path: str) -> TableSchedule:
     if np.any(np.abs(pitch) > pi):
         raise InputError(f"the schedule {path!r} has a pitch beyond 180 degrees")
     return TableSchedule(table, f"the schedule {path!r}")
+
+
+def make_schedule(case: Case, file: str | None = None) -> Schedule:
+    """Speed and pitch over the wind speed.
+
+    Args:
+        file: Table of speeds and pitch angles (CSV), or input file of ROSCO (``.IN``); by the
+            controller of the case if None.
+
+    Raises:
+        InputError: as `read_schedule` and `find_schedule` do.
+    """
+    if file is not None and Path(file).suffix.lower() != ROSCO:
+        return read_schedule(file)
+    return find_schedule(case, file)
 
 
 def find_schedule(case: Case, rosco: str | None = None) -> FoundSchedule:

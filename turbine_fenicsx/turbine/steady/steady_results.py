@@ -96,9 +96,9 @@ class SteadyReader:
         """Numbers and values of an equilibrium."""
         along = self._read_along(operating, state)
         numbers = {
-            "wind_speed_[m/s]": operating.wind,
+            names.WIND_SPEED: operating.wind,
             names.ROTOR_SPEED: operating.rotor_speed / RPM,
-            "pitch_[deg]": operating.pitch / DEGREE,
+            names.PITCH: operating.pitch / DEGREE,
             **self._read_rotor(operating, state),
             **self._read_tip(state),
             "tip_rotation_z_[deg]": float(along["rotation_z_[deg]"][-1]),

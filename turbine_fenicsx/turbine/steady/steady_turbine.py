@@ -9,7 +9,7 @@ some azimuths within a third of a revolution, and means over them count.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -87,8 +87,10 @@ class SteadyTurbine:
         case: The case.
         comm: Communicator.
         azimuths: Number of azimuths in a third of a revolution, which the three blades share.
+        locked: Names of joint coordinates that a brake holds, besides bearings.
 
     Attributes:
+        wind: The wind.
         case: The case as it is built.
         turbine: Its turbine.
         efficiency: Electrical power over that of the air.
@@ -97,14 +99,17 @@ class SteadyTurbine:
         Collective.
     """
 
-    def __init__(self, case: Case, comm: MPI.Intracomm, azimuths: int = 2) -> None:
+    def __init__(
+        self, case: Case, comm: MPI.Intracomm, azimuths: int = 2, locked: Sequence[str] = ()
+    ) -> None:
         self.case, self.efficiency = prepare(case), find_efficiency(case)
         w = self.case.wind
         height = self.case.hub_height
-        self._wind = SettableWind(SteadyWind(10.0, height, w.shear, w.direction, w.inclination))
-        inflow = place_inflow(self.case, self._wind)
+        self.wind = SettableWind(SteadyWind(10.0, height, w.shear, w.direction, w.inclination))
+        inflow = place_inflow(self.case, self.wind)
         self._pitch = 0.0
-        held = {name: partial(self._find_bearing, name) for name in BEARINGS}
+        held: dict[str, Callable[[], float]] = dict.fromkeys(locked, float)
+        held |= {name: partial(self._find_bearing, name) for name in BEARINGS}
         components = [*list_components(self.case), Brakes(held)]
         self.turbine = build_turbine(self.case, comm, components, inflow)
         self._air = RotorLoads(self.turbine)
@@ -183,7 +188,7 @@ class SteadyTurbine:
             StepFailure: if there is none.
         """
         system, speed = self.turbine.system, operating.rotor_speed
-        self._wind.set_speed(operating.wind)
+        self.wind.set_speed(operating.wind)
         self._pitch = operating.pitch
         self.turbine.part(WIND).source.speed = speed
         start = system.initial_state() if near is None else near.copy()

@@ -1,0 +1,174 @@
+"""The modes of a case in steady wind: everything from the case to the files."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import partial
+
+from mpi4py import MPI
+
+import numpy as np
+
+from turbine_fenicsx.analysis.air_modes import AirModel, AirProblem
+from turbine_fenicsx.analysis.campbell import ADDITIONAL_MODES, choose, find_partners
+from turbine_fenicsx.analysis.mode import Modes
+from turbine_fenicsx.analysis.slepc import import_slepc
+from turbine_fenicsx.foundation.errors import ModelError, StepFailure
+from turbine_fenicsx.foundation.interrupts import end_immediately_alone
+from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.records.conventions import BLADES
+from turbine_fenicsx.records.folder_lock import lock_folder
+from turbine_fenicsx.records.output_folder import keep_results
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.modes.mode_files import ModeTable, Place
+from turbine_fenicsx.turbine.modes.mode_series import Found, find_series, free_modes, write_series
+from turbine_fenicsx.turbine.modes.mode_table import describe_modes
+from turbine_fenicsx.turbine.modes.symmetric_turbine import (
+    SymmetricTurbine,
+    list_left_out,
+    make_symmetric,
+)
+from turbine_fenicsx.turbine.steady.operating_states import Schedule, make_schedule
+from turbine_fenicsx.wind.aerodynamics import WAKE
+from turbine_fenicsx.wind.section_states import SHED, STALL
+
+log = logging.getLogger(__name__)
+
+COUNT = 12
+"""Number of modes if nobody says how many."""
+
+LIKE = 0.25
+"""Least MAC of a mode in the air with the one without air that it comes from."""
+
+
+@dataclass(frozen=True)
+class WindModesWanted:
+    """Which modes of a case in wind are wanted.
+
+    Args:
+        winds: Wind speeds that rise [m/s].
+        count: Number of modes.
+        schedule: As of `find_steady`.
+        frozen_wake: Whether the wake stays as it is.
+        quasi_steady: Whether lift follows without any delay, also in stall.
+        locked: Names of joint coordinates that a brake holds.
+    """
+
+    winds: Sequence[float]
+    count: int = COUNT
+    schedule: str | None = None
+    frozen_wake: bool = False
+    quasi_steady: bool = False
+    locked: tuple[str, ...] = ()
+
+    @property
+    def air(self) -> AirModel:
+        """How the air follows."""
+        return AirModel(
+            frozen=(WAKE,) if self.frozen_wake else (),
+            instant=(STALL, SHED) if self.quasi_steady else (),
+        )
+
+
+def find_wind_modes(
+    case: Case,
+    out: str | os.PathLike[str] | None,
+    comm: MPI.Intracomm,
+    wanted: WindModesWanted,
+    *,
+    overwrite: bool = False,
+    found: Callable[[ModeTable], bool] = lambda _: False,
+) -> tuple[list[ModeTable], list[str]]:
+    """Find the modes of a case in uniform wind along its shaft, and write them into a folder.
+
+    Files, signals and arguments are those of `find_modes`. The rotor turns freely against a
+    constant torque. Weight, tilt and the rest that changes with the azimuth are left out with a
+    warning in the log, and so is the controller.
+
+    Returns:
+        The modes at each wind speed that has a steady state, and the names of the files.
+
+    Raises:
+        InputError: as `find_modes`, or if the case does not say how the turbine is run.
+        FileError: if a file cannot be written.
+        StepFailure: if there is no steady state at any wind speed.
+        KeyboardInterrupt: if a signal came before the modes at the first wind were found.
+    """
+    import_slepc()
+    with lock_folder(comm, out) if out is not None else nullcontext() as folder:
+        if folder is not None:
+            on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
+        plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule))
+        _say_what_is_left_out(case, comm)
+        with end_immediately_alone(comm):
+            rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked)
+        finder = _WindFinder(rotor, plan, wanted)
+        finders = [partial(finder.find, wind) for wind in wanted.winds]
+        tables, last = find_series(rotor.turbine, finders, wanted.count, found)
+        finder.destroy()
+        files = [] if folder is None else write_series(case, rotor.turbine, folder, tables, last)
+        free_modes(last)
+    return tables, files
+
+
+def _say_what_is_left_out(case: Case, comm: MPI.Intracomm) -> None:
+    """Warn of what modes in wind do not know."""
+    left_out = list(list_left_out(case))
+    if left_out and comm.rank == 0:
+        log.warning(
+            "modes in wind are those in uniform wind along the shaft: %s left out",
+            ", ".join(left_out),
+        )
+
+
+class _WindFinder:
+    """Finds modes at one wind speed after the other.
+
+    Modes of the structure are followed from wind to wind and have names. Each becomes a mode in the
+    air, the one with most of its shape: flap modes are damped so much that their shapes mix.
+    """
+
+    def __init__(self, rotor: SymmetricTurbine, plan: Schedule, wanted: WindModesWanted) -> None:
+        self._rotor, self._plan, self._wanted = rotor, plan, wanted
+        self._still: Modes | None = None
+
+    def find(self, wind: float, before: Modes | None) -> Found | None:
+        """The modes at a wind speed; None with a warning if there is no steady state."""
+        rotor, near = self._rotor, None if before is None else before.state
+        try:
+            operating, (state,) = rotor.find(self._plan, wind, near)
+        except (ModelError, StepFailure) as failure:
+            self._warn(f"no modes at {wind:g} m/s: {failure}")
+            return None
+        system, speed, count = rotor.turbine.system, operating.rotor_speed, self._wanted.count
+        problem = AirProblem(system, ROTOR, speed, state, len(BLADES))
+        try:
+            still = problem.find_still(count + ADDITIONAL_MODES)
+            found = problem.find(2 * len(still.modes), self._wanted.air)
+        finally:
+            problem.destroy()
+        if self._still is not None:
+            still = choose(still, find_partners(system, self._still, still)[0])
+            self._still.destroy()
+        self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
+        partners, quality = find_partners(system, self._still, found)
+        names = [row.name for row in rows]
+        for name, part in zip(names, quality, strict=True):
+            if part < LIKE:
+                self._warn(f"{name} at {wind:g} m/s has a MAC of {part:.2f} with that without air")
+        return Found(choose(found, partners), Place(speed, wind, operating.pitch), names)
+
+    def destroy(self) -> None:
+        """Free the modes of the structure."""
+        if self._still is not None:
+            self._still.destroy()
+
+    def _warn(self, sentence: str) -> None:
+        """Log a warning once."""
+        if self._rotor.turbine.comm.rank == 0:
+            log.warning("%s", sentence)
