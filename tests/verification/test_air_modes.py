@@ -1,5 +1,7 @@
 """Claims about modes in the air: rotation has no stiffness, frames agree, runs decay so."""
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from beam_turbines import write_beam_case
@@ -14,6 +16,7 @@ from turbine_fenicsx.turbine.components import model as turbine_model
 from turbine_fenicsx.turbine.components.component import Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.modes.symmetric_turbine import SymmetricTurbine, make_symmetric
+from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
 from turbine_fenicsx.turbine.steady import steady_turbine
 from turbine_fenicsx.turbine.steady.operating_states import OperatingState
 
@@ -31,9 +34,15 @@ class Drive(Component):
 
 
 @pytest.fixture(scope="module")
-def build(tmp_path_factory):
+def path(tmp_path_factory):
+    """Path of a case with beam blades, the same on all ranks."""
+    return write_beam_case(COMM.bcast(tmp_path_factory.mktemp("beams")))
+
+
+@pytest.fixture(scope="module")
+def build(path):
     """A small turbine with beam blades in uniform wind, and the state in which it turns."""
-    path, built = write_beam_case(tmp_path_factory.mktemp("beams")), {}
+    built = {}
     patch = pytest.MonkeyPatch()
     patch.setattr(steady_turbine, "TURNING", {**steady_turbine.TURNING, **EXACT})
 
@@ -160,3 +169,18 @@ def test_a_run_that_is_kicked_decays_as_its_mode(build):
     # the step's own share is undone
     found = 2.0 / h * np.tanh(complex(p[1], p[2]) * h / 2.0)
     assert found.real == pytest.approx(s.real, rel=0.01)
+
+
+@pytest.mark.parallel
+def test_all_numbers_of_ranks_find_the_same(path):
+    given, wanted = (
+        Case.load(path, [*HUB, "tower.model=beam"]),
+        WindModesWanted((9.0,), 5, locked=("yaw",)),
+    )
+    (together,), _ = find_wind_modes(given, None, COMM, wanted)
+    (alone,), _ = find_wind_modes(given, None, MPI.COMM_SELF, wanted)
+    for a, b in zip(together.rows, alone.rows, strict=True):
+        assert a.name == b.name
+        assert (a.frequency, a.damping_ratio) == pytest.approx(
+            (b.frequency, b.damping_ratio), rel=1e-5
+        )

@@ -42,18 +42,20 @@ def report_modes(
     folder = need_folder(folder)
     rows = read_table(folder / "modes.csv")
     case = read_tables(folder / "case.json")
-    speeds = list(dict.fromkeys(float(row[names.SPEED]) for row in rows))
-    last = [row for row in rows if row[names.SPEED] == speeds[-1]]
-    at = f"at {speeds[-1]:.4g} rpm" if speeds[-1] else "at rest"
+    in_wind = names.WIND_SPEED in rows[0]
+    column, unit = (names.WIND_SPEED, "m/s") if in_wind else (names.SPEED, "rpm")
+    speeds = list(dict.fromkeys(float(row[column]) for row in rows))
+    last = [row for row in rows if row[column] == speeds[-1]]
+    at = f"at {speeds[-1]:.4g} {unit}" if speeds[-1] else "at rest"
     sections = {
         f"Modes {at}": _format_modes(last),
-        "Campbell diagram": _draw_campbell(folder) if len(speeds) > 1 else "",
+        "Campbell diagram": _draw_campbell(folder, in_wind) if len(speeds) > 1 else "",
         f"Shapes {at}": _draw_shapes(folder, scale) if pictures else "",
         "Case": format_case(case, describe),
     }
     count = f"{len(last)} modes {at}"
     if len(speeds) > 1:
-        count = f"{len(last)} modes at {len(speeds)} speeds up to {speeds[-1]:.4g} rpm"
+        count = f"{len(last)} modes at {len(speeds)} speeds up to {speeds[-1]:.4g} {unit}"
     title = str((case or {}).get("title") or folder.resolve().name)
     return fill_page(title, f"{folder.resolve().name}, {count}", sections)
 
@@ -85,14 +87,15 @@ def _format_modes(rows: Table) -> str:
     )
 
 
-def _draw_campbell(folder: Path) -> str:
+def _draw_campbell(folder: Path, in_wind: bool) -> str:
     """The Campbell diagram."""
     with tempfile.TemporaryDirectory() as scratch:
         try:
             path = plot_campbell(folder / "campbell.csv", Path(scratch) / "campbell.png")
         except ImportError as error:
             return format_note(f"There is no diagram: {error}.")
-        words = "Frequencies over the speed of the rotor; the dashed lines are 1, 3 and 6 times it."
+        over = "the wind speed" if in_wind else "the speed of the rotor"
+        words = f"Frequencies over {over}; the dashed lines are 1, 3 and 6 times that of the rotor."
         return embed_figure(path, words)
 
 

@@ -1,0 +1,127 @@
+"""The command ``modes --wind``: what it prints, writes, leaves out and refuses."""
+
+import csv
+
+import numpy as np
+import pytest
+from beam_turbines import write_beam_case
+from reduced_turbines import COMM, write_case
+
+from turbine_fenicsx.cli.main import main
+from turbine_fenicsx.records import names
+from turbine_fenicsx.records.mode_tables import read_campbell
+from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
+
+pytest.importorskip("slepc4py")
+EVEN = (
+    "turbine.hub.centre=[0.0, 0.0, 0.0]",
+    "turbine.hub.inertia=[900.0, 900.0, 1500.0, 0.0, 0.0, 0.0]",
+    "tower.model=beam",
+)
+OPTIONS = ("--wind", "8,9,10", "--count", "8", "--lock", "yaw", "--set", *EVEN)
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory):
+    """Path of a case whose rotor is the same at every azimuth."""
+    return write_beam_case(tmp_path_factory.mktemp("beams"))
+
+
+@pytest.fixture(scope="module")
+def found(case):
+    """Folder with modes at three wind speeds, and what was printed."""
+    out = case.parent / "out"
+    assert main(["modes", str(case), *OPTIONS, "-o", str(out), "--quiet"]) == 0
+    return out
+
+
+def read(out, name):
+    with (out / name).open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_tables_have_the_modes_at_each_wind(found):
+    rows = read(found, "modes.csv")
+    winds = [float(row[names.WIND_SPEED]) for row in rows]
+    assert winds == np.repeat([8.0, 9.0, 10.0], 8).tolist()
+    for first in range(0, 24, 8):
+        here = rows[first : first + 8]
+        assert len({row["name"] for row in here}) == 8
+        assert len({row[names.PITCH] for row in here}) == 1
+        assert [row["mode"] for row in here] == [str(k) for k in range(1, 9)]
+    by_name = {row["name"]: float(row[names.DAMPING_RATIO]) for row in rows[8:16]}
+    flap = [x for name, x in by_name.items() if name.startswith("first flap")]
+    edge = [x for name, x in by_name.items() if name.startswith("first edge")]
+    assert flap and edge and min(flap) > max(edge) > 0.0
+
+
+def test_the_diagram_is_over_the_wind(found):
+    branches = read_campbell(found / "campbell.csv")
+    assert len(branches) == 8 and (found / "campbell.png").stat().st_size > 20000
+    assert branches[0].places.tolist() == [8.0, 9.0, 10.0]
+    # modes keep their numbers from wind to wind
+    for branch in branches:
+        assert np.max(np.abs(np.diff(branch.frequencies))) < 0.2 * np.max(branch.frequencies)
+
+
+def test_a_page_reports_them(found, capfd):
+    assert main(["report", str(found), "--no-pictures"]) == 0
+    page = (found / "report.html").read_text()
+    assert "Modes at 10 m/s" in page and "over the wind speed" in page
+
+
+def test_the_screen_tells_the_least_damping_and_what_is_left_out(case, capfd):
+    assert main(["modes", str(case), *OPTIONS[:2], "--count", "4", *OPTIONS[4:]]) == 0
+    printed = capfd.readouterr()
+    lines = [line for line in printed.err.splitlines() if line.startswith("wind ")]
+    assert len(lines) == 3 and lines[1].startswith("wind 2 of 3: 9 m/s, ")
+    assert all(": least damping " in line for line in lines)
+    assert (
+        "modes in wind are those in uniform wind along the shaft: the weight, wind.shear"
+        in printed.err
+    )
+    assert printed.out.startswith("modes at 10 m/s, ") and "seen from the ground" in printed.out
+
+
+def test_a_wake_that_stays_and_lift_without_delay_change_the_damping(case):
+    given = Case.load(case, EVEN)
+    dampings = []
+    for air in ({}, {"frozen_wake": True}, {"quasi_steady": True}):
+        wanted = WindModesWanted((9.0,), 6, locked=("yaw",), **air)
+        (table,), _ = find_wind_modes(given, None, COMM, wanted)
+        dampings.append({row.name: row.damping_ratio for row in table.rows})
+    for other in dampings[1:]:
+        changes = [abs(other[name] / damping - 1.0) for name, damping in dampings[0].items()]
+        assert 1e-4 < max(changes) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--frozen-wake",), "--frozen-wake needs --wind"),
+        (("--schedule", "x.csv"), "--schedule needs --wind"),
+        (("--wind", "0:3:1"), "--wind 0:3:1: give START:END:STEP or wind speeds that rise"),
+        (("--wind", "9", "--set", *EVEN[:2]), "modes in wind need a tower that moves by few"),
+        (("--wind", "9", "--set", EVEN[2]), "rigid body 'hub' has no equal 1/3 of a revolution"),
+        (("--wind", "9", "--schedule", "none.csv"), "none.csv"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(case, options, words, capfd):
+    capfd.readouterr()
+    assert main(["modes", str(case), *options]) == 2
+    assert words in capfd.readouterr().err
+
+
+def test_full_blades_are_refused(tmp_path, capfd):
+    command = ["modes", str(write_case(tmp_path)), "--wind", "9", "--set", "blade.model=full"]
+    assert main(command) == 2
+    assert "modes in wind need blades that move by few functions" in capfd.readouterr().err
+
+
+def test_a_schedule_without_the_wind_leaves_it_out(case, capfd):
+    table = case.parent / "schedule.csv"
+    table.write_text(f"{names.WIND_SPEED},{names.ROTOR_SPEED},{names.PITCH}\n8,25,0\n9,26,1\n")
+    options = ("--wind", "9,10", "--count", "3", "--lock", "yaw", "--set", *EVEN)
+    assert main(["modes", str(case), "--schedule", str(table), *options]) == 0
+    assert "no modes at 10 m/s: " in capfd.readouterr().err
