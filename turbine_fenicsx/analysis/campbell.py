@@ -213,11 +213,11 @@ def find_partners(system: MultibodySystem, before: Modes, after: Modes) -> tuple
     Args:
         after: Modes at another place, at least as many.
     """
-    criteria = _find_criteria(system, before, after)
+    criteria = find_criteria(system, before, after)
     return _match(criteria, before.modes, after.modes, abs(after.speed - before.speed))
 
 
-def _find_criteria(system: MultibodySystem, before: Modes, after: Modes) -> Array:
+def find_criteria(system: MultibodySystem, before: Modes, after: Modes) -> Array:
     """MAC of each mode before and after, shape (modes before, modes after). Collective."""
     masses = system.rigid_model.masses
     products = [m.new_vector() for m in system.flexible_models]

@@ -12,9 +12,10 @@ from functools import partial
 from mpi4py import MPI
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from turbine_fenicsx.analysis.air_modes import AirModel, AirProblem
-from turbine_fenicsx.analysis.campbell import ADDITIONAL_MODES, choose, find_partners
+from turbine_fenicsx.analysis.campbell import ADDITIONAL_MODES, choose, find_criteria, find_partners
 from turbine_fenicsx.analysis.mode import Modes
 from turbine_fenicsx.analysis.slepc import import_slepc
 from turbine_fenicsx.foundation.errors import ModelError, StepFailure
@@ -27,7 +28,7 @@ from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.modes.mode_files import ModeTable, Place
 from turbine_fenicsx.turbine.modes.mode_series import Found, find_series, free_modes, write_series
-from turbine_fenicsx.turbine.modes.mode_table import describe_modes
+from turbine_fenicsx.turbine.modes.mode_table import ModeRow, describe_modes
 from turbine_fenicsx.turbine.modes.symmetric_turbine import (
     SymmetricTurbine,
     list_left_out,
@@ -42,8 +43,11 @@ log = logging.getLogger(__name__)
 COUNT = 12
 """Number of modes if nobody says how many."""
 
-LIKE = 0.25
+LIKE = 0.1
 """Least MAC of a mode in the air with the one without air that it comes from."""
+
+WEIGHT_OF_WAYS = 0.5
+"""Weight of the same shares of flap and edge beside a MAC: neighbours of one frequency mix."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,11 @@ def _say_what_is_left_out(case: Case, comm: MPI.Intracomm) -> None:
         )
 
 
+def _compare(a: ModeRow, b: ModeRow) -> float:
+    """Part of the motions of two modes, flap and edge and so on, that is the same, 0 to 1."""
+    return 1.0 - 0.5 * sum(abs(share - b.ways[way]) for way, share in a.ways.items())
+
+
 class _WindFinder:
     """Finds modes at one wind speed after the other.
 
@@ -156,12 +165,15 @@ class _WindFinder:
             still = choose(still, find_partners(system, self._still, still)[0])
             self._still.destroy()
         self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
-        partners, quality = find_partners(system, self._still, found)
-        names = [row.name for row in rows]
-        for name, part in zip(names, quality, strict=True):
-            if part < LIKE:
-                self._warn(f"{name} at {wind:g} m/s has a MAC of {part:.2f} with that without air")
-        return Found(choose(found, partners), Place(speed, wind, operating.pitch), names)
+        found, rows_found = describe_modes(rotor.turbine, found)
+        criteria = find_criteria(system, self._still, found)
+        alike = [[_compare(row, other) for other in rows_found] for row in rows]
+        _, partners = linear_sum_assignment(-criteria - WEIGHT_OF_WAYS * np.array(alike))
+        for row, mac in zip(rows, criteria[np.arange(count), partners], strict=True):
+            if mac < LIKE:
+                self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with its structure")
+        place = Place(speed, wind, operating.pitch)
+        return Found(choose(found, partners), place, [row.name for row in rows])
 
     def destroy(self) -> None:
         """Free the modes of the structure."""
