@@ -66,6 +66,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="with --wind: speed and pitch over the wind, as of the command steady",
     )
     parser.add_argument(
+        "--keep-power",
+        action="store_true",
+        help="with --schedule FILE: from rated wind on, change the pitch until the power of the "
+        "air is that of the table, in its column aero_power_[W]",
+    )
+    parser.add_argument(
         "--frozen-wake", action="store_true", help="with --wind: the wake does not follow"
     )
     parser.add_argument(
@@ -125,6 +131,7 @@ def _check_air(options: argparse.Namespace) -> None:
     """Refuse what only wind has."""
     given = {
         "--schedule": options.schedule is not None,
+        "--keep-power": options.keep_power,
         "--frozen-wake": options.frozen_wake,
         "--quasi-steady": options.quasi_steady,
     }
@@ -168,6 +175,7 @@ def _find_in_wind(
         winds,
         options.count or COUNT,
         options.schedule,
+        options.keep_power,
         frozen_wake=options.frozen_wake,
         quasi_steady=options.quasi_steady,
         locked=tuple(dict.fromkeys(options.lock)),

@@ -46,9 +46,6 @@ COUNT = 12
 LIKE = 0.1
 """Least MAC of a mode in the air with the one without air that it comes from."""
 
-WEIGHT_OF_WAYS = 0.5
-"""Weight of the same shares of flap and edge beside a MAC: neighbours of one frequency mix."""
-
 
 @dataclass(frozen=True)
 class WindModesWanted:
@@ -58,6 +55,7 @@ class WindModesWanted:
         winds: Wind speeds that rise [m/s].
         count: Number of modes.
         schedule: As of `find_steady`.
+        keep_power: As of `read_schedule`.
         frozen_wake: Whether the wake stays as it is.
         quasi_steady: Whether lift follows without any delay, also in stall.
         locked: Names of joint coordinates that a brake holds.
@@ -66,6 +64,7 @@ class WindModesWanted:
     winds: Sequence[float]
     count: int = COUNT
     schedule: str | None = None
+    keep_power: bool = False
     frozen_wake: bool = False
     quasi_steady: bool = False
     locked: tuple[str, ...] = ()
@@ -107,7 +106,7 @@ def find_wind_modes(
     with lock_folder(comm, out) if out is not None else nullcontext() as folder:
         if folder is not None:
             on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
-        plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule))
+        plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
         _say_what_is_left_out(case, comm)
         with end_immediately_alone(comm):
             rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked)
@@ -130,9 +129,12 @@ def _say_what_is_left_out(case: Case, comm: MPI.Intracomm) -> None:
         )
 
 
-def _compare(a: ModeRow, b: ModeRow) -> float:
-    """Part of the motions of two modes, flap and edge and so on, that is the same, 0 to 1."""
-    return 1.0 - 0.5 * sum(abs(share - b.ways[way]) for way, share in a.ways.items())
+def _find_share(name: str, row: ModeRow) -> float:
+    """Part of a mode that moves as the name of another says, 0 to 1.
+
+    Neighbours of one frequency mix, and MACs alone often exchange them.
+    """
+    return max((share for way, share in row.ways.items() if way in name), default=0.0)
 
 
 class _WindFinder:
@@ -167,8 +169,8 @@ class _WindFinder:
         self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
         found, rows_found = describe_modes(rotor.turbine, found)
         criteria = find_criteria(system, self._still, found)
-        alike = [[_compare(row, other) for other in rows_found] for row in rows]
-        _, partners = linear_sum_assignment(-criteria - WEIGHT_OF_WAYS * np.array(alike))
+        ways = [[_find_share(row.name, other) for other in rows_found] for row in rows]
+        _, partners = linear_sum_assignment(np.where(criteria < LIKE, 0.0, -criteria - ways))
         for row, mac in zip(rows, criteria[np.arange(count), partners], strict=True):
             if mac < LIKE:
                 self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with its structure")

@@ -28,6 +28,12 @@ COLUMNS = {WIND: 1.0, names.ROTOR_SPEED: RPM, names.PITCH: DEGREE}
 ROSCO = ".in"
 """End of the name of an input file of ROSCO."""
 
+FROM_RATED = 0.99
+"""Part of the largest power of a table from which on its wind is rated or above."""
+
+SLOPE = -0.1 / DEGREE
+"""Guess of the derivative of the power by the pitch, over the power [1/rad]."""
+
 SECTORS = 12
 """Azimuths over which loads of stiff blades are averaged."""
 
@@ -52,8 +58,7 @@ class OperatingState:
 class Schedule(Protocol):
     """Speed and pitch over the wind speed."""
 
-    @property
-    def power(self) -> float | None:
+    def find_power(self, wind: float) -> float | None:
         """Power of the air that the pitch keeps from above [W]; None where the pitch is given."""
 
     def at(self, wind: float) -> OperatingState:
@@ -69,12 +74,19 @@ class TableSchedule:
     Args:
         rows: One row per wind speed, which rises, shape (n, 3).
         name: Of the table, for errors.
+        powers: Power of the air in each row [W], shape (n,), which the pitch keeps from rated wind
+            on, whatever it is in the table; None for the pitch of the table everywhere.
     """
 
-    power = None
+    def __init__(self, rows: Array, name: str, powers: Array | None = None) -> None:
+        self._rows, self._name, self._powers = rows, name, powers
 
-    def __init__(self, rows: Array, name: str) -> None:
-        self._rows, self._name = rows, name
+    def find_power(self, wind: float) -> float | None:
+        """As `Schedule.find_power`."""
+        if self._powers is None:
+            return None
+        power = float(np.interp(wind, self._rows[:, 0], self._powers))
+        return power if power >= FROM_RATED * np.max(self._powers) else None
 
     def at(self, wind: float) -> OperatingState:
         """As `Schedule.at`."""
@@ -83,11 +95,11 @@ class TableSchedule:
         if not V[0] - slack <= wind <= V[-1] + slack:
             raise ModelError(f"{self._name} has no wind of {wind:g} m/s, but {V[0]:g} to {V[-1]:g}")
         speed, pitch = (float(np.interp(wind, V, x)) for x in columns)
-        return OperatingState(wind, speed, pitch, pitch)
+        return OperatingState(wind, speed, pitch, pitch if self._powers is None else -0.5 * pi)
 
     def find_slope(self, operating: OperatingState) -> float:
-        """Nothing asks for it where the pitch is given."""
-        raise NotImplementedError
+        """As `Schedule.find_slope`; a guess."""
+        return SLOPE * (self.find_power(operating.wind) or 0.0)
 
 
 class FoundSchedule:
@@ -115,9 +127,13 @@ class FoundSchedule:
         density: float,
         least_pitch: Array,
     ) -> None:
-        self._rotor, self._rated, self.power = rotor, rated, power
+        self._rotor, self._rated, self._power = rotor, rated, power
         self._air = {"shear": shear, "density": density}
         self._least_pitch = least_pitch
+
+    def find_power(self, wind: float) -> float | None:
+        """As `Schedule.find_power`."""
+        return self._power
 
     def at(self, wind: float) -> OperatingState:
         """As `Schedule.at`."""
@@ -125,9 +141,9 @@ class FoundSchedule:
         speed, is_best = rated.find_speed(rotor, wind)
         operation = Operation(wind, speed, rated.fine_pitch, **self._air)
         least = pitch = self._find_least_pitch(operation, is_best)
-        if self._find_power(operation, pitch) > self.power:
+        if self._find_power(operation, pitch) > self._power:
             ends = pitch, pitch + STEEPEST
-            pitch = find_pitch(rotor, operation, self.power, ends, SECTORS, accuracy=1e-5)
+            pitch = find_pitch(rotor, operation, self._power, ends, SECTORS, accuracy=1e-5)
         return OperatingState(wind, speed, pitch, least)
 
     def _find_least_pitch(self, operation: Operation, is_best: bool) -> float:
@@ -162,8 +178,12 @@ class FoundSchedule:
         return find_performance(self._rotor, replace(operation, pitch=pitch), SECTORS).power
 
 
-def read_schedule(path: str) -> TableSchedule:
+def read_schedule(path: str, keep_power: bool = False) -> TableSchedule:
     """A table of operating states from a CSV file with the columns `COLUMNS`.
+
+    Args:
+        keep_power: Whether the pitch keeps the power of the air in a further column from rated
+            wind on.
 
     Raises:
         InputError: if it is something else.
@@ -180,21 +200,30 @@ def read_schedule(path: str) -> TableSchedule:
         )
     if np.any(np.abs(pitch) > pi):
         raise InputError(f"the schedule {path!r} has a pitch beyond 180 degrees")
-    return TableSchedule(table, f"the schedule {path!r}")
+    powers = found.get(names.AERO_POWER) if keep_power else None
+    if keep_power and (powers is None or not np.isfinite(powers).all() or np.any(powers <= 0.0)):
+        raise InputError(
+            f"the schedule {path!r} needs the column {names.AERO_POWER} with positive numbers for "
+            "a power that is kept"
+        )
+    return TableSchedule(table, f"the schedule {path!r}", powers)
 
 
-def make_schedule(case: Case, file: str | None = None) -> Schedule:
+def make_schedule(case: Case, file: str | None = None, keep_power: bool = False) -> Schedule:
     """Speed and pitch over the wind speed.
 
     Args:
         file: Table of speeds and pitch angles (CSV), or input file of ROSCO (``.IN``); by the
             controller of the case if None.
+        keep_power: As of `read_schedule`.
 
     Raises:
         InputError: as `read_schedule` and `find_schedule` do.
     """
     if file is not None and Path(file).suffix.lower() != ROSCO:
-        return read_schedule(file)
+        return read_schedule(file, keep_power)
+    if keep_power:
+        raise InputError("a power is kept of a table (CSV) of speeds, pitch angles and power")
     return find_schedule(case, file)
 
 

@@ -130,19 +130,20 @@ class SteadyTurbine:
         """
         operating = schedule.at(wind)
         state = self.solve(operating, near)
-        if schedule.power is None:
+        power = schedule.find_power(wind)
+        if power is None:
             return operating, self._turn_on(operating, state)
         slope, before = schedule.find_slope(operating), None
         for _ in range(MOST):
             # the mean power is about this part of that at the first azimuth
-            excess = self._ratio * self.find_power(state, operating) - schedule.power
+            excess = self._ratio * self.find_power(state, operating) - power
             at_end = excess < 0.0 and operating.pitch <= operating.least_pitch
-            if at_end or abs(excess) <= ACCURACY * schedule.power:
+            if at_end or abs(excess) <= ACCURACY * power:
                 states = self._turn_on(operating, state)
                 powers = [self.find_power(each, operating) for each in states]
                 self._ratio = float(np.mean(powers)) / powers[0]
-                lacking = float(np.mean(powers)) - schedule.power
-                if (at_end and lacking < 0.0) or abs(lacking) <= 5.0 * ACCURACY * schedule.power:
+                lacking = float(np.mean(powers)) - power
+                if (at_end and lacking < 0.0) or abs(lacking) <= 5.0 * ACCURACY * power:
                     return operating, states
                 _destroy(states[1:])
                 excess, before = lacking, None
@@ -158,7 +159,7 @@ class SteadyTurbine:
             last.destroy()
         state.destroy()
         raise StepFailure(
-            f"no pitch keeps {1e-6 * schedule.power:g} MW in a wind of {wind:g} m/s: after "
+            f"no pitch keeps {1e-6 * power:g} MW in a wind of {wind:g} m/s: after "
             f"{MOST} of them power differs by {1e-6 * excess:g} MW"
         )
 

@@ -191,7 +191,7 @@ def test_rosco_limits_the_thrust_by_its_least_pitch(tmp_path):
     high = schedule.at(18.0)
     assert high.pitch > 0.1 and high.least_pitch == pytest.approx(0.04)
     assert high.rotor_speed == pytest.approx(122.9 / 97.0)
-    assert schedule.power == pytest.approx(5e6 / 0.944)
+    assert schedule.find_power(9.0) == pytest.approx(5e6 / 0.944)
 
 
 def test_cases_that_do_not_say_how_they_are_run_are_refused(tmp_path):
