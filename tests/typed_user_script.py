@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import assert_type
 
@@ -273,6 +274,14 @@ def sections(comm: MPI.Intracomm) -> tfx.State:
     return tfx.equilibrium(tfx.MultibodySystem(comm, [body, clamp, tfx.Gravity()]))
 
 
+def find_in_air(rotor: tfx.MultibodySystem, turning: tfx.Modes) -> None:
+    """Ask for modes in the air, which does not blow here."""
+    still_wake = assert_type(tfx.AirModel(frozen=("wake",)), tfx.AirModel)
+    with suppress(tfx.ModelError):  # no air blows
+        state = turning.state
+        assert_type(tfx.air_modes(rotor, "axle", 2.0, state, 1, air=still_wake), tfx.Modes)
+
+
 def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     """A soft beam on a swinging arm."""
     body, foot = beam(comm)
@@ -298,6 +307,7 @@ def pendulum(comm: MPI.Intracomm, folder: Path) -> tfx.Snapshot:
     rotor = tfx.MultibodySystem(comm, [wheel, axle])
     turning = assert_type(tfx.turning_modes(rotor, "axle", 2.0, 1, blades=3), tfx.Modes)
     whirl = assert_type(turning.modes[0].whirl, tfx.Whirl | None)
+    find_in_air(rotor, turning)
     diagram = assert_type(tfx.campbell(rotor, "axle", [0.0, 2.0], 1), tfx.Campbell)
     print(whirl, diagram.frequencies[0], diagram.names)
     assert_type(tfx.turning_equilibrium(system, "hinge", 2.0, periodic=True), tfx.State)

@@ -1,5 +1,7 @@
 """The public names, and where they are; types for mypy and editors."""
 
+from turbine_fenicsx.analysis.air_modes import AirModel as AirModel
+from turbine_fenicsx.analysis.air_modes import air_modes as air_modes
 from turbine_fenicsx.analysis.campbell import Campbell as Campbell
 from turbine_fenicsx.analysis.campbell import campbell as campbell
 from turbine_fenicsx.analysis.damped_modes import damped_modes as damped_modes

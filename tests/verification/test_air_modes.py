@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from turbine_fenicsx import Case, EnergyMomentum, PrescribedMotion, Simulation
 from turbine_fenicsx.analysis.air_modes import AirModel, AirProblem
 from turbine_fenicsx.analysis.turning_frame import turning_frame
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.turbine.components import model as turbine_model
 from turbine_fenicsx.turbine.components.component import Component
@@ -116,6 +117,14 @@ def test_a_tower_moves_with_the_rotor_and_is_damped_by_the_air(build):
     still = AirProblem(rotor.turbine.system, ROTOR, SPEED, state, 3).find_still(4).modes
     # fore-aft is damped by the thrust, side-side hardly
     assert max(m.damping_ratio for m in modes[:2]) > 1.5 * max(m.damping_ratio for m in still[:2])
+
+
+def test_a_state_that_is_no_equilibrium_is_refused(build):
+    rotor, state = build()
+    rotor.wind.set_speed(1.3 * WIND)
+    with pytest.raises(ModelError, match=r"no equilibrium in the air: forces lack \d+ % of each"):
+        find(rotor, state, 3)
+    rotor.wind.set_speed(WIND)
 
 
 def test_a_run_that_is_kicked_decays_as_its_mode(build):

@@ -6,6 +6,8 @@ from reduced_turbines import COMM
 from windio_files import find_turbine
 
 from turbine_fenicsx import Case
+from turbine_fenicsx.records import names
+from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
 from turbine_fenicsx.turbine.steady.operating_states import DEGREE, RPM, OperatingState
 from turbine_fenicsx.turbine.steady.steady_results import SteadyReader
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
@@ -39,17 +41,21 @@ def rotors():
     return {}
 
 
-def read_steady_rotor(rotors, wind, speed, pitch, **beam):
-    """The IEA 22 MW rotor in steady wind."""
-    tables = {
+def make_tables(wind):
+    """A case of the rotor without tilt and weight."""
+    return {
         "wind": {"speed": wind, "shear": 0.0},
         "turbine": {"file": str(find_turbine("IEA-22-280-RWT.yaml")), "tilt": 0.0},
         "aero": {"stations": 50, "tower_shadow": "none"},
         "loads": {"gravity": 0.0},
         "mesh": {"span": 20, "around": 24},
-        "blade": {"model": "beam", "beam": beam},
         "tower": {"flexible": False},
     }
+
+
+def read_steady_rotor(rotors, wind, speed, pitch, **beam):
+    """The IEA 22 MW rotor in steady wind."""
+    tables = make_tables(wind) | {"blade": {"model": "beam", "beam": beam}}
     key = str(beam)
     if key not in rotors:
         rotors[key] = SteadyTurbine(Case.parse(tables), COMM)
@@ -88,3 +94,30 @@ def test_with_inclined_walls_it_has_the_loads_of_solids(rotors):
     *operation, wanted = OF_SOLIDS
     found = find_steady_rotor(rotors, *operation, taper=True)
     assert found == pytest.approx(wanted, rel=0.015)
+
+
+EDGE = {8: (0.1726, 0.1775), 12: (0.0354, 0.0413), 20: (0.0782, 0.1118)}
+"""Rate of decay of the first edge whirl by the wind [m/s], of HAWC2 (mean of backward and forward)
+and OpenFAST [1/s]; of the same repository, outputs/02_stability."""
+
+
+def test_the_first_edge_whirl_in_the_wind_decays_between_hawc2_and_openfast(tmp_path):
+    pytest.importorskip("slepc4py")
+    schedule = tmp_path / "hawc2.csv"
+    rows = [(wind, *STEADY[wind][:2], 1e6 * STEADY[wind][2][0]) for wind in STEADY]
+    rows.insert(2, (12.0, 7.0611, 5.09471, 23.1221e6))
+    columns = (names.WIND_SPEED, names.ROTOR_SPEED, names.PITCH, names.AERO_POWER)
+    lines = [",".join(map(str, row)) for row in (columns, *rows)]
+    schedule.write_text("\n".join(lines) + "\n")
+    tables = make_tables(8.0) | {"blade": {"model": "beam", "damping": 0.003}}
+    wanted = WindModesWanted(list(EDGE), 8, str(schedule), keep_power=True, locked=("yaw",))
+    found, _ = find_wind_modes(Case.parse(tables), None, COMM, wanted)
+    for table, (wind, codes) in zip(found, EDGE.items(), strict=True):
+        rates = [
+            2.0 * np.pi * row.frequency * row.damping_ratio / np.sqrt(1.0 - row.damping_ratio**2)
+            for row in table.rows
+            if row.name in ("first edge, backward whirl", "first edge, forward whirl")
+        ]
+        assert table.place.wind == wind and len(rates) == 2
+        assert rates[0] == pytest.approx(rates[1], rel=1e-3)
+        assert 0.85 * min(codes) < rates[0] < 1.2 * max(codes)

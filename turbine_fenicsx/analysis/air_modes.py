@@ -37,11 +37,16 @@ from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0, sum_over_ranks
 from turbine_fenicsx.foundation.types import Array
+from turbine_fenicsx.system.start import check_start
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.system.system import MultibodySystem
 
 MOTIONS = 100
 """Number of modes of the structure whose sums motions are."""
+
+BALANCED, LEAST_STIFFNESS = 1e-2, 1e-6
+"""Part that forces may lack of each other, and stiffness of the rotation below which nothing is
+compared [1/s^2]."""
 
 DEPENDENT = 1e-20
 """Part of the modal mass of the rotation below which it is a sum of the slowest modes."""
@@ -97,7 +102,7 @@ def air_modes(
         The modes, as of `AirProblem.find`.
 
     Raises:
-        ModelError: as `AirProblem` does.
+        TypeError, ModelError: as `AirProblem` does.
 
     Note:
         Collective.
@@ -124,11 +129,13 @@ class AirProblem:
         stiffness: X^T K X, shape (m, m) [1/s^2].
         damping: X^T D X, shape (m, m) [1/s].
         terms: Of the air, for each of the loads on sections.
-        turned: The rotation of what turns as a sum of the motions, of unit modal mass.
+        turned: The rotation of what turns as a sum of the motions, of unit modal mass; zero if a
+            motor drives it.
 
     Raises:
-        ModelError: if nothing in the system has loads on sections, or multiblade coordinates do
-            not suit the rotor.
+        TypeError, ModelError: if the state is not one of this system, or no equilibrium, bodies
+            are not reduced, nothing has loads on sections, or multiblade coordinates do not suit
+            the rotor.
 
     Note:
         Collective, as are all methods.
@@ -143,6 +150,8 @@ class AirProblem:
         blades: int | None = 3,
         motions: int = MOTIONS,
     ) -> None:
+        check_start(system, state)
+        _check_loads(system)
         self._frame, self._blades = turning_frame(system, joint, speed, state), blades
         self._linear = LinearSystem(system, state)
         self._shift = self._meter = self._problem = None
@@ -162,7 +171,9 @@ class AirProblem:
             rotation = _find_rotation(self._frame, self._linear)[:, None]
             along = X.T @ _multiply(self._linear.mass, vectors, rotation)
             along = sum_over_ranks(system.comm, along)[:, 0]
-            self.turned: Array = along / np.linalg.norm(along)
+            is_free = not self._frame.is_driven
+            self.turned: Array = along / np.linalg.norm(along) if is_free else 0.0 * along
+            self._check_balance()
         except BaseException:
             self.destroy()
             raise
@@ -183,6 +194,20 @@ class AirProblem:
     def find_still(self, count: int) -> Modes:
         """The same modes where loads of the air stay as they are."""
         return self._find(count, _assemble(self.damping, self.stiffness, []))
+
+    def _check_balance(self) -> None:
+        """Refuse a state out of equilibrium.
+
+        Turned as a whole, it has forces that differ from the turned ones by those it lacks.
+        """
+        structure = float(self.turned @ self.stiffness @ self.turned)
+        air = sum(float(self.turned @ t.by_motion @ self.turned) for t in self.terms)
+        lacks = abs(structure - air) / max(abs(structure), abs(air), LEAST_STIFFNESS)
+        if not lacks <= BALANCED:
+            raise ModelError(
+                f"the state about {self._frame.joint!r} is no equilibrium in the air: forces lack "
+                f"{100.0 * lacks:.2g} % of each other"
+            )
 
     def _find(self, count: int, A: Array) -> Modes:
         """The modes of a matrix of first order."""
@@ -220,6 +245,16 @@ class AirProblem:
         for thing in (self._problem, self._meter, self._shift, self._linear):
             if thing is not None:
                 thing.destroy()
+
+
+def _check_loads(system: MultibodySystem) -> None:
+    """Refuse a system without loads on sections of flexible bodies, or with large ones."""
+    if system.rigid_section_loads or not any(m.section_loads for m in system.flexible_models):
+        raise ModelError(
+            "modes in the air need loads on sections of flexible bodies, and none of rigid ones"
+        )
+    if system.has_large_bodies:
+        raise ModelError("modes in the air need bodies that move by few functions: reduced ones")
 
 
 def _find_motions(frame: TurningFrame, problem: QuadraticProblem, number: int) -> Array:
@@ -285,15 +320,10 @@ def _find_terms(
     shift: CyclicShift | None,
 ) -> list[AirTerms]:
     """Terms of all loads on sections."""
-    system = frame.system
-    if system.rigid_section_loads or not any(m.section_loads for m in system.flexible_models):
-        raise ModelError(
-            "modes in the air need loads on sections of flexible bodies, and none of rigid ones"
-        )
     rows = vectors.split_rows(X)
     return [
         find_air_terms(frame, body, loads, state, rows[body], shift)
-        for body, model in enumerate(system.flexible_models)
+        for body, model in enumerate(frame.system.flexible_models)
         for loads in model.section_loads
     ]
 

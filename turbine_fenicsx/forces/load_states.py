@@ -16,7 +16,7 @@ from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.types import Array
 
 
-class Response(NamedTuple):
+class StateResponse(NamedTuple):
     """Loads on n sections for states of the source, and how fast these change.
 
     Attributes:
@@ -41,7 +41,7 @@ class StateLoad(LineLoad, Protocol):
     def balance(self, motion: SectionMotion, time: float) -> Array:
         """States after this motion has lasted for long, shape (n, k)."""
 
-    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads and rates, as a function that changes nothing."""
 
 
@@ -61,10 +61,10 @@ class WithoutStates:
         """No states."""
         return np.zeros((len(motion.position), 0))
 
-    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads in a step without length."""
         self._source.start_step(StepTimes.from_start(time, 0.0))
-        return Response(*self._source.loads(motion, time), states)
+        return StateResponse(*self._source.loads(motion, time), states)
 
 
 def find_states(source: LineLoad) -> StateLoad | WithoutStates:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
-from turbine_fenicsx.forces.load_states import Response
+from turbine_fenicsx.forces.load_states import StateResponse
 from turbine_fenicsx.forces.section_loads import SectionMotion
 from turbine_fenicsx.foundation.argument_checks import check_array, check_positive
 from turbine_fenicsx.foundation.errors import ModelError
@@ -26,6 +26,7 @@ from turbine_fenicsx.foundation.rotations import nearest_rotation
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.wind import plane_slopes
 from turbine_fenicsx.wind.aero_blade import AeroBlade, place_blades
+from turbine_fenicsx.wind.averaged_polar import average_polars
 from turbine_fenicsx.wind.inflow import Inflow
 from turbine_fenicsx.wind.momentum import (
     MAX_INDUCTION,
@@ -42,6 +43,7 @@ from turbine_fenicsx.wind.section_air import (
     Places,
     Properties,
     Rotation,
+    SectionAir,
     SectionFlow,
     compile_section_air,
     dot,
@@ -145,16 +147,29 @@ class RotorAerodynamics:
         self._states = SectionStates(stall, shedding, self._chord)
         self._skew, self._tower = skew, tower
         self._induction = induction
-        of_all = self._chord, self._lengths, self._density, stall, turning, shedding
-        polars = blade.table
-        table = (
-            polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
-        )
-        self._air = compile_section_air(Properties(table, *of_all))
+        self._turning = turning
+        self._air = self._compile()
         self._wake: Wake | None = None
         self._state = AirState()
         self._seen: tuple[SectionMotion, float, _Sections] | None = None
         self._local: tuple[Array, Array] | None = None
+
+    def average_polars(self, amplitude: float) -> None:
+        """Take polars that are averaged over an amplitude of the angle of attack [rad] from now on.
+
+        Small vibrations of this amplitude see their slopes.
+        """
+        self._blade = average_polars(self._blade, amplitude)
+        self._air = self._compile()
+
+    def _compile(self) -> SectionAir:
+        """The air on sections with the polars of the blade."""
+        polars, stall, B = self._blade.table, self._states.stall, self._B
+        table = (
+            polars.tabulate(polars.values, B) if stall is None else tabulate_separation(polars, B)
+        )
+        of_all = self._chord, self._lengths, self._density, stall, self._turning
+        return compile_section_air(Properties(table, *of_all, self._states.shed_wake))
 
     def start_step(self, times: StepTimes) -> None:
         """States continue to the middle of the step, where loads are asked for."""
@@ -193,7 +208,7 @@ class RotorAerodynamics:
         of_wake = [(1.0 - SHARE) * w, w] if self._induction else []
         return np.hstack([*of_wake, self._states.balance(found)])
 
-    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads and rates of states; see `StateLoad.respond`."""
         s, n = self._find_sections(motion, time), 4 * self._induction
         z, w = np.hsplit(states[:, :n], 2) if n else np.zeros((2, len(states), 2))
@@ -205,7 +220,7 @@ class RotorAerodynamics:
             R, speed = self._blade.tip_radius, self._find_mean_wind(s)
             taus = find_time_constants(a, s.radius, R, speed)
             rates = [*find_rates(z, w, w_qs, taus), *rates]
-        return Response(found.force, found.moment, np.hstack(rates))
+        return StateResponse(found.force, found.moment, np.hstack(rates))
 
     def _find_mean_wind(self, s: _Sections) -> float:
         """Mean wind along the normals [m/s]."""

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from turbine_fenicsx.forces.force import StepTimes
 from turbine_fenicsx.forces.load_slopes import find_slopes
-from turbine_fenicsx.forces.load_states import Response, find_states
+from turbine_fenicsx.forces.load_states import StateResponse, find_states
 from turbine_fenicsx.forces.section_loads import LineLoad, SectionMotion
 from turbine_fenicsx.foundation.argument_checks import check_array, check_number
 from turbine_fenicsx.foundation.restart_data import RestartData
@@ -70,8 +70,8 @@ class TurningAtRest:
         """States of the source in balance with a motion that has its velocities."""
         return find_states(self.source).balance(motion, time)
 
-    def respond(self, motion: SectionMotion, time: float, states: Array) -> Response:
-        """Response of the source to a motion that has its velocities."""
+    def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
+        """StateResponse of the source to a motion that has its velocities."""
         return find_states(self.source).respond(motion, time, states)
 
     def accept(self, motion: SectionMotion, times: StepTimes) -> None:

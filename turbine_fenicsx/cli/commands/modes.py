@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from math import degrees, isfinite, pi
+from math import degrees, isfinite, pi, radians
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import (
@@ -31,9 +31,15 @@ MAX_SPEEDS = 200
 UNITS = {"rpm": pi / 30.0, "rad/s": 1.0, "deg/s": pi / 180.0}
 """Units of a speed in rad/s."""
 
+MAX_AMPLITUDE = 5.0
+"""Largest amplitude of the angle of attack [deg]."""
+
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _SPEED = re.compile(rf"({_NUMBER})\s*({'|'.join(UNITS)})", re.ASCII)
 _RANGE = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})\s*({'|'.join(UNITS)})", re.ASCII)
+
+
+_ANGLE = re.compile(rf"({_NUMBER})\s*deg", re.ASCII)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,25 +66,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="in steady wind, with what the air does to them: speeds in m/s, START:END:STEP or "
         "separated by commas, for example 3:25:1",
     )
-    parser.add_argument(
-        "--schedule",
-        metavar="FILE",
-        help="with --wind: speed and pitch over the wind, as of the command steady",
-    )
-    parser.add_argument(
-        "--keep-power",
-        action="store_true",
-        help="with --schedule FILE: from rated wind on, change the pitch until the power of the "
-        "air is that of the table, in its column aero_power_[W]",
-    )
-    parser.add_argument(
-        "--frozen-wake", action="store_true", help="with --wind: the wake does not follow"
-    )
-    parser.add_argument(
-        "--quasi-steady",
-        action="store_true",
-        help="with --wind: lift follows without any delay, also in stall",
-    )
+    _add_air(parser)
     parser.add_argument(
         "--lock",
         metavar="NAME",
@@ -93,6 +81,35 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_force(parser)
     parser.add_argument("--quiet", action="store_true", help="print no table")
+
+
+def _add_air(parser: argparse.ArgumentParser) -> None:
+    """Arguments that go with --wind."""
+    parser.add_argument(
+        "--schedule",
+        metavar="FILE",
+        help="with --wind: speed and pitch over the wind, as of the command steady",
+    )
+    parser.add_argument(
+        "--keep-power",
+        action="store_true",
+        help="with --schedule FILE: from rated wind on, change the pitch until the power of the "
+        "air is that of the table, in its column aero_power_[W]",
+    )
+    parser.add_argument(
+        "--amplitude",
+        metavar="ANGLE",
+        help="with --wind: amplitude of the angle of attack over which polars, whose slopes jump, "
+        'are averaged, 0 to 5 deg; default: "0.5 deg"',
+    )
+    parser.add_argument(
+        "--frozen-wake", action="store_true", help="with --wind: the wake does not follow"
+    )
+    parser.add_argument(
+        "--quasi-steady",
+        action="store_true",
+        help="with --wind: lift follows without any delay, also in stall",
+    )
 
 
 def run(options: argparse.Namespace, comm: Any) -> int:
@@ -132,6 +149,7 @@ def _check_air(options: argparse.Namespace) -> None:
     given = {
         "--schedule": options.schedule is not None,
         "--keep-power": options.keep_power,
+        "--amplitude": options.amplitude is not None,
         "--frozen-wake": options.frozen_wake,
         "--quasi-steady": options.quasi_steady,
     }
@@ -169,7 +187,12 @@ def _find_in_wind(
 ) -> list[str]:
     """Find the modes in wind; names of the files."""
     from turbine_fenicsx.cli.commands._progress import show_making
-    from turbine_fenicsx.turbine.modes.wind_modes import COUNT, WindModesWanted, find_wind_modes
+    from turbine_fenicsx.turbine.modes.wind_modes import (
+        AMPLITUDE,
+        COUNT,
+        WindModesWanted,
+        find_wind_modes,
+    )
 
     wanted = WindModesWanted(
         winds,
@@ -179,6 +202,7 @@ def _find_in_wind(
         frozen_wake=options.frozen_wake,
         quasi_steady=options.quasi_steady,
         locked=tuple(dict.fromkeys(options.lock)),
+        amplitude=_parse_amplitude(options.amplitude, AMPLITUDE),
     )
     with show_making(comm, options.quiet):
         _, files = find_wind_modes(
@@ -190,6 +214,19 @@ def _find_in_wind(
             found=lambda table: _show_in_wind(table, winds, options, comm) or interrupt(),
         )
     return files
+
+
+def _parse_amplitude(text: str | None, default: float) -> float:
+    """The angle of ``--amplitude`` [rad]."""
+    if text is None:
+        return default
+    match = _ANGLE.fullmatch(text.strip())
+    if match is None or not 0.0 <= float(match[1]) <= MAX_AMPLITUDE:
+        raise InputError(
+            f"--amplitude {text}: give an angle from 0 to {MAX_AMPLITUDE:g} deg, for example "
+            '"0.5 deg"'
+        )
+    return radians(float(match[1]))
 
 
 def _show_in_wind(table: Any, winds: list[float], options: argparse.Namespace, comm: Any) -> bool:

@@ -14,6 +14,7 @@ from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.rotor_air import WIND
 from turbine_fenicsx.turbine.steady.operating_states import OperatingState
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
 
@@ -33,6 +34,7 @@ class SymmetricTurbine(SteadyTurbine):
         case: The case, as `make_symmetric` gives it.
         comm: Communicator.
         locked: Names of joint coordinates that a brake holds.
+        amplitude: Of the angle of attack, over which polars are averaged [rad].
 
     Raises:
         InputError: if the blades are not reduced or beams, or have no aerodynamics.
@@ -41,7 +43,13 @@ class SymmetricTurbine(SteadyTurbine):
         Collective.
     """
 
-    def __init__(self, case: Case, comm: MPI.Intracomm, locked: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        case: Case,
+        comm: MPI.Intracomm,
+        locked: Sequence[str] = (),
+        amplitude: float = 0.0,
+    ) -> None:
         if not case.has_reduced_blades:
             raise InputError(
                 'modes in wind need blades that move by few functions: blade.model = "reduced" '
@@ -55,6 +63,7 @@ class SymmetricTurbine(SteadyTurbine):
                 'modes in wind need a tower that moves by few functions too: tower.model = "beam" '
                 'or "reduced", or tower.flexible = false'
             )
+        self.turbine.part(WIND).source.source.average_polars(amplitude)
 
     def solve(self, operating: OperatingState, near: State | None = None) -> State:
         """The equilibrium in wind along the shaft, which follows from it."""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
+from math import radians
 
 from mpi4py import MPI
 
@@ -43,6 +44,9 @@ log = logging.getLogger(__name__)
 COUNT = 12
 """Number of modes if nobody says how many."""
 
+AMPLITUDE = radians(0.5)
+"""Amplitude of the angle of attack for whose vibrations the modes are, if nobody says so [rad]."""
+
 LIKE = 0.1
 """Least MAC of a mode in the air with the one without air that it comes from."""
 
@@ -59,6 +63,7 @@ class WindModesWanted:
         frozen_wake: Whether the wake stays as it is.
         quasi_steady: Whether lift follows without any delay, also in stall.
         locked: Names of joint coordinates that a brake holds.
+        amplitude: As of `SymmetricTurbine`.
     """
 
     winds: Sequence[float]
@@ -68,6 +73,7 @@ class WindModesWanted:
     frozen_wake: bool = False
     quasi_steady: bool = False
     locked: tuple[str, ...] = ()
+    amplitude: float = AMPLITUDE
 
     @property
     def air(self) -> AirModel:
@@ -109,7 +115,7 @@ def find_wind_modes(
         plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
         _say_what_is_left_out(case, comm)
         with end_immediately_alone(comm):
-            rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked)
+            rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked, wanted.amplitude)
         finder = _WindFinder(rotor, plan, wanted)
         finders = [partial(finder.find, wind) for wind in wanted.winds]
         tables, last = find_series(rotor.turbine, finders, wanted.count, found)
