@@ -51,7 +51,7 @@ compared [1/s^2]."""
 DEPENDENT = 1e-20
 """Part of the modal mass of the rotation below which it is a sum of the slowest modes."""
 
-VIBRATES = 0.1
+VIBRATES = 0.3
 """Least part of an eigenvalue that is frequency; motions of more damping creep back."""
 
 SLOW = 1e-3

@@ -48,7 +48,8 @@ AMPLITUDE = radians(0.5)
 """Amplitude of the angle of attack for whose vibrations the modes are, if nobody says so [rad]."""
 
 LIKE = 0.1
-"""Least MAC of a mode in the air with the one without air that it comes from."""
+"""Least MAC of a mode in the air with those that it comes from: the one without air, and the one
+at the wind before."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,8 @@ class _WindFinder:
     """Finds modes at one wind speed after the other.
 
     Modes of the structure are followed from wind to wind and have names. Each becomes a mode in the
-    air, the one with most of its shape: flap modes are damped so much that their shapes mix.
+    air, one with much of its shape, and of that at the wind before: flap modes are damped so much
+    that their shapes mix.
     """
 
     def __init__(self, rotor: SymmetricTurbine, plan: Schedule, wanted: WindModesWanted) -> None:
@@ -175,11 +177,14 @@ class _WindFinder:
         self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
         found, rows_found = describe_modes(rotor.turbine, found)
         criteria = find_criteria(system, self._still, found)
-        ways = [[_find_share(row.name, other) for other in rows_found] for row in rows]
-        _, partners = linear_sum_assignment(np.where(criteria < LIKE, 0.0, -criteria - ways))
-        for row, mac in zip(rows, criteria[np.arange(count), partners], strict=True):
+        likeness = criteria.copy()
+        if before is not None:
+            likeness[: len(before.modes)] += find_criteria(system, before, found)
+        weights = likeness + [[_find_share(x.name, y) for y in rows_found] for x in rows]
+        _, partners = linear_sum_assignment(np.where(likeness < LIKE, 0.0, -weights))
+        for row, mac in zip(rows, likeness[np.arange(count), partners], strict=True):
             if mac < LIKE:
-                self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with its structure")
+                self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with what it was")
         place = Place(speed, wind, operating.pitch)
         return Found(choose(found, partners), place, [row.name for row in rows])
 
