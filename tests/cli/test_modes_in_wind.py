@@ -11,7 +11,13 @@ from turbine_fenicsx.cli.main import main
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.mode_tables import read_campbell
 from turbine_fenicsx.turbine.case.case import Case
-from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
+from turbine_fenicsx.turbine.modes.mode_files import ModeTable, Place
+from turbine_fenicsx.turbine.modes.mode_table import ModeRow
+from turbine_fenicsx.turbine.modes.wind_modes import (
+    WindModesWanted,
+    find_flutter,
+    find_wind_modes,
+)
 
 pytest.importorskip("slepc4py")
 EVEN = (
@@ -101,6 +107,10 @@ def test_a_wake_that_stays_and_lift_without_delay_change_the_damping(case):
     [
         (("--frozen-wake",), "--frozen-wake needs --wind"),
         (("--schedule", "x.csv"), "--schedule needs --wind"),
+        (("--keep-power", "--flutter", "7:9:1 rpm"), "--keep-power needs --wind"),
+        (("--flutter", "0:9:1 rpm"), "--flutter 0:9:1 rpm: the rotor must turn"),
+        (("--flutter", "7:9"), "--flutter 7:9: give START:END:STEP and rpm"),
+        (("--amplitude", "9 deg", "--wind", "9"), "--amplitude 9 deg: give an angle from 0 to 5"),
         (("--wind", "0:3:1"), "--wind 0:3:1: give START:END:STEP or wind speeds that rise"),
         (("--wind", "9", "--set", *EVEN[:2]), "modes in wind need a tower that moves by few"),
         (("--wind", "9", "--set", EVEN[2]), "rigid body 'hub' has no equal 1/3 of a revolution"),
@@ -111,6 +121,30 @@ def test_bad_input_is_refused_in_a_sentence(case, options, words, capfd):
     capfd.readouterr()
     assert main(["modes", str(case), *options]) == 2
     assert words in capfd.readouterr().err
+
+
+def test_a_rotor_that_no_wind_turns_is_refused(case, capfd):
+    options = ("--flutter", "25:30:5", "rpm", "--count", "4", *OPTIONS[4:])
+    assert main(["modes", str(case), *options]) == 3
+    printed = capfd.readouterr().err
+    assert "no wind lets the rotor turn freely at 2.618 rad/s and this pitch: at " in printed
+    assert "there are modes at none of the places" in printed
+
+
+def test_modes_that_begin_to_grow_are_found_between_speeds():
+    def table(speed, *dampings):
+        rows = [ModeRow(1.0 + k, x, 0.0, f"mode {k}", {}, {}) for k, x in enumerate(dampings)]
+        return ModeTable(Place(speed, 5.0, 0.0, True), tuple(rows))
+
+    tables = [
+        table(1.0, 0.04, 0.02, -0.1),
+        table(2.0, 0.03, -0.02, -0.1),
+        table(3.0, -0.01, 0.0, 0.0),
+    ]
+    (first, row), (second, other) = find_flutter(tables)
+    assert (row.name, other.name) == ("mode 1", "mode 0")
+    assert (first, second) == pytest.approx((1.5, 2.75))
+    assert find_flutter(tables[:1]) == []
 
 
 def test_full_blades_are_refused(tmp_path, capfd):

@@ -7,7 +7,11 @@ from windio_files import find_turbine
 
 from turbine_fenicsx import Case
 from turbine_fenicsx.records import names
-from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
+from turbine_fenicsx.turbine.modes.wind_modes import (
+    WindModesWanted,
+    find_flutter,
+    find_wind_modes,
+)
 from turbine_fenicsx.turbine.steady.operating_states import DEGREE, RPM, OperatingState
 from turbine_fenicsx.turbine.steady.steady_results import SteadyReader
 from turbine_fenicsx.turbine.steady.steady_turbine import SteadyTurbine
@@ -121,3 +125,24 @@ def test_the_first_edge_whirl_in_the_wind_decays_between_hawc2_and_openfast(tmp_
         assert table.place.wind == wind and len(rates) == 2
         assert rates[0] == pytest.approx(rates[1], rel=1e-3)
         assert 0.85 * min(codes) < rates[0] < 1.2 * max(codes)
+
+
+@pytest.mark.slow
+def test_a_free_rotor_flutters_above_its_rated_speed(capfd, tmp_path):
+    pytest.importorskip("slepc4py")
+    tables = make_tables(8.0) | {"blade": {"model": "beam", "damping": 0.003}}
+    speeds = tuple(rpm * RPM for rpm in (8.5, 9.5, 10.5))
+    wanted = WindModesWanted(count=20, locked=("yaw",), speeds=speeds)
+    found, files = find_wind_modes(Case.parse(tables), tmp_path / "free", COMM, wanted)
+    assert "campbell.csv" in files
+    winds = [table.place.wind for table in found]
+    # a tip-speed ratio of 20 to 23, where the torque changes its sign
+    assert [speed * 142.0 / wind for speed, wind in zip(speeds, winds, strict=True)] == (
+        pytest.approx([21.5] * 3, rel=0.1)
+    )
+    grow = {row.name.split(",")[0]: speed / RPM for speed, row in find_flutter(found)}
+    assert 9.0 < grow.pop("first edge") < 9.5
+    # flap and torsion
+    assert 9.0 < min(grow.values()) < 10.0
+    head = (tmp_path / "free" / "campbell.csv").read_text().splitlines()[0]
+    assert head.startswith(f"{names.SPEED},{names.PITCH},{names.FREE_WIND},{names.MODE}")

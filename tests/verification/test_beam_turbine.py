@@ -320,7 +320,8 @@ def test_a_tower_that_is_a_beam_has_the_frequencies_and_the_motion_of_a_tube(pat
     out = run(path, "beam tower", "tower.model=beam")
     seen = read(out)
     size = np.max(np.abs(seen["total_energy_[J]"]))
-    assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-9 * size
+    # ten times solver.tolerance
+    assert np.max(np.abs(seen["energy_error_[J]"])) < 1e-8 * size
     file = write_tower(path.parent)
     of_file = build_turbine(Case.load(path, ["tower.model=beam", f"tower.beam.file={file}"]), COMM)
     (tower,) = (m for m in of_file.system.flexible_models if m.body.name == "tower")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Sequence
 from math import degrees, isfinite, pi, radians
 from typing import Any
 
@@ -66,6 +67,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="in steady wind, with what the air does to them: speeds in m/s, START:END:STEP or "
         "separated by commas, for example 3:25:1",
     )
+    speed.add_argument(
+        "--flutter",
+        metavar="RANGE",
+        nargs="+",
+        help="in the wind that lets the rotor turn freely at speeds, for example 7:12:0.5 rpm, "
+        "with the speed from which a mode grows",
+    )
     _add_air(parser)
     parser.add_argument(
         "--lock",
@@ -116,6 +124,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     """Find the modes and print them."""
     speeds = _speeds(options)
     winds = None if options.wind is None else parse_winds(options.wind)
+    if options.flutter is not None:
+        speeds = parse_speeds(options.flutter, "--flutter")
     _check_air(options)
     if options.count is not None and options.count < 1:
         raise InputError(f"--count {options.count}: must be at least 1")
@@ -127,10 +137,10 @@ def run(options: argparse.Namespace, comm: Any) -> int:
 
     try:
         with catch_signals() as interrupt:
-            if winds is None:
+            if winds is None and options.flutter is None:
                 files = _find(case, options, comm, speeds, interrupt)
             else:
-                files = _find_in_wind(case, options, comm, winds, interrupt)
+                files = _find_in_wind(case, options, comm, winds or speeds or (), interrupt)
     except StepFailure as failure:
         return fail(comm, str(failure), NOT_CONVERGED)
     except FileError as error:
@@ -153,9 +163,12 @@ def _check_air(options: argparse.Namespace) -> None:
         "--frozen-wake": options.frozen_wake,
         "--quasi-steady": options.quasi_steady,
     }
-    without = [name for name, there in given.items() if there]
-    if without and options.wind is None:
-        raise InputError(f"{without[0]} needs --wind")
+    of_plan = ("--schedule", "--keep-power")
+    for name, there in given.items():
+        if there and options.wind is None and (options.flutter is None or name in of_plan):
+            raise InputError(f"{name} needs --wind")
+    if options.flutter is not None and parse_speeds(options.flutter, "--flutter")[0] <= 0.0:
+        raise InputError(f"--flutter {' '.join(options.flutter)}: the rotor must turn")
 
 
 def _find(
@@ -183,37 +196,53 @@ def _find(
 
 
 def _find_in_wind(
-    case: Any, options: argparse.Namespace, comm: Any, winds: list[float], interrupt: Any
+    case: Any, options: argparse.Namespace, comm: Any, places: Sequence[float], interrupt: Any
 ) -> list[str]:
-    """Find the modes in wind; names of the files."""
+    """Find the modes in wind, or of a free rotor; names of the files."""
     from turbine_fenicsx.cli.commands._progress import show_making
     from turbine_fenicsx.turbine.modes.wind_modes import (
         AMPLITUDE,
         COUNT,
         WindModesWanted,
+        find_flutter,
         find_wind_modes,
     )
 
     wanted = WindModesWanted(
-        winds,
-        options.count or COUNT,
-        options.schedule,
-        options.keep_power,
+        **{"winds" if options.flutter is None else "speeds": places},
+        count=options.count or COUNT,
+        schedule=options.schedule,
+        keep_power=options.keep_power,
         frozen_wake=options.frozen_wake,
         quasi_steady=options.quasi_steady,
         locked=tuple(dict.fromkeys(options.lock)),
         amplitude=_parse_amplitude(options.amplitude, AMPLITUDE),
     )
     with show_making(comm, options.quiet):
-        _, files = find_wind_modes(
+        tables, files = find_wind_modes(
             case,
             options.out,
             comm,
             wanted,
             overwrite=options.overwrite,
-            found=lambda table: _show_in_wind(table, winds, options, comm) or interrupt(),
+            found=lambda table: _show_in_wind(table, places, options, comm) or interrupt(),
         )
+    if options.flutter is not None and comm.rank == 0 and not options.quiet:
+        print(_describe_flutter(find_flutter(tables), tables[-1].place.speed), flush=True)
     return files
+
+
+def _describe_flutter(found: Sequence[tuple[float, Any]], last: float) -> str:
+    """Modes that begin to grow, in words."""
+    from turbine_fenicsx.turbine.modes.mode_files import RPM
+
+    if not found:
+        return f"no mode begins to grow up to {last * RPM:.4g} rpm"
+    lines = (
+        f"grows from {speed * RPM:.4g} rpm: {row.name}, {row.frequency:.3f} Hz"
+        for speed, row in found
+    )
+    return "\n".join(lines)
 
 
 def _parse_amplitude(text: str | None, default: float) -> float:
@@ -229,20 +258,25 @@ def _parse_amplitude(text: str | None, default: float) -> float:
     return radians(float(match[1]))
 
 
-def _show_in_wind(table: Any, winds: list[float], options: argparse.Namespace, comm: Any) -> bool:
-    """Print the least damped mode at a wind speed, and all modes at the last."""
+def _show_in_wind(
+    table: Any, places: Sequence[float], options: argparse.Namespace, comm: Any
+) -> bool:
+    """Print the least damped mode at a place, and all modes at the last."""
     from turbine_fenicsx.turbine.modes.mode_files import RPM, format_modes
 
     if comm.rank > 0 or options.quiet:
         return False
-    place, number = table.place, winds.index(table.place.wind) + 1
+    place = table.place
+    here = place.speed if place.is_free else place.wind
     moving = [row for row in table.rows if row.frequency]
     least = min(moving, key=lambda row: row.damping_ratio, default=None)
     words = "" if least is None else f": least damping {100.0 * least.damping_ratio:.2f} %"
     words += "" if least is None else f", {least.frequency:.3f} Hz, {least.name}"
-    at = f"{place.wind:g} m/s, {place.speed * RPM:.4g} rpm, pitch {degrees(place.pitch):.4g} deg"
-    print(f"wind {number} of {len(winds)}: {at}{words}", file=sys.stderr, flush=True)
-    if place.wind == winds[-1]:
+    at = f"{place.wind:.4g} m/s, {place.speed * RPM:.4g} rpm, pitch {degrees(place.pitch):.4g} deg"
+    number = f"{places.index(here) + 1} of {len(places)}"
+    kind = "speed" if place.is_free else "wind"
+    print(f"{kind} {number}: {at}{words}", file=sys.stderr, flush=True)
+    if here == places[-1]:
         print(f"modes at {at}; frequencies are those seen from the ground")
         print(format_modes(table), flush=True)
     return False
@@ -299,8 +333,8 @@ def parse_speed(words: list[str]) -> float:
     return float(match[1]) * UNITS[match[2]]
 
 
-def parse_speeds(words: list[str]) -> tuple[float, ...]:
-    """The speeds of ``--speeds`` from the first to the last [rad/s].
+def parse_speeds(words: list[str], option: str = "--speeds") -> tuple[float, ...]:
+    """The speeds of ``--speeds`` or another option from the first to the last [rad/s].
 
     Raises:
         InputError: if it is not a finite range with a unit.
@@ -309,14 +343,14 @@ def parse_speeds(words: list[str]) -> tuple[float, ...]:
     match = _RANGE.fullmatch(text.strip())
     if match is None:
         raise InputError(
-            f"--speeds {text}: give START:END:STEP and rpm, rad/s or deg/s, for example 0:14:2 rpm"
+            f"{option} {text}: give START:END:STEP and rpm, rad/s or deg/s, for example 0:14:2 rpm"
         )
     start, end, step = (float(match[k]) for k in (1, 2, 3))
     if not all(isfinite(x) for x in (start, end, step)) or step <= 0.0 or end <= start:
-        raise InputError(f"--speeds {text}: the end must be above the start, the step above 0")
+        raise InputError(f"{option} {text}: the end must be above the start, the step above 0")
     number = int((end - start) / step * (1.0 + 1e-9)) + 1
     if not 2 <= number <= MAX_SPEEDS:
         raise InputError(
-            f"--speeds {text}: these are {number} speeds, from 2 to {MAX_SPEEDS} are allowed"
+            f"{option} {text}: these are {number} speeds, from 2 to {MAX_SPEEDS} are allowed"
         )
     return tuple((start + k * step) * UNITS[match[4]] for k in range(number))

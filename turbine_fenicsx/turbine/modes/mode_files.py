@@ -31,11 +31,13 @@ class Place:
         speed: Of the rotor [rad/s].
         wind: Speed of the wind [m/s]; None without air.
         pitch: Of the blades in the wind [rad].
+        is_free: Whether the wind follows from the speed: it gives the rotor no torque.
     """
 
     speed: float
     wind: float | None = None
     pitch: float = 0.0
+    is_free: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,8 @@ def _make_head(place: Place) -> dict[str, float]:
     if place.wind is None:
         return {names.SPEED: place.speed * RPM}
     turning = {names.SPEED: place.speed * RPM, names.PITCH: degrees(place.pitch)}
+    if place.is_free:
+        return {**turning, names.FREE_WIND: place.wind}
     return {names.WIND_SPEED: place.wind, **turning}
 
 

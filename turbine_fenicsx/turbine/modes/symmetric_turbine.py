@@ -10,7 +10,7 @@ from mpi4py import MPI
 import numpy as np
 
 from turbine_fenicsx.analysis.turning_frame import turning_frame
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
@@ -22,6 +22,22 @@ log = logging.getLogger(__name__)
 
 ALONG = 1e-7
 """Maximum angle between wind and shaft [rad]."""
+
+FREE = 1e-3
+"""Power coefficient below which a rotor turns freely."""
+
+FIRST_RATIO = 1.0 / 14.0
+"""Guess of the wind over the speed of the tips of a rotor that turns freely."""
+
+LARGEST_RATIO = 0.5
+"""Largest wind over the speed of the tips of a rotor that turns freely."""
+
+CHANGE, NEAREST = 0.1, 0.1
+"""Change of the wind at a time where a rotor that turns freely is looked for, relative to it, and
+least distance from winds that were tried, relative to theirs."""
+
+MOST_WINDS = 40
+"""Maximum number of winds for a rotor that turns freely."""
 
 MOST = 8
 """Maximum number of equilibria in which the wind follows the shaft."""
@@ -58,6 +74,7 @@ class SymmetricTurbine(SteadyTurbine):
         if case.aero.file is None and case.turbine.file is None:
             raise InputError("modes in wind need the aerodynamics of the blades: give aero.file")
         super().__init__(case, comm, azimuths=1, locked=locked)
+        self._free_ratio = FIRST_RATIO
         if self.turbine.system.has_large_bodies:
             raise InputError(
                 'modes in wind need a tower that moves by few functions too: tower.model = "beam" '
@@ -78,6 +95,45 @@ class SymmetricTurbine(SteadyTurbine):
             last, state = state, super().solve(operating, state)
             last.destroy()
         return state
+
+    def find_free(
+        self, speed: float, pitch: float, near: State | None = None
+    ) -> tuple[OperatingState, State]:
+        """The state in which the rotor turns freely: the wind gives it no torque.
+
+        Args:
+            speed: Of the rotor, positive [rad/s].
+            pitch: Of all blades [rad].
+            near: Another equilibrium, where it is looked for first.
+
+        Raises:
+            StepFailure: if there is no equilibrium, or no wind without torque.
+        """
+        radius = self.case.blade.hub_radius + self.case.blade.length
+        wind, ends = self._free_ratio * speed * radius, dict[bool, tuple[float, float]]()
+        for _ in range(MOST_WINDS):
+            if wind > LARGEST_RATIO * speed * radius:
+                break
+            operating = OperatingState(wind, speed, pitch, pitch)
+            state = self.solve(operating, near)
+            power = self.find_power(state, operating)
+            rated = 0.5 * self.case.wind.density * np.pi * radius**2 * wind**3
+            if abs(power) <= FREE * rated:
+                self._free_ratio = wind / (speed * radius)
+                return operating, state
+            state.destroy()
+            # winds with power and without lie on both sides, then the secant comes nearer
+            ends[power > 0.0] = wind, power
+            if len(ends) < 2:
+                wind *= 1.0 + (CHANGE if power < 0.0 else -CHANGE)
+                continue
+            (low, lacks), (high, excess) = ends[False], ends[True]
+            part = np.clip(lacks / (lacks - excess), NEAREST, 1.0 - NEAREST)
+            wind = low + float(part) * (high - low)
+        raise StepFailure(
+            f"no wind lets the rotor turn freely at {speed:.4g} rad/s and this pitch: "
+            f"at {operating.wind:.4g} m/s it takes {-1e-6 * power:.3g} MW"
+        )
 
 
 def make_symmetric(case: Case) -> Case:

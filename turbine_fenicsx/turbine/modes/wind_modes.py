@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from math import radians
 
 from mpi4py import MPI
@@ -25,6 +26,7 @@ from turbine_fenicsx.foundation.parallel import on_rank0
 from turbine_fenicsx.records.conventions import BLADES
 from turbine_fenicsx.records.folder_lock import lock_folder
 from turbine_fenicsx.records.output_folder import keep_results
+from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.modes.mode_files import ModeTable, Place
@@ -35,11 +37,14 @@ from turbine_fenicsx.turbine.modes.symmetric_turbine import (
     list_left_out,
     make_symmetric,
 )
-from turbine_fenicsx.turbine.steady.operating_states import Schedule, make_schedule
+from turbine_fenicsx.turbine.steady.operating_states import OperatingState, Schedule, make_schedule
 from turbine_fenicsx.wind.aerodynamics import WAKE
 from turbine_fenicsx.wind.section_states import SHED, STALL
 
 log = logging.getLogger(__name__)
+
+Look = Callable[..., tuple[OperatingState, State]]
+"""Finds the steady state at a speed of wind or rotor, near another one."""
 
 COUNT = 12
 """Number of modes if nobody says how many."""
@@ -65,9 +70,11 @@ class WindModesWanted:
         quasi_steady: Whether lift follows without any delay, also in stall.
         locked: Names of joint coordinates that a brake holds.
         amplitude: As of `SymmetricTurbine`.
+        speeds: In place of winds, speeds that rise of a rotor that turns freely at the pitch of the
+            case: each has a wind without torque [rad/s].
     """
 
-    winds: Sequence[float]
+    winds: Sequence[float] = ()
     count: int = COUNT
     schedule: str | None = None
     keep_power: bool = False
@@ -75,6 +82,7 @@ class WindModesWanted:
     quasi_steady: bool = False
     locked: tuple[str, ...] = ()
     amplitude: float = AMPLITUDE
+    speeds: Sequence[float] = ()
 
     @property
     def air(self) -> AirModel:
@@ -113,17 +121,49 @@ def find_wind_modes(
     with lock_folder(comm, out) if out is not None else nullcontext() as folder:
         if folder is not None:
             on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
-        plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
+        plan = None
+        if not wanted.speeds:
+            plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
         _say_what_is_left_out(case, comm)
         with end_immediately_alone(comm):
             rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked, wanted.amplitude)
-        finder = _WindFinder(rotor, plan, wanted)
-        finders = [partial(finder.find, wind) for wind in wanted.winds]
+        look: Look = partial(rotor.find_free, pitch=float(np.mean(case.pitch.initial)))
+        if plan is not None:
+            look = partial(_look, rotor, plan)
+        finder = _WindFinder(rotor, look, wanted)
+        finders = [partial(finder.find, place) for place in wanted.speeds or wanted.winds]
         tables, last = find_series(rotor.turbine, finders, wanted.count, found)
         finder.destroy()
         files = [] if folder is None else write_series(case, rotor.turbine, folder, tables, last)
         free_modes(last)
     return tables, files
+
+
+def find_flutter(tables: Sequence[ModeTable]) -> list[tuple[float, ModeRow]]:
+    """Speeds from which modes grow that decay before, and these modes, by rising speed.
+
+    Args:
+        tables: Modes over speeds that rise, with the same numbers.
+
+    Returns:
+        Speeds [rad/s], between two places by a straight line, once for each mode.
+    """
+    found: dict[int, tuple[float, ModeRow]] = {}
+    for before, after in pairwise(tables):
+        change = after.place.speed - before.place.speed
+        for k, (a, b) in enumerate(zip(before.rows, after.rows, strict=True)):
+            if a.damping_ratio >= 0.0 > b.damping_ratio:
+                part = a.damping_ratio / (a.damping_ratio - b.damping_ratio)
+                found.setdefault(k, (before.place.speed + part * change, b))
+    return sorted(found.values(), key=lambda pair: pair[0])
+
+
+def _look(
+    rotor: SymmetricTurbine, plan: Schedule, wind: float, near: State | None = None
+) -> tuple[OperatingState, State]:
+    """The steady state at a wind speed."""
+    operating, (state,) = rotor.find(plan, wind, near)
+    return operating, state
 
 
 def _say_what_is_left_out(case: Case, comm: MPI.Intracomm) -> None:
@@ -152,28 +192,30 @@ class _WindFinder:
     that their shapes mix.
     """
 
-    def __init__(self, rotor: SymmetricTurbine, plan: Schedule, wanted: WindModesWanted) -> None:
-        self._rotor, self._plan, self._wanted = rotor, plan, wanted
+    def __init__(self, rotor: SymmetricTurbine, look: Look, wanted: WindModesWanted) -> None:
+        self._rotor, self._look, self._wanted = rotor, look, wanted
         self._still: Modes | None = None
 
-    def find(self, wind: float, before: Modes | None) -> Found | None:
-        """The modes at a wind speed; None with a warning if there is no steady state."""
+    def find(self, at: float, before: Modes | None) -> Found | None:
+        """The modes at a speed of wind or rotor; None with a warning without a steady state."""
         rotor, near = self._rotor, None if before is None else before.state
         try:
-            operating, (state,) = rotor.find(self._plan, wind, near)
+            operating, state = self._look(at, near=near)
         except (ModelError, StepFailure) as failure:
-            self._warn(f"no modes at {wind:g} m/s: {failure}")
+            unit = "rad/s" if self._wanted.speeds else "m/s"
+            self._warn(f"no modes at {at:.4g} {unit}: {failure}")
             return None
-        system, speed, count = rotor.turbine.system, operating.rotor_speed, self._wanted.count
+        system, speed, wind = rotor.turbine.system, operating.rotor_speed, operating.wind
         problem = AirProblem(system, ROTOR, speed, state, len(BLADES))
         try:
-            still = problem.find_still(count + ADDITIONAL_MODES)
+            still = problem.find_still(self._wanted.count + ADDITIONAL_MODES)
             found = problem.find(2 * len(still.modes), self._wanted.air)
         finally:
             problem.destroy()
         if self._still is not None:
             still = choose(still, find_partners(system, self._still, still)[0])
             self._still.destroy()
+        count = min(self._wanted.count, len(still.modes))
         self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
         found, rows_found = describe_modes(rotor.turbine, found)
         criteria = find_criteria(system, self._still, found)
@@ -185,7 +227,7 @@ class _WindFinder:
         for row, mac in zip(rows, likeness[np.arange(count), partners], strict=True):
             if mac < LIKE:
                 self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with what it was")
-        place = Place(speed, wind, operating.pitch)
+        place = Place(speed, wind, operating.pitch, bool(self._wanted.speeds))
         return Found(choose(found, partners), place, [row.name for row in rows])
 
     def destroy(self) -> None:
