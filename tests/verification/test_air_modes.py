@@ -97,24 +97,20 @@ def test_blades_see_the_same_motions_from_the_ground_and_from_the_rotor(build, a
     shifts = {"forward": -1j, "backward": 1j, "collective": 0j}
     seen = np.array([m.eigenvalue + SPEED * shifts[m.whirl.name] for m in from_ground])
     seen = np.where(seen.imag < 0.0, seen.conj(), seen)
-    # a whirl that goes forward slower than the rotor goes backward there
-    for s in seen:
-        nearest = np.min(np.abs(values(from_rotor) - s))
-        assert nearest < 1e-6 * abs(s) or abs(s) > 0.9 * np.max(np.abs(values(from_rotor)))
-
-
-def test_backward_and_forward_whirl_decay_alike_on_a_tower_that_stands_still(build):
-    modes = find(*build())
-    rates = {}
-    for mode in modes:
-        rates.setdefault(mode.whirl.name, []).append(mode.eigenvalue.real)
-    assert sorted(rates["backward"])[-2:] == pytest.approx(sorted(rates["forward"])[-2:], rel=1e-3)
+    # those far below the largest that was asked for are in both sets
+    there = values(from_rotor)
+    compared = [s for s in seen if abs(s) < 0.9 * np.max(np.abs(there))]
+    assert len(compared) >= 5
+    for s in compared:
+        assert np.min(np.abs(there - s)) < 1e-6 * abs(s)
 
 
 def test_a_tower_moves_with_the_rotor_and_is_damped_by_the_air(build):
     rotor, state = build("model=beam")
     modes = find(rotor, state, 4)
-    still = AirProblem(rotor.turbine.system, ROTOR, SPEED, state, 3).find_still(4).modes
+    problem = AirProblem(rotor.turbine.system, ROTOR, SPEED, state, 3)
+    still = problem.find_still(4).modes
+    problem.destroy()
     # fore-aft is damped by the thrust, side-side hardly
     assert max(m.damping_ratio for m in modes[:2]) > 1.5 * max(m.damping_ratio for m in still[:2])
 
@@ -122,7 +118,7 @@ def test_a_tower_moves_with_the_rotor_and_is_damped_by_the_air(build):
 def test_a_state_that_is_no_equilibrium_is_refused(build):
     rotor, state = build()
     rotor.wind.set_speed(1.3 * WIND)
-    with pytest.raises(ModelError, match=r"no equilibrium in the air: forces lack \d+ % of each"):
+    with pytest.raises(ModelError, match=r"not in equilibrium with the air.* forces lack \d+ %"):
         find(rotor, state, 3)
     rotor.wind.set_speed(WIND)
 

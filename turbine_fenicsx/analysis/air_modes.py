@@ -5,7 +5,7 @@ rotation about the axis. With the matrices of `turning_modes` and the terms of `
 
     | a   |'   |       0             1         0          | | a    |
     | a'  |  = | X^T F_z - K    X^T F_v - D    X^T F_zeta | | a'   |,
-    | zeta|    |     g_z X         g_v X    g_zeta + W J  | | zeta |
+    | zeta|    |     g_z X         g_v X    g_zeta + WJ   | | zeta |    W = Omega,
 
 whose eigenvalues are all found. There are hundreds, most of them of the air. Those of the structure
 have a large share of a and a', the sum of the products of left and right eigenvectors: 1 without
@@ -205,8 +205,9 @@ class AirProblem:
         lacks = abs(structure - air) / max(abs(structure), abs(air), LEAST_STIFFNESS)
         if not lacks <= BALANCED:
             raise ModelError(
-                f"the state about {self._frame.joint!r} is no equilibrium in the air: forces lack "
-                f"{100.0 * lacks:.2g} % of each other"
+                f"the rotor on {self._frame.joint!r} is not in equilibrium with the air, or its "
+                f"wind differs around it: forces lack {100.0 * lacks:.2g} % of each other as it "
+                "turns"
             )
 
     def _find(self, count: int, A: Array) -> Modes:

@@ -51,8 +51,6 @@ class AirTerms:
         rates_by_states: g_zeta, shape (k, k) [1/s].
         whirl: Omega J, shape (k, k) [1/s].
         models: The model of each state.
-        imbalance: Largest rate of a state in the steady motion, relative to the largest state of
-            its kind [1/s].
     """
 
     by_motion: Array
@@ -63,7 +61,6 @@ class AirTerms:
     rates_by_states: Array
     whirl: Array
     models: tuple[str, ...]
-    imbalance: float
 
     def freeze(self, models: tuple[str, ...]) -> AirTerms:
         """The same with the states of some models constant."""
@@ -93,9 +90,7 @@ class AirTerms:
         g_z, g_v, g_s = (x[kept] for x in rates)
         whirl = self.whirl[np.ix_(kept, kept)]
         models = tuple(name for name, keep in zip(self.models, kept, strict=True) if keep)
-        return AirTerms(
-            F_z, F_v, F_s[:, kept], g_z, g_v, g_s[:, kept], whirl, models, self.imbalance
-        )
+        return AirTerms(F_z, F_v, F_s[:, kept], g_z, g_v, g_s[:, kept], whirl, models)
 
 
 def find_air_terms(
@@ -145,17 +140,15 @@ def find_air_terms(
             F[:, j], g[:, j] = force / size, rates / size
     moved = [loads.find_motion(u, x) for x in X.T]
     velocities = np.array([np.hstack([each.velocity, each.angular_velocity]) for each in moved])
-    F_s, g_s, largest = _differ_by_states(loads, steady, time, zeta)
+    F_s, g_s = _differ_by_states(loads, steady, time, zeta)
     F_s = np.einsum("jnc,nck->jnk", velocities.reshape(m, n, 6), F_s).reshape(m, n * k)
     g_s = np.einsum("nab,nm->namb", g_s, np.eye(n)).reshape(n * k, n * k)
     whirl = np.zeros_like(g_s)
     if shift is not None and frame.flexible_turns[body]:
         C = _find_section_shift(frame, steady.position, shift.blades)
         whirl = frame.speed * np.kron(_generate(C, shift.blades), np.eye(k))
-    rates = loads.states.respond(steady, time, zeta).rates
-    imbalance = float(np.max(np.abs(rates) / largest, initial=0.0))
     F_z, F_v = sum_over_ranks(comm, np.stack([F_z, F_v]))
-    return AirTerms(F_z, F_v, F_s, g_z, g_v, g_s, whirl, models * n, imbalance)
+    return AirTerms(F_z, F_v, F_s, g_z, g_v, g_s, whirl, models * n)
 
 
 def _find_velocities(frame: TurningFrame, body: int, X: Array, shift: CyclicShift | None) -> Array:
@@ -183,11 +176,11 @@ def _find_size(frame: TurningFrame, x: Array, largest: float) -> float:
 
 def _differ_by_states(
     loads: BoundSectionLoads, motion: SectionMotion, time: float, zeta: Array
-) -> tuple[Array, Array, Array]:
-    """Derivatives by the k states of each section, and the largest states of each kind.
+) -> tuple[Array, Array]:
+    """Derivatives by the k states of each section.
 
     Returns:
-        Of force and moment, shape (n, 6, k); of the rates, shape (n, k, k); shape (k,).
+        Of force and moment, shape (n, 6, k), and of the rates, shape (n, k, k).
     """
     n, k = zeta.shape
     largest = np.maximum(np.max(np.abs(zeta), axis=0, initial=0.0), LEAST_STATE)
@@ -198,7 +191,7 @@ def _differ_by_states(
         F[:, :3, kind] = (after.force - before.force) / (2.0 * size)
         F[:, 3:, kind] = (after.moment - before.moment) / (2.0 * size)
         g[:, :, kind] = (after.rates - before.rates) / (2.0 * size)
-    return F, g, largest
+    return F, g
 
 
 def _find_section_shift(frame: TurningFrame, position: Array, blades: int) -> Array:

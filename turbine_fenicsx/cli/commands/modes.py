@@ -126,6 +126,8 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     winds = None if options.wind is None else parse_winds(options.wind)
     if options.flutter is not None:
         speeds = parse_speeds(options.flutter, "--flutter")
+        if speeds[0] <= 0.0:
+            raise InputError(f"--flutter {' '.join(options.flutter)}: the rotor must turn")
     _check_air(options)
     if options.count is not None and options.count < 1:
         raise InputError(f"--count {options.count}: must be at least 1")
@@ -167,8 +169,6 @@ def _check_air(options: argparse.Namespace) -> None:
     for name, there in given.items():
         if there and options.wind is None and (options.flutter is None or name in of_plan):
             raise InputError(f"{name} needs --wind")
-    if options.flutter is not None and parse_speeds(options.flutter, "--flutter")[0] <= 0.0:
-        raise InputError(f"--flutter {' '.join(options.flutter)}: the rotor must turn")
 
 
 def _find(
