@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 ALONG = 1e-7
 """Maximum angle between wind and shaft [rad]."""
 
-FREE = 1e-3
+FREE_POWER = 1e-3
 """Power coefficient below which a rotor turns freely."""
 
 FIRST_RATIO = 1.0 / 14.0
@@ -118,7 +118,7 @@ class SymmetricTurbine(SteadyTurbine):
             state = self.solve(operating, near)
             power = self.find_power(state, operating)
             rated = 0.5 * self.case.wind.density * np.pi * radius**2 * wind**3
-            if abs(power) <= FREE * rated:
+            if abs(power) <= FREE_POWER * rated:
                 self._free_ratio = wind / (speed * radius)
                 return operating, state
             state.destroy()
