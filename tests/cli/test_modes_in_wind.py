@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from beam_turbines import write_beam_case
+from beam_turbines import CONTROLLED, write_beam_case
 from reduced_turbines import COMM, write_case
 
 from turbine_fenicsx.cli.main import main
@@ -102,12 +102,32 @@ def test_a_wake_that_stays_and_lift_without_delay_change_the_damping(case):
         assert 1e-4 < max(changes) < 0.5
 
 
+def test_a_controller_takes_part(case, capfd):
+    out = case.parent / "controlled"
+    options = ("--controller", "--wind", "9,12", *OPTIONS[2:], *CONTROLLED, "-o", str(out))
+    assert main(["modes", str(case), *options]) == 0
+    printed = capfd.readouterr()
+    assert "the controller" not in printed.err
+    assert printed.out.count("speed of the rotor") == 1
+    below, above = (row for row in read(out, "modes.csv") if row["name"] == "speed of the rotor")
+    # the pitch keeps the speed from rated wind on; below, generator and wind balance each other
+    assert float(below[names.SPEED]) < 9.5 < float(above[names.SPEED]) < 9.55
+    assert float(below[names.PITCH]) == pytest.approx(np.degrees(0.35))
+    assert float(above[names.PITCH]) > 21.0
+    for row in (below, above):
+        assert row["mode"] == "9" and float(row[names.FREQUENCY]) < 0.2
+        assert 0.1 < float(row[names.DAMPING_RATIO]) <= 1.0
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--frozen-wake",), "--frozen-wake needs --wind"),
         (("--schedule", "x.csv"), "--schedule needs --wind"),
         (("--keep-power", "--flutter", "7:9:1 rpm"), "--keep-power needs --wind"),
+        (("--controller",), "--controller needs --wind"),
+        (("--controller", "--wind", "9", "--schedule", "x.csv"), "--controller and --schedule: "),
+        (("--controller", *OPTIONS), "are known: control.kind = \"pi\", got 'none'"),
         (("--flutter", "0:9:1 rpm"), "--flutter 0:9:1 rpm: the rotor must turn"),
         (("--flutter", "7:9"), "--flutter 7:9: give START:END:STEP and rpm"),
         (("--amplitude", "9 deg", "--wind", "9"), "--amplitude 9 deg: give an angle from 0 to 5"),

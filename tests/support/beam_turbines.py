@@ -13,6 +13,26 @@ INERTIA = {"mass": 200.0, "cm_x": 0.01, "cm_y": -0.05, "i_edge": 30.0, "i_flap":
 """Of the root [kg/m, m, kg m]; mass and inertia are a tenth at the tip."""
 
 
+CONTROLLED = (
+    "control.kind=pi",
+    "drivetrain.ratio=1",
+    "pitch.drive=actuator",
+    "pitch.initial=0.35",
+    "control.torque.cut_in_speed=0.2",
+    "control.torque.optimal_speed=0.4",
+    "control.torque.gain=5e3",
+    "control.torque.rated_speed=0.95",
+    "control.torque.rated_power=1e4",
+    "control.torque.largest=1.2e4",
+    "control.pitch.speed=1.0",
+    "control.pitch.proportional_gain=5.0",
+    "control.pitch.integral_gain=0.5",
+    "control.pitch.gain_angle=0.3",
+    "control.pitch.fine=0.35",
+)
+"""A controller that suits the plates which are the blades: they turn slowly at much pitch."""
+
+
 def section_matrices(mu=0.002):
     """Matrices of a blade of 20 m.
 

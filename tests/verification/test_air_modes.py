@@ -4,18 +4,22 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
-from beam_turbines import write_beam_case
+from beam_turbines import CONTROLLED, write_beam_case
 from reduced_turbines import COMM
+from scipy.linalg import null_space
 from scipy.optimize import least_squares
 
 from turbine_fenicsx import Case, EnergyMomentum, PrescribedMotion, Simulation
 from turbine_fenicsx.analysis.air_modes import AirModel, AirProblem
+from turbine_fenicsx.analysis.feedback import Feedback
 from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.rotations import rotation_about
+from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
 from turbine_fenicsx.turbine.components import model as turbine_model
 from turbine_fenicsx.turbine.components.component import Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
+from turbine_fenicsx.turbine.components.pitch import BEARINGS
 from turbine_fenicsx.turbine.modes.symmetric_turbine import SymmetricTurbine, make_symmetric
 from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
 from turbine_fenicsx.turbine.steady import steady_turbine
@@ -123,6 +127,39 @@ def test_a_state_that_is_no_equilibrium_is_refused(build):
     rotor.wind.set_speed(WIND)
 
 
+def test_the_pitch_changes_the_torque_as_between_steady_states(build):
+    rotor, state = build("model=beam")
+    none = np.zeros((1, 1))
+    feedback = Feedback(
+        {ROTOR: 1.0},
+        {name: OPENFAST_SIGNS[name] for name in BEARINGS},
+        none,
+        none[0],
+        np.zeros((3, 1)),
+    )
+    problem = AirProblem(rotor.turbine.system, ROTOR, SPEED, state, motions=400, feedback=feedback)
+    (terms,), turned, n = problem.terms, problem.turned, problem.generator
+    problem.destroy()
+    # everything but the rotor follows a pitch of 1 rad at rest, and so does the air
+    balance = -np.linalg.solve(terms.rates_by_states + terms.whirl, terms.rates_by_motion)
+    stiffness = problem.stiffness - terms.by_motion - terms.by_states @ balance
+    others = null_space(turned[None, :-1])
+    motion = np.append(
+        -others
+        @ np.linalg.solve(others.T @ stiffness[:-1, :-1] @ others, others.T @ stiffness[:-1, -1]),
+        1.0,
+    )
+    found = -(turned @ stiffness @ motion) / (turned @ n)
+    change, torques = 2e-4, []
+    for pitch in (PITCH + change, PITCH - change):
+        operating = OperatingState(WIND, SPEED, pitch, pitch)
+        near = rotor.solve(operating, state)
+        torques.append(rotor.find_power(near, operating) / SPEED)
+        near.destroy()
+    rotor.solve(OperatingState(WIND, SPEED, PITCH, PITCH), state).destroy()
+    assert found == pytest.approx((torques[0] - torques[1]) / (2.0 * change), rel=1e-3)
+
+
 def test_a_run_that_is_kicked_decays_as_its_mode(build):
     rotor, state = build(driven=True)
     system, h = rotor.turbine.system, 0.01
@@ -179,8 +216,8 @@ def test_a_run_that_is_kicked_decays_as_its_mode(build):
 @pytest.mark.parallel
 def test_all_numbers_of_ranks_find_the_same(path):
     given, wanted = (
-        Case.load(path, [*HUB, "tower.model=beam"]),
-        WindModesWanted((9.0,), 5, locked=("yaw",)),
+        Case.load(path, [*HUB, "tower.model=beam", *CONTROLLED]),
+        WindModesWanted((12.0,), 5, locked=("yaw",), controlled=True),
     )
     (together,), _ = find_wind_modes(given, None, COMM, wanted)
     (alone,), _ = find_wind_modes(given, None, MPI.COMM_SELF, wanted)

@@ -14,23 +14,27 @@ states, 0 for states alone.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from petsc4py import PETSc
-
 import numpy as np
-from scipy.linalg import eig, eigh
+from scipy.linalg import eig
 
 from turbine_fenicsx.analysis.air_terms import AirTerms, find_air_terms
 from turbine_fenicsx.analysis.bordered_solver import FlatVectors
 from turbine_fenicsx.analysis.complex_modes import make_mode
 from turbine_fenicsx.analysis.cyclic_shift import CyclicShift, cyclic_shift
+from turbine_fenicsx.analysis.feedback import Feedback, keep_free
 from turbine_fenicsx.analysis.isotropy import check_isotropic
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.mode import Mode, Modes
-from turbine_fenicsx.analysis.quadratic_problem import QuadraticProblem
 from turbine_fenicsx.analysis.slepc import Pair
-from turbine_fenicsx.analysis.small_problem import find_allowed
+from turbine_fenicsx.analysis.slow_motions import (
+    find_rotation,
+    find_slow_motions,
+    multiply,
+    project,
+)
 from turbine_fenicsx.analysis.turning_frame import TurningFrame, turning_frame
 from turbine_fenicsx.analysis.turning_modes import turning_problem
 from turbine_fenicsx.analysis.whirl import WhirlMeter
@@ -47,9 +51,6 @@ MOTIONS = 100
 BALANCED, LEAST_STIFFNESS = 1e-2, 1e-6
 """Part that forces may lack of each other, and stiffness of the rotation below which nothing is
 compared [1/s^2]."""
-
-DEPENDENT = 1e-20
-"""Part of the modal mass of the rotation below which it is a sum of the slowest modes."""
 
 VIBRATES = 0.3
 """Least part of an eigenvalue that is frequency; motions of more damping creep back."""
@@ -124,11 +125,15 @@ class AirProblem:
         state: As in `air_modes`.
         blades: As in `air_modes`.
         motions: Number of modes of the structure whose sums motions are.
+        feedback: A controller that closes a loop around the rotor; None leaves its torque and the
+            pitch constant.
 
     Attributes:
-        stiffness: X^T K X, shape (m, m) [1/s^2].
+        stiffness: X^T K X, shape (m, m) [1/s^2]. With feedback the pitch is the last motion.
         damping: X^T D X, shape (m, m) [1/s].
         terms: Of the air, for each of the loads on sections.
+        generator: The angle of the generator for each of the motions, shape (m,); zero without
+            feedback.
         turned: The rotation of what turns as a sum of the motions, of unit modal mass; zero if a
             motor drives it.
 
@@ -149,11 +154,12 @@ class AirProblem:
         state: State,
         blades: int | None = 3,
         motions: int = MOTIONS,
+        feedback: Feedback | None = None,
     ) -> None:
         check_start(system, state)
         _check_loads(system)
         self._frame, self._blades = turning_frame(system, joint, speed, state), blades
-        self._linear = LinearSystem(system, state)
+        self._linear, self._feedback = LinearSystem(system, state), feedback
         self._shift = self._meter = self._problem = None
         try:
             if blades is not None:
@@ -161,18 +167,21 @@ class AirProblem:
                 check_isotropic(self._frame, self._linear, self._shift)
                 self._meter = WhirlMeter(self._linear, self._shift, speed)
             problem = self._problem = turning_problem(self._frame, self._linear, self._shift)
-            X = self._X = _find_motions(self._frame, problem, motions)
+            pitch = None if feedback is None else feedback.pitch
+            X = self._X = find_slow_motions(self._frame, problem, motions, pitch)
             vectors = self._linear.vectors
             self.terms = _find_terms(self._frame, vectors, state, X, self._shift)
             self.damping = np.zeros((X.shape[1],) * 2)
             if problem.damping is not None:
-                self.damping = _project(problem.damping, vectors, X)
-            self.stiffness = _project(problem.stiffness, vectors, X)
-            rotation = _find_rotation(self._frame, self._linear)[:, None]
-            along = X.T @ _multiply(self._linear.mass, vectors, rotation)
+                self.damping = project(problem.damping, vectors, X)
+            self.stiffness = project(problem.stiffness, vectors, X)
+            rotation = find_rotation(self._frame, self._linear)[:, None]
+            along = X.T @ multiply(self._linear.mass, vectors, rotation)
             along = sum_over_ranks(system.comm, along)[:, 0]
+            along[len(along) - (feedback is not None) :] = 0.0  # round-off: the pitch is normal
             is_free = not self._frame.is_driven
             self.turned: Array = along / np.linalg.norm(along) if is_free else 0.0 * along
+            self.generator = self._find_generator({} if feedback is None else feedback.generator)
             self._check_balance()
         except BaseException:
             self.destroy()
@@ -182,18 +191,19 @@ class AirProblem:
         """The vibrations of the structure with the smallest eigenvalues, by rising frequency.
 
         Motions that grow without vibration come first. Those that decay without any are left out,
-        and so is the rotation of a free rotor, which changes its speed slowly.
+        and so is the rotation of a free rotor, which changes its speed slowly. With a controller it
+        comes as one more mode after the others, whether it vibrates or not.
 
         Args:
             count: How many.
             air: How the air follows.
         """
         terms = [terms.freeze(air.frozen).follow(air.instant) for terms in self.terms]
-        return self._find(count, _assemble(self.damping, self.stiffness, terms))
+        return self._find(count, _assemble(self.damping, self.stiffness, terms), self._feedback)
 
     def find_still(self, count: int) -> Modes:
-        """The same modes where loads of the air stay as they are."""
-        return self._find(count, _assemble(self.damping, self.stiffness, []))
+        """The same modes where loads of the air stay as they are, and pitch and torque too."""
+        return self._find(count, _assemble(self.damping, self.stiffness, []), None)
 
     def _check_balance(self) -> None:
         """Refuse a state out of equilibrium.
@@ -210,27 +220,59 @@ class AirProblem:
                 "turns"
             )
 
-    def _find(self, count: int, A: Array) -> Modes:
-        """The modes of a matrix of first order."""
-        frame, linear = self._frame, self._linear
-        assert self._problem is not None
-        values, motions = on_rank0(frame.system.comm, lambda: _solve(A, self.turned))
+    def _find(self, count: int, A: Array, feedback: Feedback | None) -> Modes:
+        """The modes of a matrix of first order; the last one of the speed if there is feedback."""
+        frame, m, turned = self._frame, self._X.shape[1], self.turned
+        if feedback is not None:
+            A = feedback.close(A, self.generator)
+        elif self._feedback is not None:
+            A = A[np.ix_(*(keep_free(len(A), m),) * 2)]
+        if self._feedback is not None:
+            turned = turned[:-1]
+
+        def solve() -> tuple[Array, Array]:
+            values, vectors = _solve(A, turned, feedback is not None)
+            a = vectors[: len(turned)]
+            if feedback is not None:
+                a = np.vstack([a, feedback.find_pitch(vectors[-len(feedback.A) :])])
+            return values, np.pad(a, [(0, m - len(a)), (0, 0)])
+
+        values, motions = on_rank0(frame.system.comm, solve)
+        pairs = list(zip(values, motions.T, strict=True))
+        last = [self._make_mode(*pairs.pop())] if feedback is not None else []
         modes = list[Mode]()
-        for s, a in zip(values, motions.T, strict=True):
+        for s, a in pairs:
             if len(modes) == count:
                 break
-            parts = linear.vectors.new_vector(), linear.vectors.new_vector()
-            for part, values_of in zip(parts, (a.real, a.imag), strict=True):
-                part.array[:] = self._X @ values_of
-            pair = Pair(complex(s), parts)
-            mode = make_mode(self._problem, pair, False, self._meter)
-            pair.destroy()
+            mode = self._make_mode(s, a)
             if self._lasts(mode):
                 modes.append(mode)
             else:
                 mode.destroy()
         modes.sort(key=lambda mode: (mode.eigenvalue.imag, abs(mode.eigenvalue)))
-        return Modes(linear.state, tuple(modes), frame.joint, frame.speed, self._blades)
+        found = (*modes, *last)
+        return Modes(self._linear.state, found, frame.joint, frame.speed, self._blades)
+
+    def _make_mode(self, s: complex, a: Array) -> Mode:
+        """The mode of an eigenvalue and the sum of motions."""
+        vectors = self._linear.vectors
+        assert self._problem is not None
+        parts = vectors.new_vector(), vectors.new_vector()
+        for part, values in zip(parts, (a.real, a.imag), strict=True):
+            part.array[:] = self._X @ values
+        pair = Pair(complex(s), parts)
+        mode = make_mode(self._problem, pair, False, self._meter)
+        pair.destroy()
+        return mode
+
+    def _find_generator(self, factors: Mapping[str, float]) -> Array:
+        """n, a sum of joint coordinates for each of the motions."""
+        system, along = self._frame.system, np.zeros(self._X.shape[1])
+        if system.comm.rank == 0:
+            angles = self._X[len(self._X) - len(system.joint_coordinate_names) :]
+            for name, factor in factors.items():
+                along += factor * angles[system.joint_coordinate_names.index(name)]
+        return sum_over_ranks(system.comm, along)
 
     def _lasts(self, mode: Mode) -> bool:
         """Whether a mode vibrates, seen from what turns, or grows."""
@@ -256,61 +298,6 @@ def _check_loads(system: MultibodySystem) -> None:
         )
     if system.has_large_bodies:
         raise ModelError("modes in the air need bodies that move by few functions: reduced ones")
-
-
-def _find_motions(frame: TurningFrame, problem: QuadraticProblem, number: int) -> Array:
-    """X, this rank's rows of the slowest modes of the structure and of its rotation."""
-    linear, comm = problem.linear, problem.linear.system.comm
-    solver = linear.solver(linear.mass, "modes_")
-    solver.factorise()
-    Q = find_allowed(linear, solver.solve)
-    solver.destroy()
-    M, K = (_project(A, linear.vectors, Q) for A in (linear.mass, problem.stiffness))
-    rotation = _find_rotation(frame, linear)
-
-    def find() -> Array:
-        _, slowest = eigh(0.5 * (K + K.T), M, subset_by_index=(0, min(number, len(M)) - 1))
-        # the rotation of bent blades is nearly a sum of these, and would be lost in round-off
-        rest = along / np.sqrt(along @ M @ along)
-        for _ in range(3):
-            rest = rest - slowest @ (slowest.T @ (M @ rest))
-            mass = rest @ M @ rest
-            if mass <= DEPENDENT:
-                return np.asarray(slowest)
-            rest = rest / np.sqrt(mass)
-        return np.column_stack([slowest, rest])
-
-    along = sum_over_ranks(comm, Q.T @ rotation)
-    return np.asarray(Q @ on_rank0(comm, find))
-
-
-def _find_rotation(frame: TurningFrame, linear: LinearSystem) -> Array:
-    """This rank's part of the rotation of all that turns."""
-    moving = linear.state.copy()
-    frame.set_velocities(moving)
-    parts = [v.array_r.copy() for v in moving.v]
-    if linear.system.comm.rank == 0:
-        parts += [moving.q_dot, moving.joint_rates]
-    moving.destroy()
-    return np.concatenate([np.zeros(0), *parts])
-
-
-def _project(matrix: PETSc.Mat, vectors: FlatVectors, X: Array) -> Array:
-    """X^T A X. Collective."""
-    return sum_over_ranks(vectors.system.comm, X.T @ _multiply(matrix, vectors, X))
-
-
-def _multiply(matrix: PETSc.Mat, vectors: FlatVectors, X: Array) -> Array:
-    """A X, this rank's rows. Collective."""
-    x, y = vectors.new_vector(), vectors.new_vector()
-    image = np.empty_like(X)
-    for j in range(X.shape[1]):
-        x.array[:] = X[:, j]
-        matrix.mult(x, y)
-        image[:, j] = y.array_r
-    x.destroy()
-    y.destroy()
-    return image
 
 
 def _find_terms(
@@ -345,11 +332,13 @@ def _assemble(D: Array, K: Array, terms: list[AirTerms]) -> Array:
     return A
 
 
-def _solve(A: Array, rotation: Array) -> tuple[Array, Array]:
-    """Eigenvalues of the structure by rising size, one of each pair, and their a, shape (m, k).
+def _solve(A: Array, rotation: Array, with_speed: bool) -> tuple[Array, Array]:
+    """Eigenvalues of the structure by rising size, one of each pair, and their vectors, (n, k).
 
     Args:
         rotation: The rotation of what turns, of unit modal mass, shape (m,).
+        with_speed: Whether the one in which the speed of the rotor has the largest share is added
+            after them.
     """
     m = len(rotation)
     values, left, right = eig(A, left=True, right=True)
@@ -359,4 +348,9 @@ def _solve(A: Array, rotation: Array) -> tuple[Array, Array]:
     turns = np.abs(rotation @ a) ** 2 > TURNS * np.sum(np.abs(a) ** 2, axis=0)
     numbers = np.flatnonzero((of_motions >= STRUCTURAL) & (values.imag >= 0.0) & ~turns)
     numbers = numbers[np.argsort(np.abs(values[numbers]))]
-    return values[numbers], a[:, numbers]
+    if with_speed:
+        rate = slice(m, 2 * m)
+        shares = np.abs((rotation @ left[rate].conj()) * (rotation @ right[rate]))
+        shares = np.where(values.imag >= 0.0, shares / np.abs(products.sum(axis=0)), 0.0)
+        numbers = np.append(numbers, np.argmax(shares))
+    return values[numbers], right[:, numbers]

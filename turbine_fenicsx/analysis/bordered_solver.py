@@ -6,9 +6,9 @@ and the joint coordinates. With A block by block, one block for each flexible bo
 rigid part, and the gradients G of all constraints,
 
     | A  G^T | | y |   | b |
-    | G  0   | | l | = | 0 |
+    | G  0   | | l | = | c |
 
-has the nested form of a step, with no right-hand side in the constraints, and its linear solver.
+has the nested form of a step, and its linear solver. Without c constraints stay as they are.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from turbine_fenicsx.analysis.mode import Motion
+from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import from_rank0
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.linear_solvers.elimination import Elimination
@@ -137,7 +138,7 @@ def border(K: Array, G: Array) -> Array:
 
 
 class BorderedSolver(NestedBlocks):
-    """Solves A y + G^T l = b, G y = 0, with the constraints of a system in a state.
+    """Solves A y + G^T l = b, G y = c, with the constraints of a system in a state.
 
     Args:
         system: The system.
@@ -176,12 +177,31 @@ class BorderedSolver(NestedBlocks):
         """Factorise the present values of A. Collective."""
         self._elimination.update(self._x)
 
-    def solve(self, b: PETSc.Vec, y: PETSc.Vec) -> None:
+    def move(self, coordinate: int, change: float) -> Array:
+        """C of a change of the prescribed motion of a joint coordinate.
+
+        Args:
+            coordinate: Number of the joint coordinate.
+            change: Of it [rad or m].
+
+        Raises:
+            ModelError: if none is prescribed.
+        """
+        column = self._G.shape[1] - self._flat.system.rigid_model.n_T + coordinate
+        others = np.any(np.delete(self._G, column, axis=1), axis=1)
+        found = np.where(others, 0.0, change * self._G[:, column])
+        if not np.any(found):
+            name = self._flat.system.joint_coordinate_names[coordinate]
+            raise ModelError(f"joint coordinate {name!r} has no prescribed motion")
+        return found
+
+    def solve(self, b: PETSc.Vec, y: PETSc.Vec, c: Array | None = None) -> None:
         """Solve for one right-hand side. Collective.
 
         Args:
             b: Flat vector.
             y: Flat vector, overwritten by the solution.
+            c: Changes of the constraints of the rigid part, the same on every rank; zero if None.
         """
         b_u, _, b_r = self.split(self._b)
         *parts, rigid = self._flat.split(b)
@@ -189,6 +209,7 @@ class BorderedSolver(NestedBlocks):
             part.array[:] = values
         if self.n_r:
             b_r.array[: rigid.size] = rigid
+            b_r.array[rigid.size :] = 0.0 if c is None else c
         self._elimination.solve(self._b, self._x)
         u, _, r = self.split(self._x)
         parts = [*(part.array_r for part in u), r.array_r[: rigid.size]]

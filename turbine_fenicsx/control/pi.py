@@ -5,13 +5,20 @@ of first order, the torque follows from it by `TorqueLaw`, and
 
     theta = G(theta) (K_P e + K_I int e dt),    e = w - w_ref,    G(theta) = 1/(1 + theta/theta_K).
 
-The integral stops where theta meets its limits.
+The integral stops where theta meets its limits. Small changes about a steady state in which the
+pitch is within them and e = 0 follow, as G depends on theta, with g = G/(1 + G theta/theta_K):
+
+    w_f' = omega (w - w_f),    I' = w_f,    T = T'(w_f) w_f,    theta = g (K_P w_f + K_I I).
+
+At a limit the pitch stays there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import exp
+
+import numpy as np
 
 from turbine_fenicsx.control.interface import Commands, Measurements
 from turbine_fenicsx.control.torque_law import TorqueLaw
@@ -22,6 +29,10 @@ from turbine_fenicsx.foundation.argument_checks import (
 )
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.restart_data import RestartData
+from turbine_fenicsx.foundation.types import Array
+
+SPEED_CHANGE = 1e-4
+"""Change of the speed for the slope of the torque, relative to it."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +70,10 @@ class PitchLaw:
                 f"largest pitch of the pitch law must be above the fine pitch {self.fine:g} rad, "
                 f"got {self.largest:g} rad"
             )
+
+    def keeps_power(self, theta: float) -> bool:
+        """Whether the generator keeps its power at this pitch, whatever its speed."""
+        return theta >= self.fine + self.rated_margin
 
     def schedule(self, theta: float) -> float:
         """The factor G of both gains."""
@@ -105,9 +120,35 @@ class PIController:
             self._integral = min(max(integral, pitch.fine / K_I), pitch.largest / K_I)
             wanted = min(max(K_P * e + K_I * self._integral, pitch.fine), pitch.largest)
             self._theta = approach(self._theta, wanted, pitch.rate * dt)
-            wanted = self._find_torque()
+            wanted = self.find_torque(self._filtered, self._theta)
             self._torque = approach(self._torque, wanted, self.torque_rate * dt)
         return Commands(self._torque, (self._theta, self._theta, self._theta))
+
+    def find_torque(self, speed: float, theta: float) -> float:
+        """The torque of a generator speed and a pitch that have lasted for long [N m]."""
+        return self.torque_law.torque(speed, self.pitch_law.keeps_power(theta))
+
+    def linearise(self, speed: float, theta: float) -> tuple[Array, Array, Array]:
+        """Small changes about a steady state; see the head of this file.
+
+        Args:
+            speed: Of the generator [rad/s].
+            theta: The pitch; at its limits, or where it keeps the speed w_ref [rad].
+
+        Returns:
+            For the states (w_f | I) their rates by states, shape (2, 2), and by the speed, shape
+            (2,), and the outputs (T | theta) by states, shape (2, 2).
+        """
+        pitch, omega = self.pitch_law, self.filter_frequency
+        step = SPEED_CHANGE * speed
+        above, below = (self.find_torque(speed + x, theta) for x in (step, -step))
+        G = pitch.schedule(theta)
+        g = G / (1.0 + G * theta / pitch.gain_angle)
+        g *= pitch.fine < theta < pitch.largest
+        A = np.array([[-omega, 0.0], [1.0, 0.0]])
+        gains = [g * pitch.proportional_gain, g * pitch.integral_gain]
+        C = np.array([[(above - below) / (2.0 * step), 0.0], gains])
+        return A, np.array([omega, 0.0]), C
 
     def _start(self, measured: Measurements) -> None:
         """Begin as if the present pitch had been commanded for long."""
@@ -116,13 +157,7 @@ class PIController:
         self._filtered = measured.generator_speed
         self._theta = min(max(mean, pitch.fine), pitch.largest)
         self._integral = self._theta / (pitch.schedule(self._theta) * pitch.integral_gain)
-        self._torque = self._find_torque()
-
-    def _find_torque(self) -> float:
-        """Torque at the filtered speed."""
-        pitch = self.pitch_law
-        above_rated = self._theta >= pitch.fine + pitch.rated_margin
-        return self.torque_law.torque(self._filtered, above_rated)
+        self._torque = self.find_torque(self._filtered, self._theta)
 
     def save(self) -> RestartData:
         """Its four states."""

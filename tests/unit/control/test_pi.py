@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from turbine_fenicsx import ModelError
 from turbine_fenicsx.control.interface import Measurements
@@ -49,6 +50,28 @@ def test_steady_state_is_kept_from_the_first_call_on():
         commands = controller.command(measure(0.05 * k, RATED, 0.26, k == 0))
     assert np.allclose(commands.pitch, 0.26, rtol=0.0, atol=1e-14)
     assert np.isclose(commands.generator_torque, 5.29661e6 / RATED, rtol=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.15])
+def test_small_changes_follow_the_linear_equations(pitch):
+    dt, e, controller = 0.002, 1e-4, PIController()
+    A, B, C = controller.linearise(RATED, pitch)
+    times = dt * np.arange(4000)
+    speeds = e * np.sin(1.3 * times)
+    rows = [
+        controller.command(measure(t, RATED + w, pitch, k == 0, dt))
+        for k, (t, w) in enumerate(zip(times, speeds, strict=True))
+    ]
+    found = np.array([[row.generator_torque, row.pitch[0]] for row in rows]) - [
+        LAW.torque(RATED),
+        pitch,
+    ]
+    _, linear, _ = lsim((A, B[:, None], C, np.zeros((2, 1))), speeds, times)
+    # at the fine pitch the integral of a falling speed is cut off, and only the torque is linear
+    for column in (0, 1) if pitch else (0,):
+        miss = np.max(np.abs(found[:, column] - linear[:, column]))
+        assert miss < 0.01 * np.max(np.abs(linear[:, column]))
+    assert np.any(C[1]) == (pitch > 0.0)
 
 
 def test_a_small_error_of_speed_turns_the_blades_by_the_scheduled_gains():

@@ -105,6 +105,12 @@ def _add_air(parser: argparse.ArgumentParser) -> None:
         "air is that of the table, in its column aero_power_[W]",
     )
     parser.add_argument(
+        "--controller",
+        action="store_true",
+        help='with --wind: the controller, which must be control.kind = "pi", sets speed and pitch '
+        "and takes part in the motions; else torque and pitch are constant",
+    )
+    parser.add_argument(
         "--amplitude",
         metavar="ANGLE",
         help="with --wind: amplitude of the angle of attack over which polars, whose slopes jump, "
@@ -161,14 +167,17 @@ def _check_air(options: argparse.Namespace) -> None:
     given = {
         "--schedule": options.schedule is not None,
         "--keep-power": options.keep_power,
+        "--controller": options.controller,
         "--amplitude": options.amplitude is not None,
         "--frozen-wake": options.frozen_wake,
         "--quasi-steady": options.quasi_steady,
     }
-    of_plan = ("--schedule", "--keep-power")
+    of_plan = ("--schedule", "--keep-power", "--controller")
     for name, there in given.items():
         if there and options.wind is None and (options.flutter is None or name in of_plan):
             raise InputError(f"{name} needs --wind")
+    if options.controller and options.schedule is not None:
+        raise InputError("--controller and --schedule: the controller sets speed and pitch itself")
 
 
 def _find(
@@ -217,6 +226,7 @@ def _find_in_wind(
         quasi_steady=options.quasi_steady,
         locked=tuple(dict.fromkeys(options.lock)),
         amplitude=_parse_amplitude(options.amplitude, AMPLITUDE),
+        controlled=options.controller,
     )
     with show_making(comm, options.quiet):
         tables, files = find_wind_modes(

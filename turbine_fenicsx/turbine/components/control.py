@@ -23,6 +23,7 @@ from turbine_fenicsx.turbine.components.drivetrain import SHAFT, fast_shaft
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.openfast_channel import in_openfast
 from turbine_fenicsx.turbine.components.sensors import Sensors
+from turbine_fenicsx.turbine.tables.control import ControlCase
 from turbine_fenicsx.turbine.tables.event import list_events
 
 FOLDER = "controller"
@@ -81,8 +82,7 @@ def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Co
     if c.kind == "none":
         return FixedCommands(0.0, case.pitch.initial)
     if c.kind == "pi":
-        torque, law = c.torque.make(), c.pitch.make()
-        return PIController(torque, law, c.filter_frequency, c.torque.rate)
+        return make_pi(c)
     if c.python_class:
         path, name = c.python_class
         who = f"the controller {name!r} of '{path}'"
@@ -95,6 +95,12 @@ def _make_controller(turbine: Turbine, folder: Path, actuators: Actuators) -> Co
         lambda: Discon(library, infile, folder / FOLDER, limits),
         f"the controller '{library}'",
     )
+
+
+def make_pi(control: ControlCase) -> PIController:
+    """The built-in controller of a case."""
+    torque, pitch = control.torque.make(), control.pitch.make()
+    return PIController(torque, pitch, control.filter_frequency, control.torque.rate)
 
 
 def list_actuators(turbine: Turbine) -> Actuators:

@@ -165,7 +165,7 @@ def _describe(
     titles = _list_titles(turbine, mode, parts, shapes, energies, speed, ways)
     row = ModeRow(
         frequency=0.0 if mode.is_rigid else mode.frequency,
-        damping_ratio=mode.damping_ratio + 0.0 if mode.frequency else 0.0,
+        damping_ratio=0.0 if grows and not mode.frequency else mode.damping_ratio + 0.0,
         growth=mode.eigenvalue.real if grows else 0.0,
         name=titles[0].name,
         shares={**shares, REST: 1.0 - sum(shares.values())},

@@ -165,7 +165,5 @@ def list_left_out(case: Case) -> Iterator[str]:
         yield "yaw and tilt"
     if case.aero.tower_shadow != "none":
         yield "aero.tower_shadow"
-    if case.control.kind != "none":
-        yield "the controller"
     if case.event:
         yield "events"

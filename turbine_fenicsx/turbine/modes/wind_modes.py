@@ -6,7 +6,7 @@ import logging
 import os
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from math import radians
@@ -37,6 +37,7 @@ from turbine_fenicsx.turbine.modes.symmetric_turbine import (
     list_left_out,
     make_symmetric,
 )
+from turbine_fenicsx.turbine.steady.controlled_states import ControlledStates, check_controller
 from turbine_fenicsx.turbine.steady.operating_states import OperatingState, Schedule, make_schedule
 from turbine_fenicsx.wind.aerodynamics import WAKE
 from turbine_fenicsx.wind.section_states import SHED, STALL
@@ -51,6 +52,9 @@ COUNT = 12
 
 AMPLITUDE = radians(0.5)
 """Amplitude of the angle of attack for whose vibrations the modes are, if nobody says so [rad]."""
+
+SPEED_MODE = "speed of the rotor"
+"""Name of the mode in which the controller keeps the speed."""
 
 LIKE = 0.1
 """Least MAC of a mode in the air with those that it comes from: the one without air, and the one
@@ -72,6 +76,8 @@ class WindModesWanted:
         amplitude: As of `SymmetricTurbine`.
         speeds: In place of winds, speeds that rise of a rotor that turns freely at the pitch of the
             case: each has a wind without torque [rad/s].
+        controlled: Whether the controller of the case sets speed and pitch, and takes part; else
+            torque and pitch are constant.
     """
 
     winds: Sequence[float] = ()
@@ -83,6 +89,7 @@ class WindModesWanted:
     locked: tuple[str, ...] = ()
     amplitude: float = AMPLITUDE
     speeds: Sequence[float] = ()
+    controlled: bool = False
 
     @property
     def air(self) -> AirModel:
@@ -104,9 +111,8 @@ def find_wind_modes(
 ) -> tuple[list[ModeTable], list[str]]:
     """Find the modes of a case in uniform wind along its shaft, and write them into a folder.
 
-    Files, signals and arguments are those of `find_modes`. The rotor turns freely against a
-    constant torque. Weight, tilt and the rest that changes with the azimuth are left out with a
-    warning in the log, and so is the controller.
+    Files, signals and arguments are those of `find_modes`. Weight, tilt and the rest that changes
+    with the azimuth are left out with a warning in the log.
 
     Returns:
         The modes at each wind speed that has a steady state, and the names of the files.
@@ -118,21 +124,27 @@ def find_wind_modes(
         KeyboardInterrupt: if a signal came before the modes at the first wind were found.
     """
     import_slepc()
+    if wanted.controlled:
+        check_controller(case)
     with lock_folder(comm, out) if out is not None else nullcontext() as folder:
         if folder is not None:
             on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
         plan = None
-        if not wanted.speeds:
+        if not wanted.speeds and not wanted.controlled:
             plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
-        _say_what_is_left_out(case, comm)
+        _say_what_is_left_out(case, comm, wanted.controlled)
         with end_immediately_alone(comm):
             rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked, wanted.amplitude)
         look: Look = partial(rotor.find_free, pitch=float(np.mean(case.pitch.initial)))
         if plan is not None:
             look = partial(_look, rotor, plan)
-        finder = _WindFinder(rotor, look, wanted)
+        control = ControlledStates(case, rotor) if wanted.controlled else None
+        if control is not None:
+            look = control.find
+        finder = _WindFinder(rotor, look, wanted, control)
         finders = [partial(finder.find, place) for place in wanted.speeds or wanted.winds]
-        tables, last = find_series(rotor.turbine, finders, wanted.count, found)
+        count = wanted.count + wanted.controlled
+        tables, last = find_series(rotor.turbine, finders, count, found)
         finder.destroy()
         files = [] if folder is None else write_series(case, rotor.turbine, folder, tables, last)
         free_modes(last)
@@ -166,9 +178,11 @@ def _look(
     return operating, state
 
 
-def _say_what_is_left_out(case: Case, comm: MPI.Intracomm) -> None:
+def _say_what_is_left_out(case: Case, comm: MPI.Intracomm, controlled: bool) -> None:
     """Warn of what modes in wind do not know."""
     left_out = list(list_left_out(case))
+    if not controlled and case.control.kind != "none":
+        left_out.append("the controller")
     if left_out and comm.rank == 0:
         log.warning(
             "modes in wind are those in uniform wind along the shaft: %s left out",
@@ -192,8 +206,14 @@ class _WindFinder:
     that their shapes mix.
     """
 
-    def __init__(self, rotor: SymmetricTurbine, look: Look, wanted: WindModesWanted) -> None:
-        self._rotor, self._look, self._wanted = rotor, look, wanted
+    def __init__(
+        self,
+        rotor: SymmetricTurbine,
+        look: Look,
+        wanted: WindModesWanted,
+        control: ControlledStates | None,
+    ) -> None:
+        self._rotor, self._look, self._wanted, self._control = rotor, look, wanted, control
         self._still: Modes | None = None
 
     def find(self, at: float, before: Modes | None) -> Found | None:
@@ -206,7 +226,8 @@ class _WindFinder:
             self._warn(f"no modes at {at:.4g} {unit}: {failure}")
             return None
         system, speed, wind = rotor.turbine.system, operating.rotor_speed, operating.wind
-        problem = AirProblem(system, ROTOR, speed, state, len(BLADES))
+        feedback = None if self._control is None else self._control.linearise(operating)
+        problem = AirProblem(system, ROTOR, speed, state, len(BLADES), feedback=feedback)
         try:
             still = problem.find_still(self._wanted.count + ADDITIONAL_MODES)
             found = problem.find(2 * len(still.modes), self._wanted.air)
@@ -217,18 +238,23 @@ class _WindFinder:
             self._still.destroy()
         count = min(self._wanted.count, len(still.modes))
         self._still, rows = describe_modes(rotor.turbine, choose(still, np.arange(count)))
+        last = [] if feedback is None else [found.modes[-1]]
+        found = replace(found, modes=found.modes[: len(found.modes) - len(last)])
         found, rows_found = describe_modes(rotor.turbine, found)
         criteria = find_criteria(system, self._still, found)
         likeness = criteria.copy()
         if before is not None:
-            likeness[: len(before.modes)] += find_criteria(system, before, found)
+            same = find_criteria(system, before, found)[:count]
+            likeness[: len(same)] += same
         weights = likeness + [[_find_share(x.name, y) for y in rows_found] for x in rows]
         _, partners = linear_sum_assignment(np.where(likeness < LIKE, 0.0, -weights))
         for row, mac in zip(rows, likeness[np.arange(count), partners], strict=True):
             if mac < LIKE:
                 self._warn(f"{row.name} at {wind:g} m/s has a MAC of {mac:.2f} with what it was")
         place = Place(speed, wind, operating.pitch, bool(self._wanted.speeds))
-        return Found(choose(found, partners), place, [row.name for row in rows])
+        found = choose(found, partners)
+        found = replace(found, modes=(*found.modes, *last))
+        return Found(found, place, [*(row.name for row in rows), *[SPEED_MODE] * len(last)])
 
     def destroy(self) -> None:
         """Free the modes of the structure."""
