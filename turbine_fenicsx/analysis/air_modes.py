@@ -27,7 +27,9 @@ from turbine_fenicsx.analysis.cyclic_shift import CyclicShift, cyclic_shift
 from turbine_fenicsx.analysis.feedback import Feedback, keep_free
 from turbine_fenicsx.analysis.isotropy import check_isotropic
 from turbine_fenicsx.analysis.linear_system import LinearSystem
+from turbine_fenicsx.analysis.modal_filter import ModalFilter, find_left_vector
 from turbine_fenicsx.analysis.mode import Mode, Modes
+from turbine_fenicsx.analysis.mode_work import ModeWork, find_mode_work
 from turbine_fenicsx.analysis.slepc import Pair
 from turbine_fenicsx.analysis.slow_motions import (
     find_rotation,
@@ -200,6 +202,41 @@ class AirProblem:
         """
         terms = [terms.freeze(air.frozen).follow(air.instant) for terms in self.terms]
         return self._find(count, _assemble(self.damping, self.stiffness, terms), self._feedback)
+
+    def make_filter(self, mode: Mode) -> ModalFilter:
+        """What measures one of the modes in runs.
+
+        Args:
+            mode: As `find` gave it, without feedback and with the air as in runs.
+        """
+        A, m = _assemble(self.damping, self.stiffness, self.terms), self._X.shape[1]
+        left = on_rank0(self._frame.system.comm, lambda: find_left_vector(A, mode.eigenvalue))
+        MX = multiply(self._linear.mass, self._linear.vectors, self._X)
+        ends = 2 * m + np.cumsum([len(t.models) for t in self.terms])
+        of_states = np.split(left[2 * m :], ends[:-1] - 2 * m)
+        return ModalFilter(
+            self._frame,
+            self._shift,
+            MX @ left[:m],
+            MX @ left[m : 2 * m],
+            [(t.whirl, part) for t, part in zip(self.terms, of_states, strict=True)],
+        )
+
+    def find_work(self, mode: Mode) -> ModeWork:
+        """Who feeds one of the modes.
+
+        Args:
+            mode: As `find` gave it, without feedback and with the air as in runs.
+        """
+        linear, a = self._linear, np.zeros(self._X.shape[1], dtype=complex)
+        for motion, factor in ((mode.real, 1.0), (mode.imaginary, 1j)):
+            if motion is not None:
+                x = linear.vectors.vector(motion)
+                found = self._X.T @ multiply(linear.mass, linear.vectors, x.array_r[:, None])
+                a += factor * sum_over_ranks(linear.system.comm, found)[:, 0]
+                x.destroy()
+        s = mode.eigenvalue
+        return find_mode_work(self._frame, linear, self._shift, self.terms, s, a, self._X)
 
     def find_still(self, count: int) -> Modes:
         """The same modes where loads of the air stay as they are, and pitch and torque too."""

@@ -80,6 +80,12 @@ class LineSource:
         """The source as loads that follow from states."""
         return find_states(self._source)
 
+    def read_states(self) -> Array | None:
+        """States after the last step, see `StateLoad.read_states`."""
+        if self._waits:
+            self._accept()
+        return self.states.read_states()
+
     def tell(self, times: StepTimes) -> None:
         """Announce the motion for which the source is called outside of the steps of a run."""
         self._source.start_step(times)

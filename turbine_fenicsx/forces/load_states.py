@@ -41,6 +41,9 @@ class StateLoad(LineLoad, Protocol):
     def balance(self, motion: SectionMotion, time: float) -> Array:
         """States after this motion has lasted for long, shape (n, k)."""
 
+    def read_states(self) -> Array | None:
+        """States after the last accepted step, shape (n, k); None before the first."""
+
     def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads and rates, as a function that changes nothing."""
 
@@ -60,6 +63,10 @@ class WithoutStates:
     def balance(self, motion: SectionMotion, time: float) -> Array:
         """No states."""
         return np.zeros((len(motion.position), 0))
+
+    def read_states(self) -> Array | None:
+        """Nothing is known before `balance`."""
+        return None
 
     def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads in a step without length."""

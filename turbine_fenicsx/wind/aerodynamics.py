@@ -208,6 +208,14 @@ class RotorAerodynamics:
         of_wake = [(1.0 - SHARE) * w, w] if self._induction else []
         return np.hstack([*of_wake, self._states.balance(found)])
 
+    def read_states(self) -> Array | None:
+        """States after the last accepted step; see `StateLoad.read_states`."""
+        wake, found = self._wake, self._states.write(self._state)
+        if wake is None:
+            return None
+        z = wake.between - SHARE * wake.balanced
+        return np.hstack([z, wake.velocity, *found] if self._induction else [*found])
+
     def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """Loads and rates of states; see `StateLoad.respond`."""
         s, n = self._find_sections(motion, time), 4 * self._induction

@@ -58,6 +58,11 @@ class SectionStates:
         attached = None if self.stall is None else states[:, 0].copy()
         return AirState(attached, None if self.shed_wake is None else states[:, first:].copy(), 0.0)
 
+    def write(self, state: AirState) -> list[Array]:
+        """The reverse of `read`, as columns."""
+        of_stall = [] if state.attached is None else [state.attached[:, None]]
+        return of_stall if state.shed is None else [*of_stall, state.shed]
+
     def find_rates(self, state: AirState, found: Loads) -> Array:
         """Rates of the states that `read` gave, with loads for them, shape (n, k)."""
         rates = [np.empty((len(self.chord), 0))]

@@ -70,6 +70,10 @@ class TurningAtRest:
         """States of the source in balance with a motion that has its velocities."""
         return find_states(self.source).balance(motion, time)
 
+    def read_states(self) -> Array | None:
+        """Those of the source."""
+        return find_states(self.source).read_states()
+
     def respond(self, motion: SectionMotion, time: float, states: Array) -> StateResponse:
         """StateResponse of the source to a motion that has its velocities."""
         return find_states(self.source).respond(motion, time, states)

@@ -12,7 +12,6 @@ from turbine_fenicsx.foundation.restart_data import RestartData
 from turbine_fenicsx.wind.polar import Polar
 from turbine_fenicsx.wind.stall import OeyeStall
 from turbine_fenicsx.wind.turning_start import TurningAtRest
-from turbine_fenicsx.wind.wake import SHARE
 
 
 def rotor(**options):
@@ -21,13 +20,6 @@ def rotor(**options):
     polar = Polar("p", ANGLES, lift, 0.01 + np.sin(ANGLES) ** 2, 0.0 * ANGLES)
     blade = replace(plain_blade(), polars=(polar,) * 20)
     return blade, aerodynamics(blade, stall=OeyeStall(), **options)
-
-
-def read(air):
-    """States of a run in the order of `respond`."""
-    wake, arrays = air.save().part("wake").arrays, air.save().arrays
-    z = wake["between"] - SHARE * wake["balanced"]
-    return np.hstack([z, wake["velocity"], arrays["attached"][:, None], arrays["shed"]])
 
 
 def flapping(blade, time):
@@ -72,7 +64,7 @@ def test_steps_follow_the_rates_to_second_order():
             times = StepTimes.from_start(k * dt, dt)
             stepping.start_step(times)
             stepping.accept(flapping(blade, times.middle), times)
-        errors.append(np.max(np.abs(read(stepping) - state), axis=0) / moved)
+        errors.append(np.max(np.abs(stepping.read_states() - state), axis=0) / moved)
     # the wake's derivative of w_qs is one of first order
     assert np.all(errors[1][:4] < 0.6 * errors[0][:4])
     assert np.all(errors[1][4:] < 0.35 * errors[0][4:])

@@ -13,6 +13,7 @@ from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import InputError, StepFailure
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
+from turbine_fenicsx.turbine.components.component import Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.rotor_air import WIND
 from turbine_fenicsx.turbine.steady.operating_states import OperatingState
@@ -51,6 +52,7 @@ class SymmetricTurbine(SteadyTurbine):
         comm: Communicator.
         locked: Names of joint coordinates that a brake holds.
         amplitude: Of the angle of attack, over which polars are averaged [rad].
+        more: Further components.
 
     Raises:
         InputError: if the blades are not reduced or beams, or have no aerodynamics.
@@ -65,6 +67,7 @@ class SymmetricTurbine(SteadyTurbine):
         comm: MPI.Intracomm,
         locked: Sequence[str] = (),
         amplitude: float = 0.0,
+        more: Sequence[Component] = (),
     ) -> None:
         if not case.has_reduced_blades:
             raise InputError(
@@ -73,7 +76,7 @@ class SymmetricTurbine(SteadyTurbine):
             )
         if case.aero.file is None and case.turbine.file is None:
             raise InputError("modes in wind need the aerodynamics of the blades: give aero.file")
-        super().__init__(case, comm, azimuths=1, locked=locked)
+        super().__init__(case, comm, azimuths=1, locked=locked, more=more)
         self._free_ratio = FIRST_RATIO
         if self.turbine.system.has_large_bodies:
             raise InputError(

@@ -26,6 +26,7 @@ from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.case.case import Case
 from turbine_fenicsx.turbine.case.inflow import place_inflow
 from turbine_fenicsx.turbine.components.brakes import Brakes
+from turbine_fenicsx.turbine.components.component import Component
 from turbine_fenicsx.turbine.components.model import build_turbine, list_components
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
@@ -88,6 +89,7 @@ class SteadyTurbine:
         comm: Communicator.
         azimuths: Number of azimuths in a third of a revolution, which the three blades share.
         locked: Names of joint coordinates that a brake holds, besides bearings.
+        more: Further components.
 
     Attributes:
         wind: The wind.
@@ -100,7 +102,12 @@ class SteadyTurbine:
     """
 
     def __init__(
-        self, case: Case, comm: MPI.Intracomm, azimuths: int = 2, locked: Sequence[str] = ()
+        self,
+        case: Case,
+        comm: MPI.Intracomm,
+        azimuths: int = 2,
+        locked: Sequence[str] = (),
+        more: Sequence[Component] = (),
     ) -> None:
         self.case, self.efficiency = prepare(case), find_efficiency(case)
         w = self.case.wind
@@ -110,7 +117,7 @@ class SteadyTurbine:
         self._pitch = 0.0
         held: dict[str, Callable[[], float]] = dict.fromkeys(locked, float)
         held |= {name: partial(self._find_bearing, name) for name in BEARINGS}
-        components = [*list_components(self.case), Brakes(held)]
+        components = [*list_components(self.case), *more, Brakes(held)]
         self.turbine = build_turbine(self.case, comm, components, inflow)
         self._air = RotorLoads(self.turbine)
         self._azimuths, self._ratio = azimuths, 1.0
