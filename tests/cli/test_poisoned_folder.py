@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from beam_turbines import write_beam_case
 from patience import patience
 from reduced_turbines import run as run_reduced
 from reduced_turbines import write_case
@@ -43,8 +44,14 @@ STEADY = RIGID.parents[1] / "iea15" / "iea15_rigid.toml"
 SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
 FEW = ["mesh.elements=[1,1,4]", "blade.reduction.modes=1", "blade.reduction.functions=6"]
 MADE = ["--set", "wind.turbulence={model = 'kaimal', folder = '.', duration = 8, points = 3}"]
+KICK = [
+    *("--wind", "9", "--mode", "1", "--count", "3", "--cycles", "0.5", "-o", "damping", "--set"),
+    *("turbine.hub.centre=[0, 0, 0]", "turbine.hub.inertia=[900, 900, 1500, 0, 0, 0]"),
+    *("tower.flexible=false", "yaw.drive=lock"),
+]
 ARGUMENTS = {
     "check": [str(HYBRID)],
+    "damping": ["beams/case.toml", *KICK],
     "demo": [],
     "dlc": ["set.toml", "--list"],
     "fatigue": ["out", "--columns", "angle_rotor_[rad]"],
@@ -116,6 +123,9 @@ def test_no_command_runs_python_files_of_the_present_folder(poisoned, command):
     if command == "recover":  # needs a run whose blades are reduced and have plies
         (poisoned / "reduced").mkdir()
         run_reduced(write_case(poisoned / "reduced"), "run", "time.end=0.1", *FEW[1:])
+    if command == "damping":  # needs blades that move by few functions
+        (poisoned / "beams").mkdir()
+        write_beam_case(poisoned / "beams")
     result = start(poisoned, command, *ARGUMENTS[command])
     assert result.returncode == 0, result.stderr
     assert [path.name for path in poisoned.glob("RUN_*")] == []

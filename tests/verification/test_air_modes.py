@@ -7,19 +7,15 @@ import pytest
 from beam_turbines import CONTROLLED, write_beam_case
 from reduced_turbines import COMM
 from scipy.linalg import null_space
-from scipy.optimize import least_squares
 
-from turbine_fenicsx import Case, EnergyMomentum, PrescribedMotion, Simulation
+from turbine_fenicsx import Case
 from turbine_fenicsx.analysis.air_modes import AirModel, AirProblem
 from turbine_fenicsx.analysis.feedback import Feedback
-from turbine_fenicsx.analysis.turning_frame import turning_frame
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.rotations import rotation_about
 from turbine_fenicsx.records.conventions import OPENFAST_SIGNS
-from turbine_fenicsx.turbine.components import model as turbine_model
-from turbine_fenicsx.turbine.components.component import Component
 from turbine_fenicsx.turbine.components.nacelle import ROTOR
 from turbine_fenicsx.turbine.components.pitch import BEARINGS
+from turbine_fenicsx.turbine.modes.kicked_run import DampingWanted, find_damping
 from turbine_fenicsx.turbine.modes.symmetric_turbine import SymmetricTurbine, make_symmetric
 from turbine_fenicsx.turbine.modes.wind_modes import WindModesWanted, find_wind_modes
 from turbine_fenicsx.turbine.steady import steady_turbine
@@ -27,15 +23,9 @@ from turbine_fenicsx.turbine.steady.operating_states import OperatingState
 
 WIND, SPEED, PITCH = 9.0, 2.6, 0.05
 HUB = ["turbine.hub.centre=[0.0, 0.0, 0.0]", "turbine.hub.inertia=[900.0, 900.0, 1500.0, 0, 0, 0]"]
+CONSERVING = "turbine.numerical_dissipation=0"
 FULL = AirModel()
 EXACT = {"tolerance": 1e-10, "max_iterations": 200}
-
-
-class Drive(Component):
-    """A motor that keeps the speed of the rotor."""
-
-    def parts(self, assembly):
-        return [PrescribedMotion(ROTOR, lambda t: SPEED * t)]
 
 
 @pytest.fixture(scope="module")
@@ -51,17 +41,12 @@ def build(path):
     patch = pytest.MonkeyPatch()
     patch.setattr(steady_turbine, "TURNING", {**steady_turbine.TURNING, **EXACT})
 
-    def make(tower="flexible=false", driven=False):
-        if (tower, driven) not in built:
+    def make(tower="flexible=false"):
+        if tower not in built:
             case = Case.load(path, [f"tower.{tower}", "aero.dynamic_stall=oeye", *HUB])
-            more = [Drive()] if driven else []
-            listed = turbine_model.list_components
-            with pytest.MonkeyPatch.context() as own:
-                own.setattr(steady_turbine, "list_components", lambda c: [*listed(c), *more])
-                rotor = SymmetricTurbine(make_symmetric(case), COMM, ["yaw"])
-            state = rotor.solve(OperatingState(WIND, SPEED, PITCH, PITCH))
-            built[tower, driven] = rotor, state
-        return built[tower, driven]
+            rotor = SymmetricTurbine(make_symmetric(case), COMM, ["yaw"])
+            built[tower] = rotor, rotor.solve(OperatingState(WIND, SPEED, PITCH, PITCH))
+        return built[tower]
 
     yield make
     patch.undo()
@@ -160,57 +145,46 @@ def test_the_pitch_changes_the_torque_as_between_steady_states(build):
     assert found == pytest.approx((torques[0] - torques[1]) / (2.0 * change), rel=1e-3)
 
 
-def test_a_run_that_is_kicked_decays_as_its_mode(build):
-    rotor, state = build(driven=True)
-    system, h = rotor.turbine.system, 0.01
-    mode = min(find(rotor, state, 9), key=lambda m: m.damping_ratio)
-    body, axis = system.flexible_models[0], turning_frame(system, ROTOR, SPEED, state).axis
-    shape = mode.real.u[0].array_r.reshape(-1, 3)
-    mine = slice(0, body.dense_block // 3)
+def kick(path, comm, mode, cycles, *changes):
+    """The damping of a mode of the small turbine on a beam tower."""
+    case = Case.load(path, [*HUB, "tower.model=beam", CONSERVING, *changes])
+    modes = WindModesWanted((9.0,), 8, locked=("yaw",))
+    damping, _ = find_damping(case, None, comm, DampingWanted(modes, mode, cycles=cycles))
+    return damping
 
-    def run(kick):
-        start = state.copy()
-        start.v[0].array[:] += kick * mode.real.u[0].array_r
-        start.q_dot[:] += kick * mode.real.q
-        start.joint_rates[:] += kick * mode.real.joint_coordinates
-        seen = []
 
-        class Record:
-            def start(self, snapshot, resumed):
-                self.observe(snapshot)
+@pytest.mark.parametrize(
+    ("mode", "cycles"), [("first edge, backward whirl", 8.0), ("first flap, forward whirl", 4.0)]
+)
+def test_runs_that_are_kicked_decay_as_their_modes(path, mode, cycles):
+    found = kick(path, COMM, mode, cycles, "time.step=0.01")
+    s = found.eigenvalue
+    assert found.decay.eigenvalue.real == pytest.approx(s.real, rel=0.002)
+    assert found.decay.eigenvalue.imag == pytest.approx(s.imag, rel=0.001)
+    assert found.decay.miss < 0.001
+    work = found.work
+    assert work.air + work.structure + work.drive == pytest.approx(-s.real, rel=1e-12)
+    assert sum(np.sum(part) for part in work.sections) == pytest.approx(work.air, rel=0.05)
+    assert work.structure > 0.0 and work.air > 0.0
 
-            def observe(self, snapshot):
-                now = snapshot.state
-                x = (body.positions + now.u[0].array_r.reshape(-1, 3))[mine]
-                seen.append(
-                    np.sum(shape[mine] * (body.mass @ (x @ rotation_about(axis, SPEED * now.time))))
-                )
 
-            def finish(self):
-                pass
+def test_the_works_of_a_rotor_on_a_rigid_tower_are_its_whole_decay(build):
+    rotor, state = build()
+    problem = AirProblem(rotor.turbine.system, ROTOR, SPEED, state, 3, motions=400)
+    for mode in problem.find(8).modes:
+        assert abs(problem.find_work(mode).drive) < 1e-6 * abs(mode.eigenvalue.real)
+    problem.destroy()
 
-        stepper = EnergyMomentum(system)
-        Simulation(system, h, 4.0, observers=[Record()], start=start, stepper=stepper).run()
-        start.destroy()
-        return np.array(seen)
 
-    motion = run(1.0) - run(0.0)
-    t = h * np.arange(len(motion))
-    late = t > 1.0
-    t, motion = t[late], motion[late] / np.max(np.abs(motion[late]))
-
-    def miss(p):
-        return p[0] * np.exp(p[1] * t) * np.cos(p[2] * t + p[3]) + p[4] - motion
-
-    s = mode.eigenvalue
-    shift = {"forward": -SPEED, "backward": SPEED, "collective": 0.0}[mode.whirl.name]
-    fits = [
-        least_squares(miss, [1.0, s.real, s.imag + shift, phase, 0.0]) for phase in (0.0, 2.0, 4.0)
-    ]
-    p = min(fits, key=lambda fit: fit.cost).x
-    # the step's own share is undone
-    found = 2.0 / h * np.tanh(complex(p[1], p[2]) * h / 2.0)
-    assert found.real == pytest.approx(s.real, rel=0.01)
+@pytest.mark.parallel
+def test_all_numbers_of_ranks_measure_the_same_decay(path):
+    together, alone = (
+        kick(path, comm, "first edge, backward whirl", 0.5, "time.step=0.05")
+        for comm in (COMM, MPI.COMM_SELF)
+    )
+    assert together.decay.measured == pytest.approx(alone.decay.measured, abs=1e-5)
+    assert together.work.air == pytest.approx(alone.work.air, rel=1e-5)
+    assert together.work.structure == pytest.approx(alone.work.structure, rel=1e-5)
 
 
 @pytest.mark.parallel

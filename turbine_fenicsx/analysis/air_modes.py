@@ -204,7 +204,7 @@ class AirProblem:
         return self._find(count, _assemble(self.damping, self.stiffness, terms), self._feedback)
 
     def make_filter(self, mode: Mode) -> ModalFilter:
-        """What measures one of the modes in runs.
+        """A meter of one of the modes in runs.
 
         Args:
             mode: As `find` gave it, without feedback and with the air as in runs.

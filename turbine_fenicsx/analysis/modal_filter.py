@@ -1,7 +1,7 @@
 """How much of a mode is in a run: the product of its left vector with motions and velocities.
 
-In multiblade coordinates z = exp(Omega t J) R^T u, where R turns by Omega t and u are displacements
-in space; of velocities v in space, z' = exp(Omega t J) R^T v - S' z. On the patterns that J knows,
+R turns by Omega t. Displacements u in space are z = exp(Omega t J) R^T u in multiblade coordinates,
+and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. On the patterns that J knows,
 exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2. With the motions a = X^T M z and the left vector l
 of the eigenvalue s, which is normal to all other modes,
 

@@ -30,6 +30,9 @@ MODE = "mode"
 FREQUENCY = "frequency_[Hz]"
 DAMPING_RATIO = "damping_ratio_[-]"
 GROWTH_RATE = "growth_rate_[1/s]"
+RUN_FREQUENCY = "frequency_in_run_[Hz]"
+RADIUS = "radius_[m]"
+AIR_ALONG = "decay_rate_by_air_per_length_[1/(m*s)]"
 MODE_NAME = "name"
 
 END_TIME = "end_time_[s]"
@@ -90,6 +93,11 @@ class Family:
         patterns = self.pattern, split_unit(self.pattern)[0]
         return any(re.fullmatch(_make_pattern(pattern, fields), name) for pattern in patterns)
 
+
+DECAY_RATE = Family("decay_rate_{source}_[1/s]")
+"""Of a mode: by its eigenvalue, a run, or what takes part in it."""
+MEASURED, FITTED = Family("measured_{part}_[-]"), Family("fitted_{part}_[-]")
+"""Part of a mode in a run, real or imaginary."""
 
 LINEAR_MOMENTUM = Family("linear_momentum_{axis}_[kgm/s]")
 ANGULAR_MOMENTUM = Family("angular_momentum_{axis}_[Nms]")

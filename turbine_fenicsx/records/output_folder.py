@@ -45,6 +45,7 @@ RESULTS = (
 """Names of what a run computes, beside checkpoints and its log."""
 
 MODE_RESULTS = (
+    *("damping.csv", "decay.csv", "work.csv", "damping.png"),
     *("modes.csv", "modes.xdmf", "modes.bin", "modes.[0-9]*.bin", "campbell.csv"),
     *("campbell.png", "modes.png", "mode_[0-9]*.png"),
 )
@@ -350,8 +351,8 @@ def is_older(path: Path, other: Path) -> bool:
 
 
 def holds_modes(folder: str | os.PathLike[str]) -> bool:
-    """Whether there are modes in a folder."""
-    return (Path(folder) / "modes.csv").is_file()
+    """Whether there are modes in a folder, or the damping of one."""
+    return any((Path(folder) / name).is_file() for name in ("modes.csv", "damping.csv"))
 
 
 def holds_set(folder: str | os.PathLike[str]) -> bool:

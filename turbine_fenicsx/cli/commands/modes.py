@@ -11,7 +11,7 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from math import degrees, isfinite, pi, radians
+from math import isfinite, pi, radians
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import (
@@ -225,7 +225,7 @@ def _find_in_wind(
         frozen_wake=options.frozen_wake,
         quasi_steady=options.quasi_steady,
         locked=tuple(dict.fromkeys(options.lock)),
-        amplitude=_parse_amplitude(options.amplitude, AMPLITUDE),
+        amplitude=parse_amplitude(options.amplitude, AMPLITUDE),
         controlled=options.controller,
     )
     with show_making(comm, options.quiet):
@@ -255,7 +255,7 @@ def _describe_flutter(found: Sequence[tuple[float, Any]], last: float) -> str:
     return "\n".join(lines)
 
 
-def _parse_amplitude(text: str | None, default: float) -> float:
+def parse_amplitude(text: str | None, default: float) -> float:
     """The angle of ``--amplitude`` [rad]."""
     if text is None:
         return default
@@ -272,7 +272,7 @@ def _show_in_wind(
     table: Any, places: Sequence[float], options: argparse.Namespace, comm: Any
 ) -> bool:
     """Print the least damped mode at a place, and all modes at the last."""
-    from turbine_fenicsx.turbine.modes.mode_files import RPM, format_modes
+    from turbine_fenicsx.turbine.modes.mode_files import describe_place, format_modes
 
     if comm.rank > 0 or options.quiet:
         return False
@@ -282,7 +282,7 @@ def _show_in_wind(
     least = min(moving, key=lambda row: row.damping_ratio, default=None)
     words = "" if least is None else f": least damping {100.0 * least.damping_ratio:.2f} %"
     words += "" if least is None else f", {least.frequency:.3f} Hz, {least.name}"
-    at = f"{place.wind:.4g} m/s, {place.speed * RPM:.4g} rpm, pitch {degrees(place.pitch):.4g} deg"
+    at = describe_place(place)
     number = f"{places.index(here) + 1} of {len(places)}"
     kind = "speed" if place.is_free else "wind"
     print(f"{kind} {number}: {at}{words}", file=sys.stderr, flush=True)

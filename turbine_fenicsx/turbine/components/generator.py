@@ -52,6 +52,21 @@ class Generator(Component):
         return [JointTorque("generator", ROTOR, -torque)]
 
 
+@dataclass
+class SteadyTorque(Component):
+    """A torque between rotor and nacelle that may be changed between equilibria.
+
+    Args:
+        value: The torque, negative where it brakes [N m].
+    """
+
+    value: float = 0.0
+
+    def parts(self, assembly: Assembly) -> list[Any]:
+        """The torque named ``generator``."""
+        return [JointTorque("generator", ROTOR, 1.0, lambda _: self.value)]
+
+
 def find_steady_loads(case: Case) -> Performance:
     """Mean loads of the steady wind of a case on a rotor of stiff blades, without its gusts.
 

@@ -78,6 +78,13 @@ def write_shapes(folder: Path, turbine: Turbine, modes: Modes, table: ModeTable)
     return "modes.xdmf"
 
 
+def describe_place(place: Place) -> str:
+    """A place in the wind in words."""
+    return (
+        f"{place.wind:.4g} m/s, {place.speed * RPM:.4g} rpm, pitch {degrees(place.pitch):.4g} deg"
+    )
+
+
 def format_modes(table: ModeTable) -> str:
     """The modes at one place as lines to read."""
     parts = [part.replace("_", " ") for part in table.rows[0].shares]

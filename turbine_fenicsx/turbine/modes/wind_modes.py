@@ -132,16 +132,16 @@ def find_wind_modes(
         plan = None
         if not wanted.speeds and not wanted.controlled:
             plan = on_rank0(comm, lambda: make_schedule(case, wanted.schedule, wanted.keep_power))
-        _say_what_is_left_out(case, comm, wanted.controlled)
+        say_what_is_left_out(case, comm, wanted.controlled)
         with end_immediately_alone(comm):
             rotor = SymmetricTurbine(make_symmetric(case), comm, wanted.locked, wanted.amplitude)
         look: Look = partial(rotor.find_free, pitch=float(np.mean(case.pitch.initial)))
         if plan is not None:
-            look = partial(_look, rotor, plan)
+            look = partial(look_up, rotor, plan)
         control = ControlledStates(case, rotor) if wanted.controlled else None
         if control is not None:
             look = control.find
-        finder = _WindFinder(rotor, look, wanted, control)
+        finder = WindFinder(rotor, look, wanted, control)
         finders = [partial(finder.find, place) for place in wanted.speeds or wanted.winds]
         count = wanted.count + wanted.controlled
         tables, last = find_series(rotor.turbine, finders, count, found)
@@ -170,7 +170,7 @@ def find_flutter(tables: Sequence[ModeTable]) -> list[tuple[float, ModeRow]]:
     return sorted(found.values(), key=lambda pair: pair[0])
 
 
-def _look(
+def look_up(
     rotor: SymmetricTurbine, plan: Schedule, wind: float, near: State | None = None
 ) -> tuple[OperatingState, State]:
     """The steady state at a wind speed."""
@@ -178,7 +178,7 @@ def _look(
     return operating, state
 
 
-def _say_what_is_left_out(case: Case, comm: MPI.Intracomm, controlled: bool) -> None:
+def say_what_is_left_out(case: Case, comm: MPI.Intracomm, controlled: bool) -> None:
     """Warn of what modes in wind do not know."""
     left_out = list(list_left_out(case))
     if not controlled and case.control.kind != "none":
@@ -198,7 +198,7 @@ def _find_share(name: str, row: ModeRow) -> float:
     return max((share for way, share in row.ways.items() if way in name), default=0.0)
 
 
-class _WindFinder:
+class WindFinder:
     """Finds modes at one wind speed after the other.
 
     Modes of the structure are followed from wind to wind and have names. Each becomes a mode in the
@@ -211,7 +211,7 @@ class _WindFinder:
         rotor: SymmetricTurbine,
         look: Look,
         wanted: WindModesWanted,
-        control: ControlledStates | None,
+        control: ControlledStates | None = None,
     ) -> None:
         self._rotor, self._look, self._wanted, self._control = rotor, look, wanted, control
         self._still: Modes | None = None

@@ -170,7 +170,7 @@ class SteadyReader:
 
         span = (blade.radius - blade.hub_radius) / (blade.tip_radius - blade.hub_radius)
         return {
-            "radius_[m]": blade.radius,
+            names.RADIUS: blade.radius,
             "span_[-]": span,
             "force_x_[N/m]": mean(flow.axial),
             "force_y_[N/m]": -mean(flow.driving),
