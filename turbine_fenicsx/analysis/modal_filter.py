@@ -1,9 +1,9 @@
 """How much of a mode is in a run: the product of its left vector with motions and velocities.
 
 R turns by Omega t. Displacements u in space are z = exp(Omega t J) R^T u in multiblade coordinates,
-and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. On the patterns that J knows,
-exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2. With the motions a = X^T M z and the left vector l
-of the eigenvalue s, which is normal to all other modes,
+and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. With the motions
+a = X^T M z, exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2, and the left vector l of the
+eigenvalue s, which is normal to all other modes,
 
     q = l* . (a | a' | zeta),    q' = s q,
 

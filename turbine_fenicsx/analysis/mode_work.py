@@ -9,8 +9,8 @@ nodes, and viscous materials,
 
     air = -Re(w* . F)/(2 E),    structure = w* . D w/(2 E).
 
-The rest comes through the bearing of a rotor on a support that moves, from what keeps its speed. Along the blades the air does its work by the changes f and m of the loads on
-sections j,
+The rest comes through the bearing of a rotor on a support that moves, from what keeps its speed.
+Along the blades the air does its work by the changes f and m of the loads on sections j,
 
     section_j = -Re(w_j* . f_j + omega_j* . m_j)/(2 E),
 
