@@ -1,9 +1,9 @@
 """How much of a mode is in a run: the product of its left vector with motions and velocities.
 
 R turns by Omega t. Displacements u in space are z = exp(Omega t J) R^T u in multiblade coordinates,
-and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. With the motions
-a = X^T M z, exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2, and the left vector l of the
-eigenvalue s, which is normal to all other modes,
+and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. Here
+exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2. The left vector l of the eigenvalue s is normal to
+all other modes, so that with the motions a = X^T M z
 
     q = l* . (a | a' | zeta),    q' = s q,
 
