@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from petsc4py import PETSc
 
@@ -87,9 +88,9 @@ def _find_prescribed(
 
 
 def find_rotation(frame: TurningFrame, linear: LinearSystem) -> Array:
-    """This rank's part of the rotation of all that turns."""
+    """This rank's part of the rotation of all that turns, at 1 rad/s."""
     moving = linear.state.copy()
-    frame.set_velocities(moving)
+    replace(frame, speed=1.0).set_velocities(moving)
     parts = [v.array_r.copy() for v in moving.v]
     if linear.system.comm.rank == 0:
         parts += [moving.q_dot, moving.joint_rates]
