@@ -32,6 +32,15 @@ SHAFT, ROOT, STATIONS = np.array([1.0, 0.0, 0.0]), 0.5, 20
 ANGLES = np.radians(np.linspace(-180.0, 180.0, 361))
 
 
+def plate(radius, length, chord, axis, twist):
+    """A flat plate without drag."""
+    flat, n = 0.0 * ANGLES, len(radius)
+    polar = Polar("plate", ANGLES, np.pi * np.sin(2.0 * ANGLES), flat, flat)
+    chords, twists = np.full(n, chord), np.full(n, twist)
+    ends = ROOT, ROOT + length
+    return AeroBlade(*ends, radius, chords, twists, (polar,) * n, reference=axis)
+
+
 class Wings:
     """Wings along the directions from the shaft x; their first one along z, its chord along x or y.
 
@@ -76,17 +85,7 @@ class Wings:
         skin = np.setdiff1d(exterior_facet_indices(topology), [*box.start, *box.end])
         edges = ROOT + length * np.linspace(0.0, 1.0, STATIONS + 1)
         self.radius, self.parts = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
-        flat = 0.0 * ANGLES
-        polar = Polar("plate", ANGLES, np.pi * np.sin(2.0 * ANGLES), flat, flat)
-        blade = AeroBlade(
-            ROOT,
-            ROOT + length,
-            self.radius,
-            np.full(STATIONS, chord),
-            np.full(STATIONS, twist),
-            (polar,) * STATIONS,
-            reference=axis,
-        )
+        blade = plate(self.radius, length, chord, axis, twist)
         ways = [np.cross(SHAFT, z) for z in spans]
         frames = [[z, y, np.cross(z, y)] for z, y in zip(spans, ways, strict=True)]
         self.wind = SettableWind(SteadyWind(1e-6, 0.1))

@@ -104,6 +104,12 @@ def test_a_tower_moves_with_the_rotor_and_is_damped_by_the_air(build):
     assert max(m.damping_ratio for m in modes[:2]) > 1.5 * max(m.damping_ratio for m in still[:2])
 
 
+def test_models_that_the_air_does_not_have_are_refused(build):
+    rotor, state = build()
+    with pytest.raises(ModelError, match=r"no model 'wakes'; there are \['shed wake', 'stall', "):
+        find(rotor, state, 3, AirModel(("wakes",)))
+
+
 def test_a_state_that_is_no_equilibrium_is_refused(build):
     rotor, state = build()
     rotor.wind.set_speed(1.3 * WIND)

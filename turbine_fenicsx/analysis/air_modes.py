@@ -18,13 +18,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig
 
 from turbine_fenicsx.analysis.air_terms import AirTerms, find_air_terms
 from turbine_fenicsx.analysis.bordered_solver import FlatVectors
 from turbine_fenicsx.analysis.complex_modes import make_mode
 from turbine_fenicsx.analysis.cyclic_shift import CyclicShift, cyclic_shift
 from turbine_fenicsx.analysis.feedback import Feedback, keep_free
+from turbine_fenicsx.analysis.first_order import assemble, solve_first_order
 from turbine_fenicsx.analysis.isotropy import check_isotropic
 from turbine_fenicsx.analysis.linear_system import LinearSystem
 from turbine_fenicsx.analysis.modal_filter import ModalFilter, find_left_vector
@@ -59,12 +59,6 @@ VIBRATES = 0.3
 
 SLOW = 1e-3
 """Growth below which nothing grows, relative to the speed: the angle of the rotor has none."""
-
-TURNS = 0.5
-"""Part of the modal mass of a motion from which on it is the rotation of a free rotor."""
-
-STRUCTURAL = 0.4
-"""Least share of motions in a mode of the structure; the rest are motions of the air."""
 
 
 @dataclass(frozen=True)
@@ -199,9 +193,17 @@ class AirProblem:
         Args:
             count: How many.
             air: How the air follows.
+
+        Raises:
+            ModelError: for models that the air does not have.
         """
+        unknown = sorted({*air.frozen, *air.instant} - self.models)
+        if unknown:
+            raise ModelError(
+                f"the air has no model {unknown[0]!r}; there are {sorted(self.models)}"
+            )
         terms = [terms.freeze(air.frozen).follow(air.instant) for terms in self.terms]
-        return self._find(count, _assemble(self.damping, self.stiffness, terms), self._feedback)
+        return self._find(count, assemble(self.damping, self.stiffness, terms), self._feedback)
 
     def make_filter(self, mode: Mode) -> ModalFilter:
         """A meter of one of the modes in runs.
@@ -209,7 +211,7 @@ class AirProblem:
         Args:
             mode: As `find` gave it, without feedback and with the air as in runs.
         """
-        A, m = _assemble(self.damping, self.stiffness, self.terms), self._X.shape[1]
+        A, m = assemble(self.damping, self.stiffness, self.terms), self._X.shape[1]
         left = on_rank0(self._frame.system.comm, lambda: find_left_vector(A, mode.eigenvalue))
         MX = multiply(self._linear.mass, self._linear.vectors, self._X)
         ends = 2 * m + np.cumsum([len(t.models) for t in self.terms])
@@ -238,9 +240,14 @@ class AirProblem:
         s = mode.eigenvalue
         return find_mode_work(self._frame, linear, self._shift, self.terms, s, a, self._X)
 
+    @property
+    def models(self) -> set[str]:
+        """The models of the air that have states."""
+        return {name for terms in self.terms for name in terms.models}
+
     def find_still(self, count: int) -> Modes:
         """The same modes where loads of the air stay as they are, and pitch and torque too."""
-        return self._find(count, _assemble(self.damping, self.stiffness, []), None)
+        return self._find(count, assemble(self.damping, self.stiffness, []), None)
 
     def _check_balance(self) -> None:
         """Refuse a state out of equilibrium.
@@ -268,7 +275,7 @@ class AirProblem:
             turned = turned[:-1]
 
         def solve() -> tuple[Array, Array]:
-            values, vectors = _solve(A, turned, feedback is not None)
+            values, vectors = solve_first_order(A, turned, feedback is not None)
             a = vectors[: len(turned)]
             if feedback is not None:
                 a = np.vstack([a, feedback.find_pitch(vectors[-len(feedback.A) :])])
@@ -351,43 +358,3 @@ def _find_terms(
         for body, model in enumerate(frame.system.flexible_models)
         for loads in model.section_loads
     ]
-
-
-def _assemble(D: Array, K: Array, terms: list[AirTerms]) -> Array:
-    """The matrix of first order."""
-    m, sizes = len(K), [len(t.models) for t in terms]
-    A = np.zeros((2 * m + sum(sizes),) * 2)
-    a, rate = slice(0, m), slice(m, 2 * m)
-    A[a, rate], A[rate, a], A[rate, rate] = np.eye(m), -K, -D
-    for t, end in zip(terms, 2 * m + np.cumsum(sizes), strict=True):
-        states = slice(end - len(t.models), end)
-        A[rate, a] += t.by_motion
-        A[rate, rate] += t.by_rate
-        A[rate, states] = t.by_states
-        A[states, a], A[states, rate] = t.rates_by_motion, t.rates_by_rate
-        A[states, states] = t.rates_by_states + t.whirl
-    return A
-
-
-def _solve(A: Array, rotation: Array, with_speed: bool) -> tuple[Array, Array]:
-    """Eigenvalues of the structure by rising size, one of each pair, and their vectors, (n, k).
-
-    Args:
-        rotation: The rotation of what turns, of unit modal mass, shape (m,).
-        with_speed: Whether the one in which the speed of the rotor has the largest share is added
-            after them.
-    """
-    m = len(rotation)
-    values, left, right = eig(A, left=True, right=True)
-    products = left.conj() * right
-    of_motions = np.abs(products[: 2 * m].sum(axis=0) / products.sum(axis=0))
-    a = right[:m]
-    turns = np.abs(rotation @ a) ** 2 > TURNS * np.sum(np.abs(a) ** 2, axis=0)
-    numbers = np.flatnonzero((of_motions >= STRUCTURAL) & (values.imag >= 0.0) & ~turns)
-    numbers = numbers[np.argsort(np.abs(values[numbers]))]
-    if with_speed:
-        rate = slice(m, 2 * m)
-        shares = np.abs((rotation @ left[rate].conj()) * (rotation @ right[rate]))
-        shares = np.where(values.imag >= 0.0, shares / np.abs(products.sum(axis=0)), 0.0)
-        numbers = np.append(numbers, np.argmax(shares))
-    return values[numbers], right[:, numbers]

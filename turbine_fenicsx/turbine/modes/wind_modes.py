@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -91,12 +91,12 @@ class WindModesWanted:
     speeds: Sequence[float] = ()
     controlled: bool = False
 
-    @property
-    def air(self) -> AirModel:
-        """How the air follows."""
+    def find_air(self, models: Container[str]) -> AirModel:
+        """How the air follows if it has some models."""
+        instant = (STALL, SHED) if self.quasi_steady else ()
         return AirModel(
-            frozen=(WAKE,) if self.frozen_wake else (),
-            instant=(STALL, SHED) if self.quasi_steady else (),
+            frozen=(WAKE,) if self.frozen_wake and WAKE in models else (),
+            instant=tuple(name for name in instant if name in models),
         )
 
 
@@ -230,7 +230,8 @@ class WindFinder:
         problem = AirProblem(system, ROTOR, speed, state, len(BLADES), feedback=feedback)
         try:
             still = problem.find_still(self._wanted.count + ADDITIONAL_MODES)
-            found = problem.find(2 * len(still.modes), self._wanted.air)
+            air = self._wanted.find_air(problem.models)
+            found = problem.find(2 * len(still.modes), air)
         finally:
             problem.destroy()
         if self._still is not None:
