@@ -47,7 +47,7 @@ def test_three_ways_agree_and_steps_that_dissipate_show(case, capfd):
     assert len(read_decay(out)[names.TIME]) > 50 and len(read_work(out)[names.RADIUS]) == 8
     assert (out / "damping.png").stat().st_size > 20000
     assert main(command) == 2
-    assert "holds modes; --overwrite replaces them" in capfd.readouterr().err
+    assert "holds dampings; --overwrite replaces them" in capfd.readouterr().err
 
 
 def test_a_mode_that_is_not_there_is_refused_with_those_that_are(case, capfd):

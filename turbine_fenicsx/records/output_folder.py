@@ -330,9 +330,10 @@ def keep_results(folder: str | os.PathLike[str], new: str, overwrite: bool) -> N
 def refuse_others(folder: str | os.PathLike[str], overwrite: bool) -> None:
     """Refuse a folder with results that may not be replaced, by an InputError."""
     kinds = ("modes", holds_modes), ("steady states", holds_steady), ("sections", holds_sections)
-    for kind, holds in kinds:
-        if holds(folder) and not overwrite:
-            raise InputError(f"{os.fspath(folder)!r} holds {kind}; --overwrite replaces them")
+    found = [kind for kind, holds in kinds if holds(folder)]
+    found += ["dampings"] * (Path(folder) / "damping.csv").is_file()
+    if found and not overwrite:
+        raise InputError(f"{os.fspath(folder)!r} holds {found[0]}; --overwrite replaces them")
 
 
 def remove_results(folder: str | os.PathLike[str]) -> None:
@@ -351,8 +352,8 @@ def is_older(path: Path, other: Path) -> bool:
 
 
 def holds_modes(folder: str | os.PathLike[str]) -> bool:
-    """Whether there are modes in a folder, or the damping of one."""
-    return any((Path(folder) / name).is_file() for name in ("modes.csv", "damping.csv"))
+    """Whether there are modes in a folder."""
+    return (Path(folder) / "modes.csv").is_file()
 
 
 def holds_set(folder: str | os.PathLike[str]) -> bool:

@@ -117,7 +117,7 @@ def find_damping(
     modes = wanted.modes
     with lock_folder(comm, out) if out is not None else nullcontext() as folder:
         if folder is not None:
-            on_rank0(comm, lambda: keep_results(folder, "modes", overwrite))
+            on_rank0(comm, lambda: keep_results(folder, "dampings", overwrite))
         plan = on_rank0(comm, lambda: make_schedule(case, modes.schedule, modes.keep_power))
         say_what_is_left_out(case, comm, False)
         with end_immediately_alone(comm):
