@@ -32,7 +32,7 @@ SOLUTIONS = 3
 
 
 def find_left_vector(A: Array, s: complex) -> Array:
-    """L of l* A = s l*, a unit vector."""
+    """The vector l of l* A = s l*, of unit length."""
     factors = lu_factor(A.astype(complex) - (1.0 + NEAR) * s * np.eye(len(A)))
     found: Array = np.ones(len(A), dtype=complex)
     for _ in range(SOLUTIONS):

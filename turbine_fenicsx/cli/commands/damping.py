@@ -135,7 +135,7 @@ def format_damping(damping: Any) -> str:
         ("run, steps undone", decay.eigenvalue),
         ("run", decay.with_steps),
     ]
-    if decay.eigenvalue == decay.with_steps:  # the scheme has more than one root
+    if decay.eigenvalue == decay.with_steps:  # with numerical dissipation
         del lines[1]
     table = [
         f"  {title:18} {s.imag / (2.0 * pi):8.4f} Hz {-100.0 * s.real / abs(s):8.3f} % "

@@ -2,7 +2,7 @@
 
 Two runs begin in the same steady state, one of them with velocities along the mode. The difference
 of what the mode's filter sees in them is fitted. The energy-momentum scheme is the midpoint rule
-for small motions, so that what its steps do is undone. Schemes that dissipate show what they do.
+for small motions, so that what its steps do is undone. Numerical dissipation is left in.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ KICK = 0.1
 CYCLES = 8.0
 """Vibrations of a run, if nobody says how many."""
 
-FADED = 8.0
-"""A run ends when the motion has fallen by exp of this."""
+FADED, GROWN = 8.0, 3.0
+"""A run ends when the motion has fallen, or grown, by exp of these."""
 
 WHIRLS = 0.9
 """Least part of the rotor's modal mass that goes round one way in a mode that whirls."""
@@ -168,8 +168,7 @@ def _find(
     problem = AirProblem(system, ROTOR, here.place.speed, state, len(BLADES))
     try:
         work, meter = problem.find_work(mode), problem.make_filter(mode)
-        end = min(wanted.cycles * 2.0 * np.pi / s.imag, FADED / abs(s.real))
-        h = case.time.step
+        h, end = case.time.step, _find_end(s, wanted.cycles)
         steps = max(int(np.ceil(end / h)), FEWEST)
         if steps > MOST_STEPS:
             raise InputError(
@@ -187,12 +186,17 @@ def _find(
     if len(rows[0]) != len(rows[1]):
         raise StepFailure("the runs with and without a kick have different steps")
     q = rows[1][:, 1] - rows[0][:, 1]
-    conserves = case.time.scheme == "energy_momentum" and not case.turbine.numerical_dissipation
-    undo = h if conserves else None
+    undo = None if case.turbine.numerical_dissipation else h
     shift = _find_shift(mode, here.place.speed)
     decay = fit_decay(rows[0][:, 0].real, q, s, undo, shift)
     blade = on_rank0(system.comm, lambda: load_aero_blade(rotor.case))
     return Damping(name, here.place, s, decay, work, blade.radius, blade.parts)
+
+
+def _find_end(s: complex, cycles: float) -> float:
+    """How long a run takes [s]."""
+    rate = max(-s.real / FADED, s.real / GROWN)
+    return 1.0 / max(s.imag / (2.0 * np.pi * cycles), rate)
 
 
 def _find_shift(mode: Mode, speed: float) -> float:
