@@ -11,6 +11,9 @@ from turbine_fenicsx.foundation.types import Array
 TURNS = 0.5
 """Part of the modal mass of a motion from which on it is the rotation of a free rotor."""
 
+SPEED_PART = 0.5
+"""Share of the speed, over the largest one, from which on a mode is one of the speed."""
+
 STRUCTURAL = 0.4
 """Least share of motions in a mode of the structure; the rest are motions of the air."""
 
@@ -36,8 +39,8 @@ def solve_first_order(A: Array, rotation: Array, with_speed: bool) -> tuple[Arra
 
     Args:
         rotation: The rotation of what turns, of unit modal mass, shape (m,).
-        with_speed: Whether the one in which the speed of the rotor has the largest share is added
-            after them.
+        with_speed: Whether the one of the speed of the rotor is added after them. Several may have
+            much of the speed; of these the one of the highest frequency.
     """
     m = len(rotation)
     values, left, right = eig(A, left=True, right=True)
@@ -51,5 +54,6 @@ def solve_first_order(A: Array, rotation: Array, with_speed: bool) -> tuple[Arra
         rate = slice(m, 2 * m)
         shares = np.abs((rotation @ left[rate].conj()) * (rotation @ right[rate]))
         shares = np.where(values.imag >= 0.0, shares / np.abs(products.sum(axis=0)), 0.0)
-        numbers = np.append(numbers, np.argmax(shares))
+        has_speed = shares >= SPEED_PART * np.max(shares)
+        numbers = np.append(numbers, np.argmax(np.where(has_speed, values.imag, -1.0)))
     return values[numbers], right[:, numbers]
