@@ -39,6 +39,7 @@ from turbine_fenicsx.analysis.slow_motions import (
 )
 from turbine_fenicsx.analysis.turning_frame import TurningFrame, turning_frame
 from turbine_fenicsx.analysis.turning_modes import turning_problem
+from turbine_fenicsx.analysis.turning_vectors import TurningVectors
 from turbine_fenicsx.analysis.whirl import WhirlMeter
 from turbine_fenicsx.foundation.errors import ModelError
 from turbine_fenicsx.foundation.parallel import on_rank0, sum_over_ranks
@@ -353,8 +354,9 @@ def _find_terms(
 ) -> list[AirTerms]:
     """Terms of all loads on sections."""
     rows = vectors.split_rows(X)
+    turned = vectors.split_rows(TurningVectors(frame, shift).find_velocities(X))
     return [
-        find_air_terms(frame, body, loads, state, rows[body], shift)
+        find_air_terms(frame, body, loads, state, rows[body], turned[body], shift)
         for body, model in enumerate(frame.system.flexible_models)
         for loads in model.section_loads
     ]

@@ -99,6 +99,7 @@ def find_air_terms(
     loads: BoundSectionLoads,
     state: State,
     X: Array,
+    turned: Array,
     shift: CyclicShift | None,
 ) -> AirTerms:
     """Terms of the loads on a flexible body. Collective.
@@ -109,6 +110,7 @@ def find_air_terms(
         loads: Those on its sections.
         state: The steady state, with its velocities; states of the air are in balance.
         X: Motions of the owned nodes, shape (3 n, m).
+        turned: S' X, their velocities in space.
         shift: The cyclic shift for multiblade coordinates; None for those that turn.
     """
     comm, time = frame.system.comm, state.time
@@ -125,7 +127,6 @@ def find_air_terms(
         )
         return 0.5 * (X.T @ (F_1 - F_0)), 0.5 * (g_1 - g_0).ravel()
 
-    turned = _find_velocities(frame, body, X, shift)
     m = X.shape[1]
     F_z, F_v = np.zeros((m, m)), np.zeros((m, m))
     g_z, g_v = np.zeros((n * k, m)), np.zeros((n * k, m))
@@ -149,23 +150,6 @@ def find_air_terms(
         whirl = frame.speed * np.kron(_generate(C, shift.blades), np.eye(k))
     F_z, F_v = sum_over_ranks(comm, np.stack([F_z, F_v]))
     return AirTerms(F_z, F_v, F_s, g_z, g_v, g_s, whirl, models * n)
-
-
-def _find_velocities(frame: TurningFrame, body: int, X: Array, shift: CyclicShift | None) -> Array:
-    """S' X, velocities in space of motions that do not change in multiblade coordinates."""
-    if not frame.flexible_turns[body]:
-        return 0.0 * X
-    found = (X.T.reshape(X.shape[1], -1, 3) @ frame.spin.T).reshape(X.T.shape).T
-    J = None if shift is None else shift.body_generators[body]
-    if J is not None:
-        x, y = J.createVecs()
-        for j in range(X.shape[1]):
-            x.array[:] = X[:, j]
-            J.mult(x, y)
-            found[:, j] -= frame.speed * y.array_r
-        x.destroy()
-        y.destroy()
-    return np.asarray(found)
 
 
 def _find_size(frame: TurningFrame, x: Array, largest: float) -> float:

@@ -1,18 +1,20 @@
 """How much of a mode is in a run: the product of its left vector with motions and velocities.
 
-R turns by Omega t. Displacements u in space are z = exp(Omega t J) R^T u in multiblade coordinates,
-and velocities v in space have the rates z' = exp(Omega t J) R^T v - S' z. Here
+R turns by psi = Omega t. In multiblade coordinates displacements u in space are exp(psi J) R^T u,
+and velocities v in space have the rates z' = exp(psi J) R^T v - S' z. Here
 exp(psi J) = 1 + sin(psi) J + (1 - cos(psi)) J^2. The left vector l of the eigenvalue s is normal to
 all other modes, so that with the motions a = X^T M z
 
     q = l* . (a | a' | zeta),    q' = s q,
 
-with states zeta of the air in multiblade coordinates too.
+with states zeta of the air in multiblade coordinates too. J and S' are skew and commute: so they
+act on l, once, and not on the motions of each step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -62,36 +64,42 @@ class ModalFilter:
         of_states: Sequence[tuple[Array, Array]],
     ) -> None:
         self._frame, self._vectors = frame, TurningVectors(frame, shift)
-        self._of_motions, self._of_rates, self._of_states = of_motions, of_rates, of_states
+        J = partial(_act, self._vectors.generate)
+        turned = _act(lambda x: self._vectors.find_velocities(x[:, None])[:, 0], of_rates)
+        self._of_motions, self._of_rates = (
+            np.stack([w, -J(w), J(J(w))]) for w in (of_motions + turned, of_rates)
+        )
+        self._of_states = []
+        for whirl, w in of_states:
+            J_T = whirl.T / frame.speed if frame.speed else 0.0 * whirl
+            self._of_states.append(np.stack([w, J_T @ w, J_T @ (J_T @ w)]))
 
     def measure(self, state: State) -> complex:
         """q, with a part that depends on the azimuth but not on the motion. Collective.
 
         Of two runs that start at the same azimuth the difference has none.
         """
-        vectors, angle = self._vectors, self._frame.speed * state.time
-        z = vectors.see([u.array_r for u in state.u], state.q, angle)
-        rates = vectors.see([v.array_r for v in state.v], state.q_dot, angle)
-        rates = rates - vectors.spin(z) + self._frame.speed * vectors.generate(z)
-        q = self._of_motions.conj() @ z + self._of_rates.conj() @ rates
-        of_air = sum(
-            part.conj() @ (zeta + np.sin(angle) * once + (1.0 - np.cos(angle)) * (J @ once))
-            for part, zeta, J, once in self._read_states(state)
-        )
-        return complex(sum_over_ranks(self._frame.system.comm, np.array([q]))[0] + of_air)
+        psi = self._frame.speed * state.time
+        exponential = np.array([1.0, np.sin(psi), 1.0 - np.cos(psi)])
+        u = self._vectors.turn_back([x.array_r for x in state.u], state.q, psi)
+        v = self._vectors.turn_back([x.array_r for x in state.v], state.q_dot, psi)
+        parts = self._of_motions.conj() @ u + self._of_rates.conj() @ v
+        q = sum_over_ranks(self._frame.system.comm, parts)
+        for rows, states in zip(self._of_states, self._read_states(state), strict=True):
+            q = q + rows.conj() @ states
+        return complex(exponential @ q)
 
-    def _read_states(self, state: State) -> Iterator[tuple[Array, Array, Array, Array]]:
-        """l, states, J and J times the states of each of the loads. Collective."""
-        system = self._frame.system
-        bound = [
-            (loads, u, v)
-            for model, u, v in zip(system.flexible_models, state.u, state.v, strict=True)
-            for loads in model.section_loads
-        ]
-        for (loads, u, v), (whirl, part) in zip(bound, self._of_states, strict=True):
-            states = loads.read_states()
-            if states is None:
-                motion = loads.find_motion(u.array_r, v.array_r)
-                states = loads.states.balance(motion, state.time)
-            J = whirl / self._frame.speed
-            yield part, states.ravel(), J, J @ states.ravel()
+    def _read_states(self, state: State) -> Iterator[Array]:
+        """States of each of the loads, shape (k,). Collective."""
+        for model, u, v in zip(self._frame.system.flexible_models, state.u, state.v, strict=True):
+            for loads in model.section_loads:
+                states = loads.read_states()
+                if states is None:
+                    motion = loads.find_motion(u.array_r, v.array_r)
+                    states = loads.states.balance(motion, state.time)
+                yield states.ravel()
+
+
+def _act(function: Callable[[Array], Array], w: Array) -> Array:
+    """A real function of a complex vector."""
+    return function(w.real) + 1j * function(w.imag)

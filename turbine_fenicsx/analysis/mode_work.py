@@ -78,10 +78,8 @@ def find_mode_work(
     z = [X @ a.real, X @ a.imag]
     S_z = [vectors.spin(x) for x in z]
     # velocities in space, and those seen from what turns
-    v = [
-        s.real * z[0] - s.imag * z[1] + S_z[0] - frame.speed * vectors.generate(z[0]),
-        s.imag * z[0] + s.real * z[1] + S_z[1] - frame.speed * vectors.generate(z[1]),
-    ]
+    rates = [s.real * z[0] - s.imag * z[1], s.imag * z[0] + s.real * z[1]]
+    v = [x + y for x, y in zip(rates, vectors.find_velocities(np.column_stack(z)).T, strict=True)]
     w = [x - y for x, y in zip(v, S_z, strict=True)]
     energy = _sum(linear.mass, linear, w) + _sum(linear.stiffness, linear, z)
     energy -= _sum(linear.mass, linear, S_z)  # z . M S^2 z

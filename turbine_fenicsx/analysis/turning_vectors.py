@@ -1,4 +1,4 @@
-"""Flat vectors of a system that turns: values turned back, S and J of them.
+"""Flat vectors of a system that turns: values turned back, S and J of them, S' = S - Omega J.
 
 Joint coordinates have no mass, and are zero in what is made here.
 """
@@ -34,18 +34,19 @@ class TurningVectors:
         of_rigid = [q, np.zeros(system.rigid_model.n_T)] if system.comm.rank == 0 else []
         return np.concatenate([np.zeros(0), *fields, *of_rigid])
 
-    def see(self, fields: Sequence[Array], q: Array, angle: float) -> Array:
-        """exp(psi J) R^T of values in space: how multiblade coordinates see them.
+    def turn_back(self, fields: Sequence[Array], q: Array, angle: float) -> Array:
+        """R^T of values in space: how they look to what turns; arguments as of `flatten`."""
+        return self._apply(rotation_about(self._frame.axis, -angle), fields, q, False)
+
+    def find_velocities(self, X: Array) -> Array:
+        """S' X, velocities in space of motions that do not change in multiblade coordinates.
 
         Args:
-            fields: As of `flatten`.
-            q: As of `flatten`.
-            angle: psi, by which the rotor has turned [rad].
+            X: In columns, shape (local_size, m).
         """
-        values = self._apply(rotation_about(self._frame.axis, -angle), fields, q, False)
-        once = self.generate(values)
-        whirling = np.sin(angle) * once + (1.0 - np.cos(angle)) * self.generate(once)
-        return np.asarray(values + whirling)
+        speed = self._frame.speed
+        columns = [self.spin(x) - speed * self.generate(x) for x in X.T]
+        return np.array(columns).reshape(X.T.shape).T
 
     def spin(self, values: Array) -> Array:
         """S of values of what turns, zero for the rest."""

@@ -1,7 +1,6 @@
 """The Campbell diagram: frequencies over the speed of rotor or wind, from ``campbell.csv``."""
 
 import os
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.matplotlib_figures import import_matplotlib, save_figure
 from turbine_fenicsx.records.mode_tables import Branch, read_campbell
 
 HARMONICS = (1, 3, 6)
@@ -28,14 +27,7 @@ _GAP = 0.031
 def plot_campbell(csv_path: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
     """Draw the Campbell diagram."""
     branches = read_campbell(csv_path)
-    try:
-        with warnings.catch_warnings():
-            # A second Matplotlib, from the system, makes the 3D axes unusable; none are used.
-            warnings.filterwarnings("ignore", message="Unable to import Axes3D")
-            import matplotlib
-            from matplotlib.figure import Figure
-    except ImportError:
-        raise ImportError("figures need Matplotlib: pip install matplotlib") from None
+    matplotlib, Figure = import_matplotlib()
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.2, 6.4), layout="constrained")
         damped = any(np.any(np.abs(b.damping_ratios) > 1e-6) for b in branches)
@@ -46,12 +38,7 @@ def plot_campbell(csv_path: str | os.PathLike[str], png: str | os.PathLike[str])
             _draw_damping(axes[1], branches)
         in_wind = branches[0].winds is not None
         axes[-1].set_xlabel("wind speed [m/s]" if in_wind else "speed of the rotor [rpm]")
-        try:
-            figure.savefig(png)
-        except OSError as error:
-            raise InputError(
-                f"cannot write {os.fspath(png)!r}: {error.strerror or error}"
-            ) from None
+        save_figure(figure, png)
     return Path(png)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from turbine_fenicsx.foundation.diagram_style import PALETTE, STYLE
-from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.postprocessing.matplotlib_figures import import_matplotlib, save_figure
 from turbine_fenicsx.records import names
 from turbine_fenicsx.records.damping_tables import read_decay, read_work
 
@@ -16,9 +16,7 @@ from turbine_fenicsx.records.damping_tables import read_decay, read_work
 def plot_damping(folder: str | os.PathLike[str], png: str | os.PathLike[str]) -> Path:
     """Draw ``decay.csv`` and ``work.csv`` of a folder."""
     decay, work = read_decay(folder), read_work(folder)
-    import matplotlib
-    from matplotlib.figure import Figure
-
+    matplotlib, Figure = import_matplotlib()
     time, r, along = decay[names.TIME], work[names.RADIUS], work[names.AIR_ALONG]
     measured, fitted = (
         np.hypot(decay[family(part="real")], decay[family(part="imaginary")])
@@ -39,10 +37,5 @@ def plot_damping(folder: str | os.PathLike[str], png: str | os.PathLike[str]) ->
         below.axhline(0.0, color="#777777", lw=0.8)
         below.set_xlabel("radius [m]")
         below.set_ylabel("decay rate by the air [1/(m s)]")
-        try:
-            figure.savefig(png)
-        except OSError as error:
-            raise InputError(
-                f"cannot write {os.fspath(png)!r}: {error.strerror or error}"
-            ) from None
+        save_figure(figure, png)
     return Path(png)

@@ -6,7 +6,6 @@ pyplot, so that nothing global changes and no display is needed.
 """
 
 import os
-import warnings
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,6 +17,7 @@ from turbine_fenicsx.postprocessing import failure_panels as f
 from turbine_fenicsx.postprocessing import panels as p
 from turbine_fenicsx.postprocessing import power_balance
 from turbine_fenicsx.postprocessing import wind_panels as w
+from turbine_fenicsx.postprocessing.matplotlib_figures import import_matplotlib, save_figure
 from turbine_fenicsx.postprocessing.panels import Panel
 from turbine_fenicsx.postprocessing.plot_style import (
     Look,
@@ -114,14 +114,7 @@ def draw(
     """
     if len(runs) > len(PALETTE):
         raise InputError(f"{len(runs)} runs are too many for one figure, {len(PALETTE)} fit")
-    try:
-        with warnings.catch_warnings():
-            # A second Matplotlib, from the system, makes the 3D axes unusable; none are used.
-            warnings.filterwarnings("ignore", message="Unable to import Axes3D")
-            import matplotlib
-            from matplotlib.figure import Figure
-    except ImportError:
-        raise ImportError("figures need Matplotlib: pip install matplotlib") from None
+    matplotlib, Figure = import_matplotlib()
     looks = [
         Look(style, marker, color, len(runs) == 1, tolerance, relative_tolerance, degrees)
         for style, marker, color in zip(LINE_STYLES, MARKERS, PALETTE, strict=True)
@@ -129,12 +122,7 @@ def draw(
     with matplotlib.rc_context(STYLE):
         figure = _compose(Figure, runs, panels, looks, title)
         for path in paths:
-            try:
-                figure.savefig(path)
-            except OSError as error:
-                raise InputError(
-                    f"cannot write {os.fspath(path)!r}: {error.strerror or error}"
-                ) from None
+            save_figure(figure, path)
     return [Path(path) for path in paths]
 
 

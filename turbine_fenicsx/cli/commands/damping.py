@@ -21,7 +21,7 @@ from turbine_fenicsx.cli.commands._common import (
     load_case,
     need_dolfinx,
 )
-from turbine_fenicsx.cli.commands.modes import parse_amplitude
+from turbine_fenicsx.cli.commands.modes import add_lock, parse_amplitude
 from turbine_fenicsx.cli.commands.steady import parse_winds
 from turbine_fenicsx.foundation.errors import InputError
 
@@ -55,14 +55,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--keep-power", action="store_true", help="as of the command modes")
     parser.add_argument("--amplitude", metavar="ANGLE", help="as of the command modes")
-    parser.add_argument(
-        "--lock",
-        metavar="NAME",
-        nargs="+",
-        action="extend",
-        default=[],
-        help="joint coordinates that a brake holds, for example yaw",
-    )
+    add_lock(parser)
     parser.add_argument("-o", "--out", metavar="OUT", help="output folder; without it, only print")
     parser.add_argument("--overwrite", action="store_true", help="replace earlier modes in OUT")
     parser.add_argument("--quiet", action="store_true", help="print no table")

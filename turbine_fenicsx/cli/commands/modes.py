@@ -75,6 +75,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "with the speed from which a mode grows",
     )
     _add_air(parser)
+    add_lock(parser)
+    parser.add_argument("-o", "--out", metavar="OUT", help="output folder; without it, only print")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace earlier modes in OUT; a run is kept"
+    )
+    add_force(parser)
+    parser.add_argument("--quiet", action="store_true", help="print no table")
+
+
+def add_lock(parser: argparse.ArgumentParser) -> None:
+    """The argument ``--lock``."""
     parser.add_argument(
         "--lock",
         metavar="NAME",
@@ -83,12 +94,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="joint coordinates that a brake holds, for example rotor yaw",
     )
-    parser.add_argument("-o", "--out", metavar="OUT", help="output folder; without it, only print")
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace earlier modes in OUT; a run is kept"
-    )
-    add_force(parser)
-    parser.add_argument("--quiet", action="store_true", help="print no table")
 
 
 def _add_air(parser: argparse.ArgumentParser) -> None:
