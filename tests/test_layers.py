@@ -28,7 +28,7 @@ LAYERS = [
     {"turbine.blades"},
     {"turbine.components"},
     {"turbine.run"},
-    {"turbine.modes", "turbine.steady"},
+    {"turbine.modes", "turbine.steady", "turbine.life"},
     {"postprocessing", "study", "load_sets", "cli"},
 ]
 # Starts and names of the package itself; the latter imports lazily and is imported by nobody.

@@ -4,13 +4,14 @@ import importlib.util
 import pkgutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from beam_turbines import write_beam_case
 from patience import patience
+from reduced_turbines import STRENGTHS, write_case
 from reduced_turbines import run as run_reduced
-from reduced_turbines import write_case
 
 from turbine_fenicsx.cli import commands
 
@@ -43,6 +44,7 @@ IMPORTED = (
 STEADY = RIGID.parents[1] / "iea15" / "iea15_rigid.toml"
 SHORT = ["--quiet", "--set", "time.end=0.02", "time.step=0.01", "output.fields_every=0.01"]
 FEW = ["mesh.elements=[1,1,4]", "blade.reduction.modes=1", "blade.reduction.functions=6"]
+ROWS = ["time.end=1.5", "output.motion_every=0.05"]
 MADE = ["--set", "wind.turbulence={model = 'kaimal', folder = '.', duration = 8, points = 3}"]
 KICK = [
     *("--wind", "9", "--mode", "1", "--count", "3", "--cycles", "0.5", "-o", "damping", "--set"),
@@ -57,6 +59,7 @@ ARGUMENTS = {
     "fatigue": ["out", "--columns", "angle_rotor_[rad]"],
     "info": [],
     "keys": ["tower"],
+    "life": ["reduced/run", "--no-pictures", "--quiet", "--set", *STRENGTHS],
     "mesh": [str(HYBRID), "-o", "new.msh", "--set", "mesh.elements=[1,1,4]"],
     "modes": [str(RIGID), "-o", "modes"],
     "plot": ["out"],
@@ -120,9 +123,10 @@ def test_no_command_runs_python_files_of_the_present_folder(poisoned, command):
     needed = {"plot": "matplotlib", "render": "pyvista", "report": "matplotlib"}.get(command)
     if needed and importlib.util.find_spec(needed) is None:
         pytest.skip(f"{needed}, which draws, is missing")
-    if command == "recover":  # needs a run whose blades are reduced and have plies
-        (poisoned / "reduced").mkdir()
-        run_reduced(write_case(poisoned / "reduced"), "run", "time.end=0.1", *FEW[1:])
+    if command in ("life", "recover"):  # need a run whose blades are reduced and have plies
+        with suppress(FileExistsError):
+            (poisoned / "reduced").mkdir()
+            run_reduced(write_case(poisoned / "reduced"), "run", *FEW[1:], *ROWS)
     if command == "damping":  # needs blades that move by few functions
         (poisoned / "beams").mkdir()
         write_beam_case(poisoned / "beams")

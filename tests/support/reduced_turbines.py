@@ -58,6 +58,15 @@ station = 0.2
 """
 
 
+STRENGTH = 1e8
+STRENGTHS = [
+    f"life.material.biax.tension=[{STRENGTH}, {STRENGTH}]",
+    f"life.material.biax.compression=[{STRENGTH}, {STRENGTH}]",
+    f"life.material.biax.shear={STRENGTH}",
+]
+"""Strengths that the file of the turbine does not have, for the command life [Pa]."""
+
+
 def write_case(folder):
     """Write the case and its turbine into a folder; the path of the case. Collective."""
 

@@ -33,9 +33,7 @@ from turbine_fenicsx.postprocessing.cycles import (
 )
 from turbine_fenicsx.postprocessing.fatigue import find_slope
 from turbine_fenicsx.records.mode_tables import format_rows
-
-YEAR = 365.25 * 24.0 * 3600.0
-"""Seconds of a year."""
+from turbine_fenicsx.turbine.life.weighted_run import YEAR
 
 MEAN_WIND = 0.2
 """Mean wind of the year over V_ref, IEC 61400-1, section 6.3.1.1."""

@@ -16,6 +16,7 @@ from turbine_fenicsx.load_sets.lifetime import LIFE
 from turbine_fenicsx.load_sets.load_set import ALL
 from turbine_fenicsx.load_sets.spectra import find_spectra
 from turbine_fenicsx.load_sets.stored_set import StoredSet, WindTable, read_winds
+from turbine_fenicsx.postprocessing.life_page import format_life
 from turbine_fenicsx.postprocessing.page import (
     embed_figure,
     fill_page,
@@ -53,6 +54,7 @@ def report_set(
         "Extremes": _list_extremes(found),
         "Return periods": _draw_returns(found),
         "Life": _draw_life(found),
+        "Life of the plies": format_life(found.folder),
         "Spectra": _draw_spectra(found),
     }
     counts = ", ".join(f"{number} {state}" for state, number in states.items())

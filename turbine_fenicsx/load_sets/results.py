@@ -7,10 +7,11 @@ from math import degrees, sqrt
 from pathlib import Path
 from typing import Any
 
-from turbine_fenicsx.load_sets.load_set import ALL
+from turbine_fenicsx.load_sets.load_set import ALL, LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun
 from turbine_fenicsx.load_sets.return_loads import ReturnLoad
 from turbine_fenicsx.load_sets.situation import Situation
+from turbine_fenicsx.records import names
 from turbine_fenicsx.records.mode_tables import format_rows
 from turbine_fenicsx.records.output_folder import read_tables
 from turbine_fenicsx.records.statistics import ColumnStatistics
@@ -20,14 +21,28 @@ Results = Mapping[str, Sequence[ColumnStatistics]]
 """Statistics of finished runs by name."""
 
 
+BEGIN, TIMES, YEARS = "begin_[s]", "times_in_life", names.LIFE
+"""Columns of ``runs.csv``: time before which nothing counts, how often a run happens in the life,
+and how long that is."""
+
 EXTRAPOLATED = "extrapolated"
 """In place of the run of extremes that no run had."""
 
 
 def format_runs(
-    runs: Sequence[SetRun], results: Results, failed: Mapping[str, str], out: Path
+    load_set: LoadSet,
+    runs: Sequence[SetRun],
+    results: Results,
+    failed: Mapping[str, str],
+    times: Mapping[str, float],
+    out: Path,
 ) -> str:
-    """``runs.csv``: what each run is, how it went, with which step and ramp."""
+    """``runs.csv``: what each run is, how it went, with which step and ramp.
+
+    Args:
+        times: How often runs that count for fatigue happen in the life.
+    """
+    chosen = load_set.chosen
     rows: list[dict[str, float | str]] = []
     for each in runs:
         name = each.run.name
@@ -42,6 +57,9 @@ def format_runs(
                 "seed": "" if each.seed is None else each.seed,
                 "state": state,
                 **_read_tries(out / name, state == "finished"),
+                BEGIN: chosen[each.situation].transient,
+                TIMES: times.get(name, 0.0),
+                YEARS: load_set.lifetime.years,
                 "reason": failed.get(name, ""),
             }
         )

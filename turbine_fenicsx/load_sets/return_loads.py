@@ -9,11 +9,12 @@ import numpy as np
 
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.load_sets.extrapolation import extrapolate
-from turbine_fenicsx.load_sets.lifetime import YEAR, make_bins
+from turbine_fenicsx.load_sets.lifetime import make_bins
 from turbine_fenicsx.load_sets.load_set import FEWEST_BLOCKS, LoadSet
 from turbine_fenicsx.load_sets.plan import SetRun
 from turbine_fenicsx.load_sets.run_loads import RunLoads
 from turbine_fenicsx.records.mode_tables import format_rows
+from turbine_fenicsx.turbine.life.weighted_run import YEAR
 
 PERIODS = (1.0 / 365.25, 1.0 / 12.0, 1.0, 10.0, 50.0)
 """Return periods of the table beside that of the set [years]."""

@@ -127,12 +127,12 @@ def _make_tables(load_set: LoadSet, result: SetResult, out: Path) -> Iterator[tu
         name: [load for load in loads if load.period == load_set.extremes.years]
         for name, loads in returns.items()
     }
-    yield SET_RUNS, format_runs(runs, results, result.failed, out).encode()
+    cycles = {name: loads.cycles for name, loads in result.loads.items()}
+    fatigue = find_fatigue_of_set(load_set, runs, cycles)
+    yield SET_RUNS, format_runs(load_set, runs, results, result.failed, fatigue.times, out).encode()
     yield SET, format_extremes(runs, situations, results, of_set).encode()
     yield WINDS, format_winds(runs, results).encode()
     yield EXTRAPOLATED, format_return_loads(returns).encode()
-    cycles = {name: loads.cycles for name, loads in result.loads.items()}
-    fatigue = find_fatigue_of_set(load_set, runs, cycles)
     yield FATIGUE, format_fatigue_of_set(fatigue).encode()
     yield MARKOV, format_markov(fatigue.cycles).encode()
     yield SET_ARRAYS, write_set_arrays(runs, situations, results, fatigue)

@@ -22,6 +22,7 @@ from turbine_fenicsx.postprocessing.fatigue import (
     find_fatigue,
     list_loads,
 )
+from turbine_fenicsx.postprocessing.life_page import format_life
 from turbine_fenicsx.postprocessing.page import (
     embed_figure,
     fill_page,
@@ -105,6 +106,7 @@ def report(
         "Key figures": "".join(f"<p class='warning'>{escape(w)}</p>\n" for w in warnings)
         + format_tables({"": _find_key_figures(history)}),
         "Nearest to failure": note + format_worst(folder),
+        "Life of the plies": format_life(folder),
         "Case": format_case(case, describe),
         "Diagrams": _draw_diagrams(history, read_solver_tolerance(folder)),
         "Statistics": _format_statistics(folder),

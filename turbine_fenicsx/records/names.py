@@ -147,6 +147,15 @@ STRAIN = Family("strain_{gauge}_[-]")
 JOINT_FORCE = Family("joint_force_{joint}_{axis}_[N]")
 JOINT_MOMENT = Family("joint_moment_{joint}_{axis}_[Nm]")
 
+DISTANCE = "distance_[m]"
+PLY_ANGLE = "angle_[deg]"
+DAMAGE = "damage_[-]"
+DAMAGE_BY = Family("damage_by_{measure}_[-]")
+FATIGUE_INDEX = "fatigue_index_[-]"
+LIFE = "life_[years]"
+SECTION_END = Family("{end}_{axis}_[m]")
+SECTION_NORMAL = Family("normal_{axis}_[-]")
+
 MODAL_MASS = Family("modal_mass_of_{part}_[-]")
 MOTION_SHARE = Family("share_of_{way}_[-]")
 

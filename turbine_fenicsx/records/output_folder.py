@@ -38,6 +38,7 @@ RESULTS = (
     *("history.csv", "history.out", "history.outb", "history.png"),
     *(FATIGUE, MARKOV, "statistics.csv", "summary.json", "case.json"),
     *("plies.csv", "worst.json", "worst.png", "gauges.csv", "sections.csv", "at_*.csv"),
+    *("life.csv", "life_*.csv", "life.png", "life_*.png", "life.vtkhdf", "life.vtkhdf.part"),
     *("fields.xdmf", "fields.bin", "fields.[0-9]*.bin", "fields.vtkhdf", "fields.vtkhdf.part"),
     *("wind.xdmf", "wind.bin", "wind.[0-9]*.bin", "wind.vtkhdf", "wind.vtkhdf.part"),
     *("basis_*.npz", "motion.bin", "motion.json", LOADS),

@@ -45,19 +45,46 @@ class RecoveredPlies:
         found._walls, found.table = self._walls.take(cells), self.table.take(cells)
         return found
 
-    def strains(self, vectors: Array, copy: int = 0) -> Array:
-        """Strains 11, 22, 12 (engineering) of both faces of the walls, in their axes.
+    def move(self, vectors: Array, copy: int = 0) -> Array:
+        """Displacements of the vectors in the axes of the mesh, for m states.
 
         Args:
             vectors: Vectors z of a copy in m states, shape (m, n, 3) [m].
             copy: Number of the copy.
 
         Returns:
-            Shape (cells, 2, 4, m, 3): inner and outer face, points of a face.
+            Shape (n, m, 3) [m].
         """
         basis, (R, t) = self._body.basis, self._body.placements[copy].frame()
         moved = (vectors - np.outer(basis.is_point, t)) @ R - basis.vectors
-        return self._walls.strains(np.ascontiguousarray(moved.swapaxes(0, 1)))
+        return np.ascontiguousarray(moved.swapaxes(0, 1))
+
+    def strains(self, vectors: Array, copy: int = 0) -> Array:
+        """Strains 11, 22, 12 (engineering) of both faces of the walls, in their axes.
+
+        Args:
+            vectors: As of `move`.
+            copy: Number of the copy.
+
+        Returns:
+            Shape (cells, 2, 4, m, 3): inner and outer face, points of a face.
+        """
+        return self._walls.strains(self.move(vectors, copy))
+
+    def find_mean_stresses(self, moved: Array) -> Array:
+        """Stresses along and across the fibre, and of shear, at both faces of plies.
+
+        They are means over the points of each cell.
+
+        Args:
+            moved: Of `move`.
+
+        Returns:
+            Shape (plies, 2, 3, m), outer faces first [Pa].
+        """
+        inner, outer = self._walls.strains(moved).mean(axis=2).swapaxes(0, 1)
+        stresses = self.table.stresses(self.table.strains(inner, outer))
+        return np.ascontiguousarray(stresses.swapaxes(2, 3))
 
     def find_largest(
         self, criterion: Criterion, vectors: Array, copy: int = 0

@@ -150,7 +150,12 @@ def test_tables_name_the_run_of_each_extreme_and_count_safety_factors(case, tmp_
     for name in values:
         (tmp_path / name).mkdir(parents=True)
         (tmp_path / name / "case.json").write_text('{"time": {"step": 0.05}}')
-    lines = list(csv.DictReader(format_runs(runs, results, failed, tmp_path).splitlines()))
+    times = {"1.2/v8_s1": 100.0}
+    table = format_runs(given, runs, results, failed, times, tmp_path)
+    lines = list(csv.DictReader(table.splitlines()))
+    of_life = [(x["begin_[s]"], x["times_in_life"], x["life_[years]"]) for x in lines]
+    assert of_life[0] == ("10.0", "100.0", "20.0")
+    assert of_life[-1][1] == "0.0"
     assert [row["state"] for row in lines] == [*["finished"] * 3, "failed"]
     assert [row["step_[s]"] for row in lines] == [*["0.05"] * 3, ""]
     assert lines[-1]["reason"] == failed["1.3/v18_s2"]

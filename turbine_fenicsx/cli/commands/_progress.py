@@ -1,10 +1,10 @@
-"""Lines on what a run makes before its first step, on stderr."""
+"""How far a command is, on stderr."""
 
 from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -42,3 +42,15 @@ def show_making(comm: Any, quiet: bool) -> Iterator[None]:
         for logger, level in zip(loggers, levels, strict=True):
             logger.removeHandler(handler)
             logger.setLevel(level)
+
+
+def show_part(comm: Any, quiet: bool) -> Callable[[float], None]:
+    """A function that shows on a terminal how much is done."""
+    if quiet or comm.rank or not sys.stderr.isatty():
+        return lambda part: None
+
+    def show(part: float) -> None:
+        end = "" if part < 1.0 else "\n"
+        print(f"\r{100.0 * part:3.0f} %", end=end, file=sys.stderr, flush=True)
+
+    return show

@@ -23,11 +23,10 @@ as output.gauges.flap.station=0.3.
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Callable
 from typing import Any
 
 from turbine_fenicsx.cli.commands._common import OK, add_overrides, need_dolfinx, warn
+from turbine_fenicsx.cli.commands._progress import show_part
 from turbine_fenicsx.cli.commands._worst import PICTURE, draw_worst
 
 
@@ -111,7 +110,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     if not options.overwrite:
         on_rank0(comm, lambda: files.refuse_to_overwrite(options.folder, names))
     run = RecordedRun.open(options.folder, comm, options.overrides)
-    recovery, lines, paths = RunRecovery(run, _make_progress(comm, options.quiet)), [], []
+    recovery, lines, paths = RunRecovery(run, show_part(comm, options.quiet)), [], []
     try:
         if gauges:
             paths.append(files.write_gauges(recovery))
@@ -175,15 +174,3 @@ def _read_times(options: argparse.Namespace) -> tuple[float | None, float | None
         if given[name] is not None and given[needed] is None:
             raise InputError(f"{name} {given[name]}: counts with {needed} only")
     return every, found["--from"], found["--to"]
-
-
-def _make_progress(comm: Any, quiet: bool) -> Callable[[float], None]:
-    """A function that shows on a terminal how much is done."""
-    if quiet or comm.rank or not sys.stderr.isatty():
-        return lambda part: None
-
-    def show(part: float) -> None:
-        end = "" if part < 1.0 else "\n"
-        print(f"\r{100.0 * part:3.0f} %", end=end, file=sys.stderr, flush=True)
-
-    return show

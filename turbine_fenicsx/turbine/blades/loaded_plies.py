@@ -129,7 +129,7 @@ class _LayeredSection:
 def write_loaded_plies(folder: Path, plies: Sequence[LoadedPly]) -> str:
     """Write a row for each ply; the name of the file."""
     winds = [WIND] if plies[0].wind is not None else []
-    head = ["state", *winds, SPAN, "panel", "ply", "material", "angle_[deg]", "arc_[-]"]
+    head = ["state", *winds, SPAN, "panel", "ply", "material", names.PLY_ANGLE, "arc_[-]"]
     rows = []
     for p in plies:
         wind = [] if p.wind is None else [f"{p.wind:g}"]

@@ -22,7 +22,7 @@ from turbine_fenicsx.case.contradictions import Check
 from turbine_fenicsx.case.files import read_if_changed
 from turbine_fenicsx.case.quantities import to_si
 from turbine_fenicsx.foundation.errors import InputError, ModelError
-from turbine_fenicsx.foundation.text_files import quote
+from turbine_fenicsx.foundation.text_files import quote, suggest
 from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.turbine.case.beam_file import add_beam, find_beam_mu
 from turbine_fenicsx.turbine.case.turbine_control import (
@@ -369,9 +369,21 @@ def _check_gauges(case: Tables) -> str:
     return next(filter(None, sentences), "")
 
 
+def _check_life(case: Tables) -> str:
+    """Materials whose life a case describes are those of the file."""
+    if case.turbine.file is None or not case.life.material:
+        return ""
+    known = load_turbine(case.turbine.file).materials
+    for name in case.life.material:
+        if name not in known:
+            return f"life.material.{name}: no material of turbine.file{suggest(name, known)}"
+    return ""
+
+
 TURBINE_CHECKS = (
     Check(("blade.length", "turbine.file"), _check_length),
     Check(("control", "drivetrain", "turbine.file"), _check_controller),
     Check(("output.gauges", "blade.length", "turbine.file", "turbine.model"), _check_gauges),
+    Check(("life.material", "turbine.file"), _check_life),
 )
 """Checks that read the file of the turbine."""

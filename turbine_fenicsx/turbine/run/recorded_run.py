@@ -23,7 +23,7 @@ from turbine_fenicsx.turbine.components.model import build_turbine
 from turbine_fenicsx.turbine.run.resume import BASES, read_case
 
 GAUGES = "output.gauges."
-"""Keys that may change."""
+"""Keys that may change where gauges are recovered."""
 
 WITHOUT = ("wind", "control", "event", "generator")
 """Tables that nothing recovered depends on."""
@@ -45,29 +45,68 @@ class RecordedRun:
 
     @classmethod
     def open(
-        cls, folder: str | os.PathLike[str], comm: MPI.Intracomm, overrides: Sequence[str] = ()
+        cls,
+        folder: str | os.PathLike[str],
+        comm: MPI.Intracomm,
+        overrides: Sequence[str] = (),
+        allowed: str = GAUGES,
     ) -> RecordedRun:
         """Read a run and build its turbine. Collective.
 
         Args:
             folder: Its output folder.
             comm: Communicator.
-            overrides: Changes of the table ``output.gauges``, such as
-                ``"output.gauges.flap.station=0.3"``.
+            overrides: Changes such as ``"output.gauges.flap.station=0.3"``.
+            allowed: How the keys begin that may change.
 
         Raises:
             InputError: if there is no such run, or its files do not belong together.
         """
-        path, case, motion = on_rank0(comm, lambda: _read(folder, overrides))
-        turbine = build_turbine(_leave_out(case), comm)
-        run = cls(path, turbine, motion)
-        for name, model in run.reduced.items():
-            if describe_body(model) not in motion.bodies:
-                raise InputError(
-                    f"{str(path / MOTION)!r} does not belong to the {name} of {str(path)!r}: the "
-                    "functions, or numbers of copies, of their bases differ"
-                )
+        path, case, motion = on_rank0(comm, lambda: _read(folder, overrides, allowed))
+        run = cls(path, build_turbine(_leave_out(case), comm), motion)
+        if other := run._find_other(motion):
+            raise InputError(
+                f"{str(path / MOTION)!r} does not belong to the {other} of {str(path)!r}: the "
+                "functions, or numbers of copies, of their bases differ"
+            )
         return run
+
+    def read_another(
+        self,
+        folder: str | os.PathLike[str],
+        overrides: Sequence[str] = (),
+        allowed: str = GAUGES,
+    ) -> tuple[Motion, Case]:
+        """The motion and the whole case of any run of the same reduced bodies. Collective.
+
+        Args:
+            folder: Its output folder.
+            overrides: As of `open`.
+            allowed: As of `open`.
+
+        Raises:
+            InputError: if there is none, or its bodies are others.
+        """
+        comm = self.turbine.comm
+        path, case, motion = on_rank0(comm, lambda: _read(folder, overrides, allowed))
+        mine, its = self.turbine.case.turbine.file, case.turbine.file
+        if mine != its:
+            raise InputError(
+                f"the runs {str(self.folder)!r} and {str(path)!r} are of different turbines: "
+                f"turbine.file is {mine!r} and {its!r}"
+            )
+        if other := self._find_other(motion):
+            raise InputError(
+                f"the runs {str(self.folder)!r} and {str(path)!r} have different bases of the "
+                f"{other}, or different meshes: expected runs that share them"
+            )
+        return motion, case
+
+    def _find_other(self, motion: Motion) -> str:
+        """Name of a reduced body that a motion is not of; empty for none."""
+        bodies = motion.bodies
+        names = (name for name, m in self.reduced.items() if describe_body(m) not in bodies)
+        return next(names, "")
 
     @property
     def reduced(self) -> dict[str, ReducedModel]:
@@ -91,12 +130,14 @@ class RecordedRun:
             yield state
 
 
-def _read(folder: str | os.PathLike[str], overrides: Sequence[str]) -> tuple[Path, Case, Motion]:
+def _read(
+    folder: str | os.PathLike[str], overrides: Sequence[str], allowed: str
+) -> tuple[Path, Case, Motion]:
     """The case and the motion of a run, on this rank."""
     path = need_folder(folder)
     for override in overrides:
-        if not override.strip().startswith(GAUGES):
-            raise InputError(f"--set {override}: only {GAUGES}NAME can be set for a recovery")
+        if not override.strip().startswith(allowed):
+            raise InputError(f"--set {override}: only {allowed}NAME can be set here")
     case = read_case(path, overrides)
     if not case.moves_by_vectors:
         raise InputError(

@@ -23,7 +23,7 @@ from turbine_fenicsx.turbine.tables.tables import Tables
 
 log = logging.getLogger(__name__)
 
-FREE = ("title", "time", "solver", "output")
+FREE = ("title", "time", "solver", "life", "output")
 """Parts of a case that may change on restart."""
 
 BASES = {"blade": "basis_blades.npz", "tower": "basis_tower.npz"}

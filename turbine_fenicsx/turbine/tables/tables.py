@@ -19,6 +19,7 @@ from turbine_fenicsx.turbine.tables.control import ControlCase
 from turbine_fenicsx.turbine.tables.drivetrain import DrivetrainCase, YawCase
 from turbine_fenicsx.turbine.tables.event import EventCases
 from turbine_fenicsx.turbine.tables.generator import GeneratorCase
+from turbine_fenicsx.turbine.tables.life import LifeCase
 from turbine_fenicsx.turbine.tables.loads import LoadsCase
 from turbine_fenicsx.turbine.tables.material import MaterialCase
 from turbine_fenicsx.turbine.tables.mesh import MeshCase
@@ -52,6 +53,7 @@ class Tables(Section):
     event: EventCases = Field(default_factory=dict)
     generator: GeneratorCase = GeneratorCase()
     loads: LoadsCase = LoadsCase()
+    life: LifeCase = LifeCase()
     solver: SolverCase = SolverCase()
     output: OutputCase = OutputCase()
 
