@@ -136,7 +136,7 @@ def test_runs_of_a_set_count_as_often_as_they_happen(folder, capfd):
         (["v9", "v11", "-o", "x", "--weights", "1"], "expected 2 numbers, one for each run"),
         (
             ["v9", "--start", "1.43", "--set", *STRENGTHS],
-            "2 rows from t = 1.43 s on, which is less",
+            "2 rows from t = 1.43 s on, which is",
         ),
         (["v9", "--set", "time.end=3"], "--set time.end=3: only life.NAME can be set here"),
         (["v9", "--set", "life.material.tin.slope=3"], "life.material.tin: no material of turbine"),

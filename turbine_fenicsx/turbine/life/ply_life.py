@@ -43,9 +43,9 @@ class PlyLife:
         notes: Sentences on materials that do not count, and on usual slopes.
         years: The life.
         runs: The runs by the names of their folders.
-        damage: Shape as `turbine_fenicsx.turbine.life.run_damage.RunDamage.shape` [-].
+        damage: Of blades, plies, faces and stresses, see `RunDamage` [-].
         of_winds: Its parts by wind speed [m/s], rising.
-        worst: Number of the run that does most, shape as that of the damage.
+        worst: Number of the run that does most, of the same shape.
         range: Largest range of each stress [Pa], of the exertion [-].
         counted: Which histories were counted in some run.
     """
