@@ -45,14 +45,17 @@ def is_refused(command, capfd, *words):
 def test_a_run_has_its_life_in_tables_fields_and_on_its_page(folder, capfd):
     pytest.importorskip("h5py")
     out = folder / "v9"
-    command = ["life", out, "--start", 0.1, "--no-pictures", "--set", *STRENGTHS]
+    moduli = "young=4e9,shear_modulus=1e9,tension=1e6,shear=1e6"
+    glue = f"life.adhesive={{thickness=0.006,width=0.08,{moduli}}}"
+    command = ["life", out, "--start", 0.1, "--no-pictures", "--set", *STRENGTHS, glue]
     assert main([*map(str, command)]) == 0
     lines = capfd.readouterr().out.splitlines()
     assert lines[0] == "biax has slope 9, as plies of its family: the file has none"
     assert lines[1].startswith("foam does not count: it has no slope of an S-N curve, see life.m")
     assert lines[3].startswith("1 run as 20 years; ")
     assert lines[-1] == ", ".join(
-        f"{out}/life{name}" for name in (".csv", "_section.csv", "_winds.csv", ".vtkhdf")
+        f"{out}/life{name}"
+        for name in (".csv", "_section.csv", "_winds.csv", "_bonds.csv", ".vtkhdf")
     )
     places = read(out / "life.csv")
     damages = [float(place["damage_[-]"]) for place in places]
@@ -78,6 +81,9 @@ def test_a_run_has_its_life_in_tables_fields_and_on_its_page(folder, capfd):
     is_refused(command, capfd, "life.csv' is there already: --overwrite replaces it")
     assert main(["report", str(out), "--no-pictures"]) == 0
     page = (out / "report.html").read_text()
+    bond = read(out / "life_bonds.csv")[0]
+    assert lines[-2].startswith(f"bonds, an estimate: {bond['bond']} of blade {bond['blade']} fail")
+    assert float(bond["damage_[-]"]) > 0.0 and bond["bond"].replace("_", " ") in page
     assert "Life of the plies" in page and first["panel"].replace("_", " ") in page
 
 

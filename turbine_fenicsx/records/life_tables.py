@@ -13,6 +13,9 @@ from turbine_fenicsx.records import names
 PLACES, SECTION, WINDS = "life.csv", "life_section.csv", "life_winds.csv"
 """Places where plies fail first, damage around the section of the first, and by wind speed."""
 
+BONDS = "life_bonds.csv"
+"""Where each bond fails first."""
+
 FIELDS, BLADE, ROSETTE, CURVE = "life.vtkhdf", "life.png", "life_section.png", "life_winds.png"
 """Fields, and pictures of the blade and of both other tables."""
 
@@ -27,12 +30,13 @@ NEEDED = {
         *("panel", names.DAMAGE, names.FATIGUE_INDEX, names.DISTANCE, "blade"),
     ),
     WINDS: (names.WIND_SPEED, names.DAMAGE),
+    BONDS: ("bond", "measure", "run", names.DISTANCE, names.DAMAGE, names.LIFE),
 }
 """Columns that readers need."""
 
 
 def read_life_table(folder: str | os.PathLike[str], name: str) -> list[dict[str, str]]:
-    """Rows of `PLACES`, `SECTION` or `WINDS` in a folder.
+    """Rows of a table of `NEEDED` in a folder.
 
     Raises:
         InputError: for a file that cannot be read, or is another.

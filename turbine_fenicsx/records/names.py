@@ -153,6 +153,7 @@ DAMAGE = "damage_[-]"
 DAMAGE_BY = Family("damage_by_{measure}_[-]")
 FATIGUE_INDEX = "fatigue_index_[-]"
 LIFE = "life_[years]"
+BOND_RANGE = Family("largest_range_of_{stress}_[Pa]")
 SECTION_END = Family("{end}_{axis}_[m]")
 SECTION_NORMAL = Family("normal_{axis}_[-]")
 

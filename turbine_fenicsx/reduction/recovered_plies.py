@@ -71,6 +71,14 @@ class RecoveredPlies:
         """
         return self._walls.strains(self.move(vectors, copy))
 
+    def find_mean_strains(self, moved: Array) -> Array:
+        """Those of `strains` as means over the points of each face, shape (cells, 2, m, 3).
+
+        Args:
+            moved: Of `move`.
+        """
+        return np.asarray(self._walls.strains(moved).mean(axis=2))
+
     def find_mean_stresses(self, moved: Array) -> Array:
         """Stresses along and across the fibre, and of shear, at both faces of plies.
 
@@ -82,7 +90,7 @@ class RecoveredPlies:
         Returns:
             Shape (plies, 2, 3, m), outer faces first [Pa].
         """
-        inner, outer = self._walls.strains(moved).mean(axis=2).swapaxes(0, 1)
+        inner, outer = self.find_mean_strains(moved).swapaxes(0, 1)
         stresses = self.table.stresses(self.table.strains(inner, outer))
         return np.ascontiguousarray(stresses.swapaxes(2, 3))
 

@@ -8,7 +8,8 @@ of the case, see --set.
 
 Prints where a ply fails first. Writes life.csv, with the worst places, life_section.csv and
 life_winds.csv, with damage around the section of the first and by wind speed. Fields of all plies
-are in life.vtkhdf, if h5py is there. Draws life.png, life_section.png and life_winds.png.
+are in life.vtkhdf, if h5py is there. With life.adhesive, life_bonds.csv has an estimate for feet of
+webs and trailing edges. Draws life.png, life_section.png and life_winds.png.
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ def run(options: argparse.Namespace, comm: Any) -> int:
     need_dolfinx()
     from turbine_fenicsx.turbine.life.life_files import write_life_tables
     from turbine_fenicsx.turbine.life.ply_life import find_ply_life
+    from turbine_fenicsx.turbine.life.worst_bonds import find_worst_bonds
     from turbine_fenicsx.turbine.life.worst_places import WorstPlaces
 
     folder, runs, years = on_rank0(comm, lambda: _read(options))
@@ -63,11 +65,12 @@ def run(options: argparse.Namespace, comm: Any) -> int:
         finder = WorstPlaces(life)
         places = finder.find()
         section = finder.find_section(places[0])
-        files = write_life_tables(life, places, section, folder)
+        bonds = find_worst_bonds(life)
+        files = write_life_tables(life, places, section, bonds, folder)
         files += _write_fields(life, places[0], folder, options, comm)
     except FileError as error:
         raise InputError(str(error)) from None
-    lines = _describe(life, places[0])
+    lines = [*_describe(life, places[0]), *map(str, bonds[:1])]
     if comm.rank == 0 and not options.quiet:
         print(*lines, ", ".join(str(folder / name) for name in files), sep="\n", flush=True)
     return OK
@@ -104,8 +107,8 @@ def _read(options: argparse.Namespace) -> tuple[Path, Any, float | None]:
         runs, years = weigh(options.folders, weights, start), None
     folder = make_target_folder(options.out or folders[0])
     if not options.overwrite:
-        written = (tables.PLACES, tables.SECTION, tables.WINDS, tables.FIELDS, tables.BLADE)
-        refuse_to_overwrite(folder, (*written, tables.ROSETTE, tables.CURVE))
+        written = tables.PLACES, tables.SECTION, tables.WINDS, tables.BONDS, tables.FIELDS
+        refuse_to_overwrite(folder, (*written, tables.BLADE, tables.ROSETTE, tables.CURVE))
     return folder, runs, years
 
 

@@ -27,12 +27,14 @@ class BladePlies:
         place: Distance of each of these cells from the root [m].
         made_up: Cells that stand for no layup of the file: those that close the tip, and a trailing
             edge that is hardly wider than thick.
+        bonds: Cells of this rank that end in a bond, by the name of the bond and its side.
     """
 
     stresses: PlyStresses
     panels: dict[str, IntArray]
     place: Array
     made_up: IntArray
+    bonds: dict[str, IntArray]
 
 
 class BladeSurface(Protocol):

@@ -170,7 +170,8 @@ class HollowBlades(ShapedBlades[WindIOBlade]):
         counts = np.sum(comm.allgather([len(own) for own in every.values()]), axis=0)
         panels = {name: every[name] for name, n in zip(every, counts, strict=True) if n}
         places = cells.span.mean(axis=1) * self.length
-        return BladePlies(stresses, panels, places, np.flatnonzero(made_up))
+        bonds = {name: own[~made_up[own]] for name, own in cells.find_bonds(comm).items()}
+        return BladePlies(stresses, panels, places, np.flatnonzero(made_up), bonds)
 
     def make_body(self, name: str, mesh: LoadedMesh, axes: tuple[Any, Any, Any]) -> FlexibleBody:
         """The blades as one body. Collective.

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from mpi4py import MPI
+
 import numpy as np
 
 from turbine_fenicsx.foundation.errors import ModelError
@@ -18,6 +20,15 @@ from turbine_fenicsx.windio.blade import FACE_NAME
 
 NAMES = ("part", "span_start", "span_end", "arc_start", "arc_end", "wanted", "thickness")
 """Data of cells that are needed, see `turbine_fenicsx.meshing.hollow.HollowBlock`."""
+
+TRAILING_BOND = "trailing_edge"
+"""How the names of the bonds of a trailing edge begin."""
+
+SIDES = ("suction_side", "pressure_side")
+"""Sides of a bond, by rising contour fraction."""
+
+AT_END = 1e-9
+"""Difference of contour fractions that are one."""
 
 SLENDER = 3.0
 """Minimum ratio of width to thickness of half of a trailing edge's face that is a wall."""
@@ -107,6 +118,32 @@ class WallCells:
         ends = [self.shape.surface(s, a) for a in halves.T]
         width = np.linalg.norm(ends[1] - ends[0], axis=1)
         found[found] = width < SLENDER * self.wanted[found]
+        return found
+
+    def find_bonds(self, comm: MPI.Intracomm) -> dict[str, IntArray]:
+        """Cells of this rank at bonds: feet of webs, and trailing edges of the shell. Collective.
+
+        Returns:
+            Numbers of cells by the name of the bond and its side, all names on all ranks.
+        """
+        found: dict[str, IntArray] = {}
+        first, last = self.arc.T
+        for web in self.shape.webs:
+            own = self.part == self.parts.index(web.name)
+            ends = first < AT_END, last > 1.0 - AT_END
+            for side, at_end in zip(SIDES, ends, strict=True):
+                found[f"{web.name}_{side}"] = np.flatnonzero(own & at_end)
+        skin = self.part < len(self.shape.panels)
+        skin &= np.array([name != FACE_NAME for name in self.parts])[self.part]
+        rows = np.round(self.span[:, 0], 9)
+        for side, arcs in zip(SIDES, (first, -last), strict=True):
+            least: dict[float, float] = {}
+            mine = {row: float(arcs[skin & (rows == row)].min()) for row in np.unique(rows[skin])}
+            for of_rank in comm.allgather(mine):
+                for row, arc in of_rank.items():
+                    least[row] = min(arc, least.get(row, np.inf))
+            at_end = arcs < np.array([least.get(row, np.inf) for row in rows]) + AT_END
+            found[f"{TRAILING_BOND}_{side}"] = np.flatnonzero(skin & at_end)
         return found
 
     def find_plies(self) -> list[Plies]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 from turbine_fenicsx.foundation.errors import InputError
+from turbine_fenicsx.materials.adhesive_bond import Adhesive
 from turbine_fenicsx.materials.ply import Strengths
 from turbine_fenicsx.materials.ply_fatigue import PlyFatigue, find_usual_slope
 from turbine_fenicsx.turbine.case.case import Case
@@ -86,6 +87,59 @@ def _find_fatigue(
     first = own.first or given.fatigue_strength
     factors = life.diagram, life.strength_factor, life.fatigue_factor
     return PlyFatigue(slope, strengths, first, *factors)
+
+
+def find_adhesive(case: Case) -> tuple[Adhesive, PlyFatigue] | None:
+    """The adhesive of the table ``life.adhesive`` and how it fails; None without one.
+
+    Raises:
+        InputError: if neither the case nor the file has a modulus or strength.
+    """
+    own, life = case.life.adhesive, case.life
+    if own.thickness is None or own.width is None:
+        return None
+    of_file = _read_adhesive(case)
+
+    def need(key: str) -> float:
+        value: float | None = getattr(own, key) or of_file.get(key)
+        if value is None or not isfinite(value):
+            raise InputError(
+                f"the bonds have no {key.replace('_', ' ')}: give life.adhesive.{key}, or name a "
+                "material of turbine.file that has it with life.adhesive.name"
+            )
+        return value
+
+    peel, shear = need("tension"), need("shear")
+    compression = own.compression or of_file.get("compression", inf)
+    limits = Strengths(
+        (inf, peel, inf), (inf, compression if isfinite(compression) else peel, inf), (shear,) * 3
+    )
+    slope = own.slope or of_file.get("slope", ADHESIVE)
+    factors = life.diagram, life.strength_factor, life.fatigue_factor
+    fatigue = PlyFatigue(slope, limits, None, *factors)
+    return Adhesive(own.thickness, own.width, need("young"), need("shear_modulus")), fatigue
+
+
+ADHESIVE = 10.0
+"""Slope of adhesives whose file and case have none, that of laminates with epoxy."""
+
+
+def _read_adhesive(case: Case) -> dict[str, float]:
+    """Numbers of the adhesive by the keys of ``life.adhesive``, as far as the file has it."""
+    assert case.turbine.file is not None
+    known, name = load_turbine(case.turbine.file).materials, case.life.adhesive.name.lower()
+    file = next((x for key, x in known.items() if key.lower() == name), None)
+    if file is None:
+        return {}
+    ply, slope = file.ply, file.fatigue_exponent
+    found = {
+        "young": ply.young[0],
+        "shear_modulus": ply.shear[0],
+        "tension": ply.strengths.tension[0],
+        "compression": ply.strengths.compression[0],
+        "shear": ply.strengths.shear[0],
+    }
+    return found if slope is None else {**found, "slope": slope}
 
 
 def _change_strengths(strengths: Strengths, own: LifeMaterialCase) -> Strengths:

@@ -17,12 +17,13 @@ from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_fatigue import MEASURES
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.life_tables import PLACES, SECTION, WINDS
+from turbine_fenicsx.records.life_tables import BONDS, PLACES, SECTION, WINDS
 from turbine_fenicsx.records.mode_tables import Row, format_rows
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.system.state import State
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.life.ply_life import PlyLife
+from turbine_fenicsx.turbine.life.worst_bonds import WorstBond
 from turbine_fenicsx.turbine.life.worst_places import SectionLife, WorstPlace
 from turbine_fenicsx.turbine.run.full_motion import FullMotion
 from turbine_fenicsx.turbine.run.turbine_fields import make_fields
@@ -35,17 +36,27 @@ SAME_CELL = 1e-6
 
 
 def write_life_tables(
-    life: PlyLife, places: Sequence[WorstPlace], section: SectionLife, folder: Path
+    life: PlyLife,
+    places: Sequence[WorstPlace],
+    section: SectionLife,
+    bonds: Sequence[WorstBond],
+    folder: Path,
 ) -> list[str]:
-    """Write the places, the section of the first of them, and its damage by wind; names of files.
+    """Write the places, the section of the first, its damage by wind, and the bonds.
 
     Collective.
+
+    Returns:
+        Names of the files.
     """
     texts = {
         PLACES: format_rows([_list_place(place) for place in places]),
         SECTION: format_rows(_list_section(section)),
         WINDS: format_rows(_list_winds(places[0])),
     }
+
+    if bonds:
+        texts[BONDS] = format_rows([_list_bond(bond) for bond in bonds])
 
     def write() -> None:
         for name, text in texts.items():
@@ -100,6 +111,21 @@ def _list_section(section: SectionLife) -> list[Row]:
             section.panels, section.ends, section.normal, section.damage, section.index, strict=True
         )
     ]
+
+
+def _list_bond(bond: WorstBond) -> Row:
+    """The row of a bond."""
+    return {
+        "bond": bond.bond,
+        names.DISTANCE: bond.distance,
+        "blade": bond.blade,
+        "measure": bond.measure,
+        names.BOND_RANGE(stress="peel"): bond.peel,
+        names.BOND_RANGE(stress="shear"): bond.shear,
+        names.DAMAGE: bond.damage,
+        names.LIFE: bond.years,
+        "run": bond.run,
+    }
 
 
 def _list_winds(place: WorstPlace) -> list[Row]:
@@ -158,9 +184,9 @@ def _gather(life: PlyLife) -> dict[str, Array]:
     first, table = recovered.table.first, recovered.table
     number = np.arange(len(table.wall)) - first[table.wall]
     most = max(comm.allgather(int(number.max(initial=0)) + 1))
-    of_plies = np.zeros((len(life.damage), most, len(first)))
+    of_plies = np.zeros((len(life.of_plies), most, len(first)))
     of_plies[:, number, table.wall] = life.of_plies
-    index = np.zeros((len(life.damage), len(first)))
+    index = np.zeros((len(life.of_plies), len(first)))
     if len(first):
         index = np.maximum.reduceat(life.indices, first, axis=1)
     mine = np.concatenate([of_plies, index[:, None]], axis=1)

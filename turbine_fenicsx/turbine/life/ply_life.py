@@ -17,14 +17,15 @@ from dataclasses import dataclass
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
 from turbine_fenicsx.foundation.errors import InputError
-from turbine_fenicsx.foundation.types import Array, IntArray
+from turbine_fenicsx.foundation.types import Array
 from turbine_fenicsx.materials.ply_damage import PlyDamage
 from turbine_fenicsx.materials.ply_fatigue import PlyFatigue
-from turbine_fenicsx.turbine.case.ply_fatigue import find_fatigue_of_file
-from turbine_fenicsx.turbine.life.run_damage import FEWEST, RunDamage
+from turbine_fenicsx.turbine.case.ply_fatigue import find_adhesive, find_fatigue_of_file
+from turbine_fenicsx.turbine.life.bond_histories import BondHistories
+from turbine_fenicsx.turbine.life.damage_sum import DamageSum
+from turbine_fenicsx.turbine.life.run_damage import FEWEST, Histories, PlyHistories, RunDamage
 from turbine_fenicsx.turbine.life.weighted_run import WeightedRun
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
@@ -43,11 +44,9 @@ class PlyLife:
         notes: Sentences on materials that do not count, and on usual slopes.
         years: The life.
         runs: The runs by the names of their folders.
-        damage: Of blades, plies, faces and stresses, see `RunDamage` [-].
-        of_winds: Its parts by wind speed [m/s], rising.
-        worst: Number of the run that does most, of the same shape.
-        range: Largest range of each stress [Pa], of the exertion [-].
-        counted: Which histories were counted in some run.
+        plies: Damage of plies at their outer and inner faces.
+        histories: Bonds, if the case has an adhesive.
+        bonds: Damage of these at both sides.
     """
 
     recovery: PlyRecovery
@@ -55,16 +54,14 @@ class PlyLife:
     notes: tuple[str, ...]
     years: float
     runs: tuple[WeightedRun, ...]
-    damage: Array
-    of_winds: dict[float, Array]
-    worst: IntArray
-    range: Array
-    counted: npt.NDArray[np.bool_]
+    plies: DamageSum
+    histories: BondHistories | None
+    bonds: DamageSum | None
 
     @property
     def of_plies(self) -> Array:
         """The largest damage of each ply in each blade, shape (blades, plies)."""
-        return np.asarray(self.damage.max(axis=(2, 3)))
+        return np.asarray(self.plies.damage.max(axis=(2, 3)))
 
     @property
     def indices(self) -> Array:
@@ -79,8 +76,8 @@ class PlyLife:
         Collective.
         """
         table = self.recovery.recovered.table
-        cells = np.unique(table.wall[self.range.any(axis=(0, 2, 3))])
-        some = np.unique(table.wall[self.counted.any(axis=(0, 2, 3))])
+        cells = np.unique(table.wall[self.plies.range.any(axis=(0, 2, 3))])
+        some = np.unique(table.wall[self.plies.counted.any(axis=(0, 2, 3))])
         comm = self.recovery.run.turbine.comm
         n, m = comm.allreduce(len(cells)), comm.allreduce(len(np.setdiff1d(cells, some)))
         return int(n), int(m)
@@ -112,11 +109,12 @@ def find_ply_life(
     recovery, case = PlyRecovery(first), first.turbine.case
     used = {ply.material.name for ply in recovery.recovered.table.plies}
     fatigue = find_fatigue_of_file(case, set().union(*comm.allgather(used)))
-    finder, life = RunDamage(recovery, fatigue.materials), years or case.life.years
-    total, ranges, most = (np.zeros(finder.shape) for _ in range(3))
-    worst = np.zeros(finder.shape, dtype=np.int64)
-    counted = np.zeros(finder.shape, dtype=bool)
-    of_winds: dict[float, Array] = {}
+    glued = find_adhesive(case)
+    bonds = None if glued is None else BondHistories(recovery, *glued)
+    plies = PlyHistories(recovery, fatigue.materials)
+    kinds: list[Histories] = [plies] if bonds is None else [plies, bonds]
+    finder, life = RunDamage(recovery, kinds), years or case.life.years
+    sums = [DamageSum(kind.shape) for kind in kinds]
     counts = [_count(first, run, life, *of_life) for run in ordered]  # before any takes long
     for k, (run, (times, wind)) in enumerate(zip(ordered, counts, strict=True)):
 
@@ -126,17 +124,12 @@ def find_ply_life(
         motion = first.read_another(run.folder, *of_life)[0]
         least = NEGLIGIBLE / (len(ordered) * max(times, 1e-30))
         found = finder.find(motion, run.begin, least, show)
-        _check_cycles(comm, found, run)
-        own = times * found.damage
-        total += own
-        of_winds[wind] = of_winds.get(wind, 0.0) + own
-        worst, most = np.where(own > most, k, worst), np.maximum(own, most)
-        ranges, counted = np.maximum(ranges, found.range), counted | (found.cycles > 0.0)
-    winds = {wind: of_winds[wind] for wind in sorted(of_winds)}
+        _check_cycles(comm, found[0], run)
+        for total, own in zip(sums, found, strict=True):
+            total.add(k, times, wind, own)
+    of_bonds = sums[1] if bonds is not None else None
     materials = dict(fatigue.materials)
-    return PlyLife(
-        recovery, materials, fatigue.notes, life, ordered, total, winds, worst, ranges, counted
-    )
+    return PlyLife(recovery, materials, fatigue.notes, life, ordered, sums[0], bonds, of_bonds)
 
 
 def _count(

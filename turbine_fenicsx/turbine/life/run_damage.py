@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_damage import DamageCode, PlyDamage
 from turbine_fenicsx.materials.ply_fatigue import MEASURES, FatigueTable, PlyFatigue
 from turbine_fenicsx.records.motion_file import Motion
-from turbine_fenicsx.reduction.recovered_plies import RecoveredPlies
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 
@@ -26,39 +26,45 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
-    """Some cells.
+class Block:
+    """Some places whose stress at all times is in memory together.
 
     Args:
-        rows: Numbers of their plies in the table of all.
+        find: Stress at both sides of the places for displacements of the vectors of a blade, from
+            shape (n, m, 3) to (places, 2, 3, m) [Pa].
+        fatigue: How they fail, two histories for each.
+        places: Their numbers among all of this rank.
     """
 
-    recovered: RecoveredPlies
+    find: Callable[[Array], Array]
     fatigue: FatigueTable
-    rows: IntArray
+    places: IntArray
 
 
-class RunDamage:
-    """Finds the damage of runs of one turbine.
+class Histories(Protocol):
+    """Places of blades whose stress is counted."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Blades, places of this rank, sides, stresses by `MEASURES`."""
+
+    def split(self, rows: int) -> list[Block]:
+        """All places that count, in blocks for so many rows of a motion."""
+
+
+class PlyHistories:
+    """Plies at their outer and inner faces.
 
     Cells that stand for no layup, and plies of materials that do not count, have none.
 
     Args:
-        recovery: The plies, of one of the runs.
+        recovery: The plies.
         materials: How materials fail, by their names.
-
-    Attributes:
-        shape: Of the damage: blades, plies of this rank, faces from the outer one, stresses as in
-            `turbine_fenicsx.materials.ply_fatigue.MEASURES`.
-
-    Note:
-        Making it is collective.
     """
 
     def __init__(self, recovery: PlyRecovery, materials: Mapping[str, PlyFatigue]) -> None:
-        self._recovery, self._materials = recovery, materials
-        self._code = DamageCode(recovery.run.turbine.comm)
-        table = recovery.recovered.table
+        self._recovered, self._materials = recovery.recovered, materials
+        table = self._recovered.table
         counts = [ply.material.name in materials for ply in table.plies]
         own = [x for x in recovery.plies.panels.values() if len(x)]
         cells = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *own]))
@@ -67,14 +73,44 @@ class RunDamage:
         self._cells = cells[counted[cells]]
         self.shape = (recovery.vectors.shape[1], len(table.plies), 2, len(MEASURES))
 
+    def split(self, rows: int) -> list[Block]:
+        """Blocks of cells, see `Block`."""
+        table, blocks = self._recovered.table, []
+        for part in list_slices(len(self._cells), rows):
+            cells = self._cells[part]
+            recovered = self._recovered.take(cells)
+            numbers = np.concatenate([np.flatnonzero(table.wall == cell) for cell in cells])
+            fatigue = FatigueTable(recovered.table, self._materials, 2)
+            blocks.append(Block(recovered.find_mean_stresses, fatigue, numbers))
+        return blocks
+
+
+def list_slices(n: int, rows: int) -> list[slice]:
+    """Parts of n cells whose strains in so many rows are in memory together."""
+    size = max(1, NUMBERS // (24 * rows))
+    return [slice(first, first + size) for first in range(0, n, size)]
+
+
+class RunDamage:
+    """Finds the damage of runs of one turbine. Making it is collective.
+
+    Args:
+        recovery: The plies, of one of the runs.
+        kinds: Places of the blades, of all kinds.
+    """
+
+    def __init__(self, recovery: PlyRecovery, kinds: Sequence[Histories]) -> None:
+        self._recovered, self._kinds = recovery.recovered, kinds
+        self._code = DamageCode(recovery.run.turbine.comm)
+
     def find(
         self,
         motion: Motion,
         begin: float = 0.0,
         least: float = 0.0,
         progress: Callable[[float], None] = lambda part: None,
-    ) -> PlyDamage:
-        """Damage of a run that happens once.
+    ) -> list[PlyDamage]:
+        """Damage of each kind of places by a run that happens once.
 
         Args:
             motion: Its motion.
@@ -83,42 +119,31 @@ class RunDamage:
             progress: Called with the part that is done, from 0 to 1.
 
         Returns:
-            Arrays of `shape`.
+            Arrays of the shapes of the kinds.
         """
         rows = np.flatnonzero(motion.times >= begin)
-        found = np.zeros((3, *self.shape))
-        blocks = self._split(len(rows))
-        for copy in range(self.shape[0]):
+        found = [np.zeros((3, *kind.shape)) for kind in self._kinds]
+        blocks = [(k, x) for k, kind in enumerate(self._kinds) for x in kind.split(len(rows))]
+        copies = motion.vectors[BODY].shape[1]
+        for copy in range(copies):
             moved = self._move(motion, int(rows[0]), copy)
-            for k, block in enumerate(blocks):
-                stresses = block.recovered.find_mean_stresses(moved)
+            for done, (k, block) in enumerate(blocks, start=1):
+                stresses = block.find(moved)
                 flat = stresses.reshape(-1, *stresses.shape[2:])
-                of_plies = self._code.find(block.fatigue, flat, least)
-                for out, values in zip(found, _as_tuple(of_plies), strict=True):
-                    out[copy, block.rows] = values.reshape(-1, *self.shape[2:])
-                progress((copy + (k + 1) / len(blocks)) / self.shape[0])
-        return PlyDamage(*found)
+                values = self._code.find(block.fatigue, flat, least)
+                for out, own in zip(found[k], _as_tuple(values), strict=True):
+                    out[copy, block.places] = own.reshape(-1, *out.shape[2:])
+                progress((copy + done / len(blocks)) / copies)
+        return [PlyDamage(*values) for values in found]
 
     def _move(self, motion: Motion, first: int, copy: int) -> Array:
         """Displacements of the vectors of a blade from a row on, shape (n, rows, 3)."""
-        vectors, recovered = motion.vectors[BODY], self._recovery.recovered
+        vectors = motion.vectors[BODY]
         found = np.empty((vectors.shape[2], len(vectors) - first, 3))
         for row in range(first, len(vectors), ROWS):
-            moved = recovered.move(vectors[row : row + ROWS, copy], copy)
+            moved = self._recovered.move(vectors[row : row + ROWS, copy], copy)
             found[:, row - first : row - first + moved.shape[1]] = moved
         return found
-
-    def _split(self, rows: int) -> list[_Block]:
-        """Blocks of cells whose strains at all times are in memory together."""
-        recovered = self._recovery.recovered
-        table, size = recovered.table, max(1, NUMBERS // (24 * rows))
-        blocks = []
-        for first in range(0, len(self._cells), size):
-            cells = self._cells[first : first + size]
-            part = recovered.take(cells)
-            numbers = np.concatenate([np.flatnonzero(table.wall == cell) for cell in cells])
-            blocks.append(_Block(part, FatigueTable(part.table, self._materials, 2), numbers))
-        return blocks
 
 
 def _as_tuple(found: PlyDamage) -> tuple[Array, Array, Array]:

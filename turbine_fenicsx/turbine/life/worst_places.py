@@ -137,7 +137,7 @@ class WorstPlaces:
         number = np.arange(len(table.wall)) - table.first[table.wall]
         panel = self._panel[table.wall]
         mine: dict[tuple[int, int], int] = {}
-        for j in np.flatnonzero((panel >= 0) & (self._life.range.any(axis=(0, 2, 3)))):
+        for j in np.flatnonzero((panel >= 0) & (self._life.plies.range.any(axis=(0, 2, 3)))):
             key = int(panel[j]), int(number[j])
             if key not in mine or self._rank(j) < self._rank(mine[key]):
                 mine[key] = int(j)
@@ -172,16 +172,17 @@ class WorstPlaces:
     def _describe(self, j: int) -> WorstPlace:
         """The place of a ply of this rank."""
         life, table = self._life, self._table
-        copy, face, k = np.unravel_index(int(np.argmax(life.damage[:, j])), life.damage[:, j].shape)
+        own = life.plies.damage[:, j]
+        copy, face, k = np.unravel_index(int(np.argmax(own)), own.shape)
         at = copy, j, face, k
         cell, ply = int(table.wall[j]), table.plies[j]
-        damage, distance = float(life.damage[at]), float(self._plies.place[cell])
+        damage, distance = float(life.plies.damage[at]), float(self._plies.place[cell])
         return WorstPlace(
             damage=damage,
             index=float(life.indices[copy, j]),
             years=life.years / damage if damage > 0.0 else np.inf,
             measure=MEASURES[k],
-            range=float(life.range[at]),
+            range=float(life.plies.range[at]),
             panel=list(self._plies.panels)[self._panel[cell]],
             distance=distance,
             station=distance / life.recovery.run.turbine.rotor.blades.length,
@@ -191,9 +192,9 @@ class WorstPlaces:
             angle=float(np.degrees(ply.angle)) + 0.0,
             face=FACES[face],
             blade=int(copy) + 1,
-            damages=tuple(life.damage[copy, j, face].tolist()),
-            run=life.runs[life.worst[at]].name,
-            of_winds={wind: float(part[at]) for wind, part in life.of_winds.items()},
+            damages=tuple(life.plies.damage[copy, j, face].tolist()),
+            run=life.runs[life.plies.worst[at]].name,
+            of_winds={wind: float(part[at]) for wind, part in sorted(life.plies.of_winds.items())},
         )
 
     def find_section(self, place: WorstPlace) -> SectionLife:

@@ -11,11 +11,15 @@ from reduced_turbines import COMM, STRENGTH, STRENGTHS, run, write_case
 
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.parallel import on_rank0
+from turbine_fenicsx.materials.laminate_theory import strain_in_ply
+from turbine_fenicsx.turbine.case.ply_fatigue import find_adhesive
 from turbine_fenicsx.turbine.components.flexible_blades import BODY
 from turbine_fenicsx.turbine.life import run_damage
+from turbine_fenicsx.turbine.life.bond_histories import BondHistories
 from turbine_fenicsx.turbine.life.ply_life import find_ply_life
-from turbine_fenicsx.turbine.life.run_damage import RunDamage
+from turbine_fenicsx.turbine.life.run_damage import PlyHistories, RunDamage
 from turbine_fenicsx.turbine.life.weighted_run import YEAR, WeightedRun, weigh
+from turbine_fenicsx.turbine.life.worst_bonds import find_worst_bonds
 from turbine_fenicsx.turbine.life.worst_places import WorstPlaces
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 from turbine_fenicsx.turbine.run.recorded_run import RecordedRun
@@ -50,7 +54,7 @@ def test_constant_amplitude_does_the_damage_of_the_goodman_diagram(folders):
     vectors = recovery.vectors[0 : rows[1] + 1][[*rows] * cycles + [rows[0]]]
     motion = replace(recorded.motion, times=np.arange(2.0 * cycles + 1.0), vectors={BODY: vectors})
     life = find([WeightedRun(folders[0], "v9", times=1.0)])
-    found = RunDamage(recovery, life.materials).find(motion)
+    found = RunDamage(recovery, [PlyHistories(recovery, life.materials)]).find(motion)[0]
     low, high = np.minimum(*stresses), np.maximum(*stresses)
     A, M = 0.5 * (high - low), 0.5 * (high + low)
     names = np.array([ply.material.name for ply in recovery.plies.stresses.table.plies])
@@ -93,11 +97,11 @@ def test_the_worst_places_depend_neither_on_ranks_nor_on_order_nor_on_blocks(fol
 def test_damage_of_runs_adds_up_by_how_often_they_happen(folders):
     slow, fast = (WeightedRun(x, x.name) for x in folders)
     both = find([replace(slow, times=2e6), replace(fast, times=3e6)])
-    alone = [find([replace(x, times=1e6)]).damage for x in (slow, fast)]
-    largest = both.damage.max()
-    assert both.damage == pytest.approx(2.0 * alone[0] + 3.0 * alone[1], abs=1e-5 + 1e-9 * largest)
-    assert list(both.of_winds) == [9.0, 12.0]
-    assert sum(both.of_winds.values()) == pytest.approx(both.damage)
+    alone = [find([replace(x, times=1e6)]).plies.damage for x in (slow, fast)]
+    expected = 2.0 * alone[0] + 3.0 * alone[1]
+    assert both.plies.damage == pytest.approx(expected, abs=1e-5 + 1e-9 * expected.max())
+    assert sorted(both.plies.of_winds) == [9.0, 12.0]
+    assert sum(both.plies.of_winds.values()) == pytest.approx(both.plies.damage)
     # the run of 0.5 s from 0.1 s on, all through the life
     assert WeightedRun(folders[0], "").find_times(0.4, 20.0) == 20.0 * YEAR / 0.4
 
@@ -113,3 +117,52 @@ def test_a_run_that_stretches_its_blades_once_is_less_than_one_cycle(folders):
     (out / "motion.bin").write_bytes(stretched.tobytes())
     with pytest.raises(InputError, match="'once' lasts for less than one cycle of stress"):
         find([WeightedRun(out, "once", times=1e12)])
+
+
+ADHESIVE = "life.adhesive={thickness=0.006,width=0.08,young=1.0,shear_modulus=1.0,slope=3,"
+
+
+@pytest.mark.parallel
+def test_bonds_carry_the_shear_flow_of_the_walls_that_end_in_them(folders):
+    given = [*STRENGTHS, f"{ADHESIVE}tension=1e8,shear=1e8}}"]
+    recorded = RecordedRun.open(folders[0], COMM, given, "life.")
+    recovery = PlyRecovery(recorded)
+    bonds = BondHistories(recovery, *find_adhesive(recorded.turbine.case))
+    sides = ("suction_side", "pressure_side")
+    names = [f"{bond}_{side}" for bond in ("web", "trailing_edge") for side in sides]
+    assert list(recovery.plies.bonds) == names
+    counts = {x: COMM.allreduce(len(cells)) for x, cells in recovery.plies.bonds.items()}
+    assert counts["trailing_edge_suction_side"] == 6  # in each row along the span
+    assert counts["web_suction_side"] == counts["web_pressure_side"] > 0
+    row, copy, table = 9, 2, recovery.recovered.table
+    for number, state in enumerate(recorded.list_states()):
+        if number == row:
+            recovery.plies.stresses.update(state, copy)
+            stresses = recovery.plies.stresses.stresses().mean(axis=(1, 2))
+    # N12 of the plies in the axes of the wall
+    flow = np.zeros(len(table.first))
+    for wall, ply, stress in zip(table.wall, table.plies, stresses, strict=True):
+        flow[wall] += ply.thickness * (strain_in_ply(ply.angle).T @ stress)[2]
+    moved = recovery.recovered.move(recovery.vectors[row : row + 1, copy], copy)
+    found = np.zeros(len(bonds.cells))
+    for block in bonds.split(1):
+        found[block.places] = block.find(moved)[:, 0, 2, 0]
+    largest = COMM.allreduce(float(np.max(np.abs(flow), initial=0.0)), op=MPI.MAX)
+    assert found == pytest.approx(flow[bonds.cells] / 0.08, rel=1e-6, abs=1e-9 * largest)
+
+
+@pytest.mark.parallel
+def test_the_worst_bond_is_the_same_on_all_ranks_and_lacks_are_named(folders):
+    runs = [WeightedRun(x, x.name, times=1e6) for x in folders]
+    given = [*STRENGTHS, f"{ADHESIVE}tension=1e7,shear=1e7}}"]
+    one, two = (find_worst_bonds(find_ply_life(runs, c, given)) for c in (COMM, MPI.COMM_SELF))
+    assert len(one) == 4 and one[0].damage > 0.0
+    for mine, alone in zip(one, two, strict=True):
+        assert mine.damage == pytest.approx(alone.damage, rel=1e-7)
+        if mine.damage > 0.0:
+            assert (mine.bond, mine.blade, mine.run) == (alone.bond, alone.blade, alone.run)
+    assert find_worst_bonds(find(runs)) == []
+    with pytest.raises(InputError, match=r"the bonds have no shear: give life\.adhesive\.shear"):
+        find_ply_life(runs, COMM, [*STRENGTHS, f"{ADHESIVE}tension=1e8}}"])
+    with pytest.raises(InputError, match="expected both thickness and width, or neither"):
+        find_ply_life(runs, COMM, [*STRENGTHS, "life.adhesive.width=0.1"])
