@@ -11,7 +11,7 @@ from turbine_fenicsx.materials.ply_fatigue import MEASURES, FatigueTable, PlyFat
 from turbine_fenicsx.materials.ply_table import PlyTable
 from turbine_fenicsx.reduction.recovered_plies import RecoveredPlies
 from turbine_fenicsx.turbine.blades.wall_cells import TRAILING_BOND
-from turbine_fenicsx.turbine.life.run_damage import Block, list_slices
+from turbine_fenicsx.turbine.life.run_damage import HistoryBlock, list_slices
 from turbine_fenicsx.turbine.run.ply_history import PlyRecovery
 
 
@@ -46,15 +46,15 @@ class BondHistories:
         self._ply = Ply(material, adhesive.thickness)
         self.shape = (recovery.vectors.shape[1], len(self.cells), 2, len(MEASURES))
 
-    def split(self, rows: int) -> list[Block]:
-        """Blocks of bonds, see `Block`."""
+    def split(self, rows: int) -> list[HistoryBlock]:
+        """Blocks of bonds, see `HistoryBlock`."""
         blocks = []
         for part in list_slices(len(self.cells), rows):
             recovered, own = self._recovered.take(self.cells[part]), self._rows[part]
             table = PlyTable([[self._ply]] * len(own))
             fatigue = FatigueTable(table, {"adhesive": self._fatigue}, 2)
             numbers = np.arange(len(self.cells))[part]
-            blocks.append(Block(_Bonds(recovered, own), fatigue, numbers))
+            blocks.append(HistoryBlock(_Bonds(recovered, own), fatigue, numbers))
         return blocks
 
 

@@ -26,8 +26,8 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
-    """Some places whose stress at all times is in memory together.
+class HistoryBlock:
+    """Some places, few enough for their stress at all times to be in memory.
 
     Args:
         find: Stress at both sides of the places for displacements of the vectors of a blade, from
@@ -48,8 +48,8 @@ class Histories(Protocol):
     def shape(self) -> tuple[int, ...]:
         """Blades, places of this rank, sides, stresses by `MEASURES`."""
 
-    def split(self, rows: int) -> list[Block]:
-        """All places that count, in blocks for so many rows of a motion."""
+    def split(self, rows: int) -> list[HistoryBlock]:
+        """All places that count, in blocks for a number of rows."""
 
 
 class PlyHistories:
@@ -73,20 +73,20 @@ class PlyHistories:
         self._cells = cells[counted[cells]]
         self.shape = (recovery.vectors.shape[1], len(table.plies), 2, len(MEASURES))
 
-    def split(self, rows: int) -> list[Block]:
-        """Blocks of cells, see `Block`."""
+    def split(self, rows: int) -> list[HistoryBlock]:
+        """Blocks of cells, see `HistoryBlock`."""
         table, blocks = self._recovered.table, []
         for part in list_slices(len(self._cells), rows):
             cells = self._cells[part]
             recovered = self._recovered.take(cells)
             numbers = np.concatenate([np.flatnonzero(table.wall == cell) for cell in cells])
             fatigue = FatigueTable(recovered.table, self._materials, 2)
-            blocks.append(Block(recovered.find_mean_stresses, fatigue, numbers))
+            blocks.append(HistoryBlock(recovered.find_mean_stresses, fatigue, numbers))
         return blocks
 
 
 def list_slices(n: int, rows: int) -> list[slice]:
-    """Parts of n cells whose strains in so many rows are in memory together."""
+    """Parts of n cells, small enough for their strains in all rows to be in memory."""
     size = max(1, NUMBERS // (24 * rows))
     return [slice(first, first + size) for first in range(0, n, size)]
 
