@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -78,6 +79,19 @@ class PlyTable:
         return np.asarray(np.matmul(strains.reshape(n, -1, 3), self.stiffness)).reshape(
             strains.shape
         )
+
+    @cached_property
+    def stress_rows(self) -> Array:
+        """Stresses at the outer and inner faces of the plies by the strains of their walls.
+
+        Returns:
+            Shape (n, 2, 3, 6) [Pa]: strains 11, 22, 12 of the inner face of the wall, then of the
+            outer one.
+        """
+        stiff = self.stiffness @ self._turn  # of strains in the axes of the wall
+        share = self._share[:, :, None, None]
+        both = [(1.0 - share) * stiff[:, None], share * stiff[:, None]]
+        return np.concatenate(both, axis=3)
 
     def largest(self, indices: Array) -> tuple[Array, IntArray]:
         """The largest failure index of each wall and the number of the ply where it is.

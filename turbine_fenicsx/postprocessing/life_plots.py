@@ -108,7 +108,7 @@ def _draw_winds(rows: Rows, place: dict[str, str], png: Path) -> None:
         axes.set_xticks(wind)
         words = place["panel"].replace("_", " ")
         axes.set_title(f"ply {place['ply']} of {words}, {place['material']}", fontsize=11.0)
-        axes.legend()
+        axes.legend(loc="upper left")
         save_figure(figure, png)
 
 

@@ -72,12 +72,16 @@ class RecoveredPlies:
         return self._walls.strains(self.move(vectors, copy))
 
     def find_mean_strains(self, moved: Array) -> Array:
-        """Those of `strains` as means over the points of each face, shape (cells, 2, m, 3).
+        """Those of `strains` as means over the points of each face.
 
         Args:
             moved: Of `move`.
+
+        Returns:
+            Shape (cells, 6, m): 11, 22, 12 of the inner face, then of the outer one.
         """
-        return np.asarray(self._walls.strains(moved).mean(axis=2))
+        means = self._walls.strains(moved).mean(axis=2)
+        return np.ascontiguousarray(means.swapaxes(2, 3)).reshape(len(means), 6, -1)
 
     def find_mean_stresses(self, moved: Array) -> Array:
         """Stresses along and across the fibre, and of shear, at both faces of plies.
@@ -90,9 +94,9 @@ class RecoveredPlies:
         Returns:
             Shape (plies, 2, 3, m), outer faces first [Pa].
         """
-        inner, outer = self.find_mean_strains(moved).swapaxes(0, 1)
-        stresses = self.table.stresses(self.table.strains(inner, outer))
-        return np.ascontiguousarray(stresses.swapaxes(2, 3))
+        rows = self.table.stress_rows.reshape(-1, 6, 6)
+        stresses = rows @ self.find_mean_strains(moved)[self.table.wall]
+        return stresses.reshape(len(rows), 2, 3, -1)
 
     def find_largest(
         self, criterion: Criterion, vectors: Array, copy: int = 0

@@ -71,6 +71,4 @@ class _Bonds:
 
     def __call__(self, moved: Array) -> Array:
         """Shape (bonds, 2, 3, m)."""
-        strains = self._recovered.find_mean_strains(moved)  # bonds, 2, m, 3
-        both = strains.swapaxes(2, 3).reshape(len(strains), 1, 6, -1)
-        return np.asarray(self._rows @ both)
+        return np.asarray(self._rows @ self._recovered.find_mean_strains(moved)[:, None])

@@ -132,7 +132,10 @@ def test_bonds_carry_the_shear_flow_of_the_walls_that_end_in_them(folders):
     names = [f"{bond}_{side}" for bond in ("web", "trailing_edge") for side in sides]
     assert list(recovery.plies.bonds) == names
     counts = {x: COMM.allreduce(len(cells)) for x, cells in recovery.plies.bonds.items()}
-    assert counts["trailing_edge_suction_side"] == 6  # in each row along the span
+    for side in sides:
+        assert counts[f"trailing_edge_{side}"] == 6  # in each row along the span
+        panels = [recovery.plies.panels[x] for x in recovery.plies.panels if x.endswith(side)]
+        assert np.isin(recovery.plies.bonds[f"trailing_edge_{side}"], np.concatenate(panels)).all()
     assert counts["web_suction_side"] == counts["web_pressure_side"] > 0
     row, copy, table = 9, 2, recovery.recovered.table
     for number, state in enumerate(recorded.list_states()):
