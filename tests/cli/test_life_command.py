@@ -105,9 +105,11 @@ def test_runs_of_a_set_count_as_often_as_they_happen(folder, capfd):
     assert "2 runs as 25 years; " in capfd.readouterr().out
     row, *_ = read(folder / "life.csv")
     assert row["run"] == "v11"
+    (folder / "life_bonds.csv").touch()
     damage = float(row["damage_[-]"])
     runs.write_text(head + "v11,1.2,finished,0.1,1e9,25.0\n")
     assert main([*map(str, command), "--overwrite"]) == 0
+    assert not (folder / "life_bonds.csv").exists()  # of an earlier life
     other = next(
         x for x in read(folder / "life.csv") if (x["panel"], x["ply"]) == (row["panel"], row["ply"])
     )

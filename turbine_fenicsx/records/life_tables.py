@@ -19,6 +19,9 @@ BONDS = "life_bonds.csv"
 FIELDS, BLADE, ROSETTE, CURVE = "life.vtkhdf", "life.png", "life_section.png", "life_winds.png"
 """Fields, and pictures of the blade and of both other tables."""
 
+ALL = (PLACES, SECTION, WINDS, BONDS, FIELDS, BLADE, ROSETTE, CURVE)
+"""All files of the life."""
+
 NEEDED = {
     PLACES: (
         *("panel", "ply", "plies", "material", "measure", "run"),

@@ -16,8 +16,10 @@ def add_case(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
 
 
-def add_overrides(parser: argparse.ArgumentParser) -> None:
-    """The argument that changes keys of a case."""
+def add_overrides(
+    parser: argparse.ArgumentParser, example: str = "time.end=1.0 time.step=0.01"
+) -> None:
+    """The argument that changes keys of a case, with changes for its help."""
     parser.add_argument(
         "--set",
         dest="overrides",
@@ -25,7 +27,7 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         action="extend",
         default=[],
-        help="change keys of the case, for example --set time.end=1.0 time.step=0.01",
+        help=f"change keys of the case, for example --set {example}",
     )
 
 

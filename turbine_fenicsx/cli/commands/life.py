@@ -38,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="time in s before which nothing of runs counts; default: 0; a load set has its own",
     )
-    add_overrides(parser)
+    add_overrides(parser, "life.years=25 life.material.glass_biax.slope=9")
     parser.add_argument(
         "-o", "--out", metavar="FOLDER", help="where to write; default: OUT, if it is one"
     )
@@ -107,8 +107,7 @@ def _read(options: argparse.Namespace) -> tuple[Path, Any, float | None]:
         runs, years = weigh(options.folders, weights, start), None
     folder = make_target_folder(options.out or folders[0])
     if not options.overwrite:
-        written = tables.PLACES, tables.SECTION, tables.WINDS, tables.BONDS, tables.FIELDS
-        refuse_to_overwrite(folder, (*written, tables.BLADE, tables.ROSETTE, tables.CURVE))
+        refuse_to_overwrite(folder, tables.ALL)
     return folder, runs, years
 
 

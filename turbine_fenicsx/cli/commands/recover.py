@@ -68,7 +68,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="write the history of force and moment in sections of beam blades, at fractions of "
         "their axis, for example 0,0.25,0.5",
     )
-    add_overrides(parser)
+    add_overrides(parser, "output.gauges.flap.station=0.3")
     times = parser.add_mutually_exclusive_group()
     times.add_argument(
         "--times",

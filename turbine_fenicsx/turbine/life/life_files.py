@@ -12,12 +12,12 @@ from scipy.spatial import cKDTree
 
 from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import ModelError
-from turbine_fenicsx.foundation.files import replace_file
+from turbine_fenicsx.foundation.files import name_file_in_errors, replace_file
 from turbine_fenicsx.foundation.parallel import on_rank0, raise_together
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_fatigue import MEASURES
 from turbine_fenicsx.records import names
-from turbine_fenicsx.records.life_tables import BONDS, PLACES, SECTION, WINDS
+from turbine_fenicsx.records.life_tables import ALL, BONDS, PLACES, SECTION, WINDS
 from turbine_fenicsx.records.mode_tables import Row, format_rows
 from turbine_fenicsx.simulation.observers.cell_values import CellValues
 from turbine_fenicsx.system.state import State
@@ -44,7 +44,7 @@ def write_life_tables(
 ) -> list[str]:
     """Write the places, the section of the first, its damage by wind, and the bonds.
 
-    Collective.
+    Files of an earlier life in the folder are removed. Collective.
 
     Returns:
         Names of the files.
@@ -59,6 +59,9 @@ def write_life_tables(
         texts[BONDS] = format_rows([_list_bond(bond) for bond in bonds])
 
     def write() -> None:
+        for name in ALL:  # what is not written again would be of another life
+            with name_file_in_errors("write", folder / name):
+                (folder / name).unlink(missing_ok=True)
         for name, text in texts.items():
             replace_file(folder / name, text.encode())
 

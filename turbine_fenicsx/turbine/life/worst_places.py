@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from turbine_fenicsx import _compat
+from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_fatigue import MEASURES
 from turbine_fenicsx.turbine.life.ply_life import PlyLife
@@ -132,7 +133,11 @@ class WorstPlaces:
         return found
 
     def find(self) -> list[WorstPlace]:
-        """The worst place of each ply of each panel, the `MOST` worst ones, rising in life."""
+        """The worst place of each ply of each panel, the `MOST` worst ones, rising in life.
+
+        Raises:
+            InputError: if no stress changes.
+        """
         table = self._table
         number = np.arange(len(table.wall)) - table.first[table.wall]
         panel = self._panel[table.wall]
@@ -147,6 +152,8 @@ class WorstPlaces:
             for key, (rank, place) in of_rank.items():
                 if key not in found or rank < found[key][0]:
                     found[key] = rank, place
+        if not found:
+            raise InputError("no stress of the plies that count changes in these runs")
         return [place for _, place in sorted(found.values(), key=lambda each: each[0])[:MOST]]
 
     def _rank(self, j: int) -> tuple[float, ...]:
