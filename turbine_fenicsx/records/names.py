@@ -154,8 +154,8 @@ DAMAGE_BY = Family("damage_by_{measure}_[-]")
 FATIGUE_INDEX = "fatigue_index_[-]"
 LIFE = "life_[years]"
 BOND_RANGE = Family("largest_range_of_{stress}_[Pa]")
-SECTION_END = Family("{end}_{axis}_[m]")
-SECTION_NORMAL = Family("normal_{axis}_[-]")
+SECTION_END = Family("outline_{end}_{axis}_[m]")
+SECTION_NORMAL = Family("outline_normal_{axis}_[-]")
 
 MODAL_MASS = Family("modal_mass_of_{part}_[-]")
 MOTION_SHARE = Family("share_of_{way}_[-]")
