@@ -45,7 +45,7 @@ class PlyLife:
         years: The life.
         runs: The runs by the names of their folders.
         plies: Damage of plies at their outer and inner faces.
-        histories: Bonds, if the case has an adhesive.
+        bond_histories: The bonds, if the case has an adhesive.
         bonds: Damage of these at both sides.
     """
 
@@ -55,7 +55,7 @@ class PlyLife:
     years: float
     runs: tuple[WeightedRun, ...]
     plies: DamageSum
-    histories: BondHistories | None
+    bond_histories: BondHistories | None
     bonds: DamageSum | None
 
     @property
@@ -81,6 +81,11 @@ class PlyLife:
         comm = self.recovery.run.turbine.comm
         n, m = comm.allreduce(len(cells)), comm.allreduce(len(np.setdiff1d(cells, some)))
         return int(n), int(m)
+
+
+def describe_years(years: float) -> str:
+    """A life in words."""
+    return f"{years:.3g} years" if np.isfinite(years) else "without end"
 
 
 def find_ply_life(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turbine_fenicsx.turbine.life.ply_life import PlyLife
+from turbine_fenicsx.turbine.life.ply_life import PlyLife, describe_years
 
 WORDS = ("", "peel", "shear", "exertion")
 """The stresses of a bond, at the places of `turbine_fenicsx.materials.ply_fatigue.MEASURES`."""
@@ -40,21 +40,22 @@ class WorstBond:
 
     def __str__(self) -> str:
         """A line for people."""
-        life = f"{self.years:.3g} years" if np.isfinite(self.years) else "without end"
         return (
             f"bonds, an estimate: {self.bond} of blade {self.blade} fails first, "
             f"{self.distance:.4g} m from the root, by {self.measure}; damage {self.damage:.3g}, "
-            f"life {life}"
+            f"life {describe_years(self.years)}"
         )
 
 
 def find_worst_bonds(life: PlyLife) -> list[WorstBond]:
     """The worst place of each bond, the worst bond first; none without an adhesive. Collective."""
-    if life.histories is None or life.bonds is None:
+    if life.bond_histories is None or life.bonds is None:
         return []
     comm, distances = life.recovery.run.turbine.comm, life.recovery.plies.place
     found: dict[str, WorstBond] = {}
-    for j, (bond, cell) in enumerate(zip(life.histories.names, life.histories.cells, strict=True)):
+    for j, (bond, cell) in enumerate(
+        zip(life.bond_histories.names, life.bond_histories.cells, strict=True)
+    ):
         own = life.bonds.damage[:, j]
         copy, side, k = np.unravel_index(int(np.argmax(own)), own.shape)
         at = copy, j, side, k

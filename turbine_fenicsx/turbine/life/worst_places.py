@@ -13,13 +13,11 @@ from turbine_fenicsx import _compat
 from turbine_fenicsx.foundation.errors import InputError
 from turbine_fenicsx.foundation.types import Array, IntArray
 from turbine_fenicsx.materials.ply_fatigue import MEASURES
-from turbine_fenicsx.turbine.life.ply_life import PlyLife
+from turbine_fenicsx.turbine.life.ply_life import PlyLife, describe_years
+from turbine_fenicsx.turbine.run.wall_history import SAME_ROW
 
 MOST = 10
 """Number of places that are listed."""
-
-SAME_ROW = 1e-6
-"""Difference of places of cells in one row around a blade, relative to its length."""
 
 FACES = ("outer", "inner")
 
@@ -74,12 +72,12 @@ class WorstPlace:
 
     def __str__(self) -> str:
         """Lines for people."""
-        life = f"{self.years:.3g} years" if np.isfinite(self.years) else "without end"
         return (
             f"fails first: ply {self.ply} of {self.plies} from outside, {self.material} at "
             f"{self.angle:.3g} deg, in {self.panel} of blade {self.blade}, {self.distance:.4g} m "
-            f"from the root\ndamage {self.damage:.3g} by {WORDS[self.measure]}, life {life}, "
-            f"fatigue index {self.index:.3g}; most of it in {self.run}"
+            f"from the root\ndamage {self.damage:.3g} by {WORDS[self.measure]}, life "
+            f"{describe_years(self.years)}, fatigue index {self.index:.3g}; most of it in "
+            f"{self.run}"
         )
 
 
